@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "tracer/src/certify/block_radiance.h"
+#include "tracer/src/certify/mesh_patch.h"
 #include "tracer/src/certify/shadow_range.h"
 
 namespace tracer {
@@ -63,6 +64,11 @@ class TileBounds {
   static constexpr Entry plane_bit = 0x80000000u;
   static constexpr std::size_t entries_max = 64;  ///< nodes are opened while there are fewer
   static constexpr std::size_t levels = 7;        ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
+  static constexpr std::uint32_t patch_side_max = 8;      ///< larger blocks have too many triangles
+  static constexpr std::size_t dense_entries_min = 16;
+  static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
+  static constexpr std::size_t patch_entries_max = 48;
+  static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
 
   /// Nearest primitive that all rays hit.
   struct Cover {
@@ -107,6 +113,10 @@ class TileBounds {
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
+    if (side <= patch_side_max && find_patch(bundle, entries, patches_[level])) {
+      for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
+      return divide_patch(block, side, level, patches_[level]);
+    }
     if (side == 1) {
       fill(block, all_of(bundle.rays, !cover, entries), true);
       return;
@@ -151,6 +161,64 @@ class TileBounds {
     for_each_quarter(block, side, [&](const PixelBlock& quarter) {
       divide_surface(quarter, side / 2, level + 1, primitive, linear_side);
     });
+  }
+
+  /// Bounds the pixels of a block that connected triangles cover.
+  void divide_patch(const PixelBlock& block, std::uint32_t side, std::size_t level,
+                    const std::vector<PrimitiveRef>& around) {
+    const CameraBundle bundle(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
+    const RayBundle& rays = bundle.rays;
+    std::vector<PrimitiveRef>& triangles = patches_[level + 1];
+    triangles.clear();
+    for (const PrimitiveRef& triangle : around)
+      if (!is_outside(triangle, bundle.region)) triangles.push_back(triangle);
+    if (triangles.size() <= few_triangles_max)
+      std::erase_if(triangles, [&](const PrimitiveRef& triangle) {
+        return intersect(scene_.geometry(), triangle, rays).kind == BundleHit::Kind::miss;
+      });
+    if (triangles.size() == 1) return divide_surface(block, side, level, triangles.front(), side);
+    if (side == 1) {
+      fill(block, patch_radiance(rays, level, triangles), true);
+      return;
+    }
+    find_patch_occluders(rays, level, triangles);
+    for_each_quarter(block, side,
+                     [&](const PixelBlock& quarter) { divide_patch(quarter, side / 2, level + 1, triangles); });
+  }
+
+  /// Range over all triangles of a patch, each continued over the whole pixel.
+  [[nodiscard]] ColorInterval patch_radiance(const RayBundle& rays, std::size_t level,
+                                             const std::vector<PrimitiveRef>& triangles) {
+    std::optional<ColorInterval> all;
+    for (const PrimitiveRef& triangle : triangles) {
+      const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
+      ColorInterval radiance = radiance_.primitive(triangle);
+      if (hit.kind == BundleHit::Kind::cover && triangles.size() <= patch_triangles_max) {
+        const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit);
+        find_shadows(patch, 1, level);
+        radiance = radiance_.range(radiance_.surface(patch, rays, visible_), {});
+      }
+      all = all ? hull(*all, radiance) : radiance;
+    }
+    return all.value_or(radiance_.anything());
+  }
+
+  /// Occluders of any point of the triangles that the rays may hit.
+  void find_patch_occluders(const RayBundle& rays, std::size_t level, const std::vector<PrimitiveRef>& triangles) {
+    Bounds box;
+    for (const PrimitiveRef& triangle : triangles) {
+      const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
+      const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit);
+      const Interval x = patch.position.x.range(), y = patch.position.y.range(), z = patch.position.z.range();
+      box.include({x.low, y.low, z.low});
+      box.include({x.high, y.high, z.high});
+    }
+    SurfacePatch whole;
+    whole.position = {form_of({box.low.x, box.high.x}), form_of({box.low.y, box.high.y}),
+                      form_of({box.low.z, box.high.z})};
+    whole.normal = {unknown_form(), unknown_form(), unknown_form()};
+    for (std::size_t light = 0; light < visible_.size(); ++light)
+      shadow_range(bounds_, whole, scene_.lights[light], occluders_[level - 1][light], &occluders_[level][light]);
   }
 
   /// Sets `visible_`. Returns true if every light is visible from the whole patch or from none of it.
@@ -201,9 +269,16 @@ class TileBounds {
   std::optional<Cover> find_cover(const CameraBundle& bundle, std::vector<Entry>& entries) const {
     std::optional<Cover> nearest;
     std::size_t kept = 0;
+    const bool dense = entries.size() > dense_entries_min;  // none of many triangles covers the block
     for (const Entry entry : entries) {
       if (is_primitive(entry)) {
         const PrimitiveRef primitive = primitive_of(entry);
+        const bool triangle = scene_.geometry().kind_of(primitive.geometry) == GeometryKind::triangles;
+        if (triangle && is_outside(primitive, bundle.region)) continue;
+        if (triangle && dense) {
+          entries[kept++] = entry;
+          continue;
+        }
         const BundleHit hit = intersect(scene_.geometry(), primitive, bundle.rays);
         if (hit.kind == BundleHit::Kind::miss) continue;
         if (hit.kind == BundleHit::Kind::cover) {
@@ -218,6 +293,39 @@ class TileBounds {
       std::erase_if(entries,
                     [&](Entry entry) { return entry == nearest->entry || is_hidden(bundle, *nearest, entry); });
     return nearest;
+  }
+
+  /// A test of triangles that is faster than that of their forms.
+  [[nodiscard]] bool is_outside(const PrimitiveRef& primitive, const ConvexRegion& region) const {
+    return tracer::is_outside(scene_.geometry().mesh(primitive.geometry), primitive.primitive, region);
+  }
+
+  /// Sets `triangles` to the front faces among the entries, if all rays hit one and they hide all other entries.
+  [[nodiscard]] bool find_patch(const CameraBundle& bundle, const std::vector<Entry>& entries,
+                                std::vector<PrimitiveRef>& triangles) {
+    const GeometrySet& geometry = scene_.geometry();
+    triangles.clear();
+    patch_hits_.clear();
+    patch_others_.clear();
+    for (const Entry entry : entries) {
+      patch_others_.push_back(entry);
+      if (!is_primitive(entry)) continue;
+      const PrimitiveRef triangle = primitive_of(entry);
+      if (geometry.kind_of(triangle.geometry) != GeometryKind::triangles) continue;
+      const TriangleGeometry& mesh = geometry.mesh(triangle.geometry);
+      const BundleHit hit = triangle_plane_hit(mesh, triangle.primitive, bundle.rays);
+      if (hit.kind != BundleHit::Kind::cover) return false;
+      if (hit.back) continue;
+      if (triangles.size() == patch_entries_max) return false;
+      patch_others_.pop_back();
+      patch_hits_.push_back(cover_of(bundle, entry, triangle, hit));
+      triangles.push_back(triangle);
+    }
+    if (triangles.empty() || !covers(geometry, triangles, bundle)) return false;
+    return std::all_of(patch_others_.begin(), patch_others_.end(), [&](Entry other) {
+      return std::all_of(patch_hits_.begin(), patch_hits_.end(),
+                         [&](const Cover& hit) { return is_hidden(bundle, hit, other); });
+    });
   }
 
   static Cover cover_of(const CameraBundle& bundle, Entry entry, const PrimitiveRef& primitive, const BundleHit& hit) {
@@ -280,6 +388,9 @@ class TileBounds {
   const CompiledScene& scene_;
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
+  std::array<std::vector<PrimitiveRef>, levels + 1> patches_;
+  std::vector<Cover> patch_hits_;    ///< of find_patch()
+  std::vector<Entry> patch_others_;  ///< of find_patch()
   std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
   std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
 };

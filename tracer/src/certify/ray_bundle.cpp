@@ -1,5 +1,6 @@
 #include "tracer/src/certify/ray_bundle.h"
 
+#include "tracer/src/certify/mesh_patch.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
@@ -35,16 +36,6 @@ BundleQuadratic sphere_quadratic(const AffineVec& f, const AffineVec& d, double 
   return {a, -dot(f, d), squared_length(f) - squared_radius, a * squared_radius - squared_length(cross(f, d))};
 }
 
-/// Rays o + t d with the plane z = 0, by the forms o.z and d.z.
-BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
-  const Interval h = height.range(), r = rate.range();
-  const bool above = h.low > 0, below = h.high < 0, falls = r.high<0, rises = r.low> 0;
-  if ((above && r.low >= 0) || (below && r.high <= 0)) return {.kind = Kind::miss};
-  if ((above && falls) || (below && rises))
-    return {.kind = Kind::cover, .t = -height * inverse(rate), .part = QuadricPart::cap_1, .back = rises};
-  return {};
-}
-
 /// Compares the distance of the hits from the axis with inner and outer radius.
 Kind within_ring(const AffineVec& o, const AffineVec& d, const AffineForm& t, double inner, double outer) {
   const Interval squared_radius = (squared(o.x + d.x * t) + squared(o.y + d.y * t)).range();
@@ -57,64 +48,6 @@ BundleHit disc_hit(const AffineVec& o, const AffineVec& d, double inner) {
   BundleHit hit = plane_hit(o.z, d.z);
   if (hit.kind == Kind::cover) hit.kind = within_ring(o, d, hit.t, inner, 1);
   return hit;
-}
-
-double sum(const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
-
-/// Rounding of a cross product per unit of its other factor: of the difference of p and q, and of the product.
-double cross_rounding(const Vec3& p, const Vec3& q, const Vec3& difference) {
-  return (sum(p) + sum(q) + sum(difference)) * form_rounding;
-}
-
-/// Signed volumes of the tetrahedra between a ray and the edges of a triangle (Pluecker coordinates): for one of its
-/// edges (p, q) d.(p-o) x (q-o), which is linear in o and in d.
-class EdgeForms {
- public:
-  explicit EdgeForms(const RayBundle& rays) : direction_(rays.direction), center_(center(rays.origin)) {
-    shift_ = rays.origin - center_;
-    fixed_ = shift_.x.radius() + shift_.y.radius() + shift_.z.radius() == 0;
-  }
-
-  [[nodiscard]] AffineForm operator()(const Vec3& p, const Vec3& q) const {
-    const Vec3 to_p = p - center_, to_q = q - center_, across = cross(to_p, to_q);
-    const double rounding = cross_rounding(p, center_, to_p) * sum(to_q) + cross_rounding(q, center_, to_q) * sum(to_p);
-    AffineForm volume = dot(direction_, across);
-    if (!fixed_) volume = volume + dot(shift_, cross(p - q, direction_));
-    volume.error += rounding * magnitude(direction_);
-    return volume;
-  }
-
- private:
-  const AffineVec& direction_;
-  Vec3 center_;
-  AffineVec shift_;  ///< differences of the origins from their center
-  bool fixed_;
-};
-
-BundleHit triangle_hit(const TriangleGeometry& mesh, std::uint32_t triangle, const RayBundle& rays) {
-  const auto& vertices = mesh.triangles[triangle];
-  const Vec3 a = mesh.position(vertices[0]), b = mesh.position(vertices[1]), c = mesh.position(vertices[2]);
-  const Vec3 to_b = b - a, to_c = c - a, normal = cross(to_b, to_c);
-  AffineForm height = dot(rays.origin - a, normal), rate = dot(rays.direction, normal);
-  const double rounding = cross_rounding(a, b, to_b) * sum(to_c) + cross_rounding(a, c, to_c) * sum(to_b);
-  height.error += rounding * magnitude(rays.origin - a);
-  rate.error += rounding * magnitude(rays.direction);
-  const BundleHit plane = plane_hit(height, rate);
-  if (plane.kind == Kind::miss) return plane;
-  const EdgeForms edge(rays);
-  const AffineForm at_a = edge(b, c), at_b = edge(c, a), at_c = edge(a, b);
-  const Interval range_a = at_a.range(), range_b = at_b.range(), range_c = at_c.range();
-  const bool any_positive = range_a.low > 0 || range_b.low > 0 || range_c.low > 0;
-  const bool any_negative = range_a.high < 0 || range_b.high < 0 || range_c.high < 0;
-  if (any_positive && any_negative) return {.kind = Kind::miss};
-  if (plane.kind != Kind::cover) return {};
-  // At a front-face hit the volumes are negative: d points against the normal.
-  if (plane.back ? any_negative : any_positive) return {.kind = Kind::miss};
-  const bool inside = plane.back ? range_a.low > 0 && range_b.low > 0 && range_c.low > 0
-                                 : range_a.high < 0 && range_b.high < 0 && range_c.high < 0;
-  if (!inside) return {};
-  const AffineForm scale = inverse(at_a + at_b + at_c);
-  return {.kind = Kind::cover, .t = plane.t, .back = plane.back, .u = at_b * scale, .v = at_c * scale};
 }
 
 const AffineForm& component(const AffineVec& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -217,6 +150,15 @@ RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& blo
   };
   return {forms(camera.origin, camera.origin_x, camera.origin_y),
           forms(camera.direction, camera.direction_x, camera.direction_y)};
+}
+
+BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
+  const Interval h = height.range(), r = rate.range();
+  const bool above = h.low > 0, below = h.high < 0, falls = r.high<0, rises = r.low> 0;
+  if ((above && r.low >= 0) || (below && r.high <= 0)) return {.kind = Kind::miss};
+  if ((above && falls) || (below && rises))
+    return {.kind = Kind::cover, .t = -height * inverse(rate), .part = QuadricPart::cap_1, .back = rises};
+  return {};
 }
 
 CameraBundle::CameraBundle(const CompiledCamera::LinearRays& camera, const Block& block, double reach)

@@ -49,6 +49,9 @@ struct BundleHit {
 /// excludes these.
 BundleHit intersect(const GeometrySet& geometry, const PrimitiveRef& primitive, const RayBundle& rays);
 
+/// Hits of the plane z = 0 by rays o + t d with the forms o.z and d.z; `back` if they rise.
+BundleHit plane_hit(const AffineForm& height, const AffineForm& rate);
+
 /// True if the primitive is flat and none of the segments crosses its plane.
 bool on_one_side(const GeometrySet& geometry, const PrimitiveRef& primitive, const AffineVec& from,
                  const AffineVec& to);

@@ -1,5 +1,7 @@
 #include "tracer/src/certify/shadow_range.h"
 
+#include "tracer/src/certify/mesh_patch.h"
+
 namespace tracer {
 namespace {
 
@@ -17,8 +19,8 @@ class ShadowShaft {
     directional_ = light.kind == light_kind<DirectionalLight>;
     rays_.direction = directional_ ? exactly(light.axis) : light_points(light) - patch.position;
     // From a triangle with the light above it, shadow rays stay above its plane.
-    const bool triangle = geometry_.kind_of(patch.primitive.geometry) == GeometryKind::triangles;
-    leaves_face_ = triangle && patch.has_normal && dot(rays_.direction, patch.flat_normal).range().low > 0;
+    on_triangle_ = patch.primitive.hit() && geometry_.kind_of(patch.primitive.geometry) == GeometryKind::triangles;
+    leaves_face_ = on_triangle_ && patch.has_normal && dot(rays_.direction, patch.flat_normal).range().low > 0;
   }
 
   /// True if the light shines on the back of the surface only.
@@ -33,7 +35,16 @@ class ShadowShaft {
       for (std::uint32_t k = 0; k < planes.point.size() && !ended(); ++k) add({geometry_.plane_geometry(), k});
       if (!ended()) gather();
     } else {
-      for (std::size_t i = 0; i < known.count && !ended(); ++i) add(known.primitives[i]);
+      // A shaft is worth its planes for several triangles.
+      const bool many = known.count > 3 && geometry_.kind_of(known.primitives[0].geometry) == GeometryKind::triangles;
+      const ConvexRegion region = many ? this->region() : ConvexRegion();
+      for (std::size_t i = 0; i < known.count && !ended(); ++i) {
+        const auto& [number, primitive] = known.primitives[i];
+        if (many && geometry_.kind_of(number) == GeometryKind::triangles &&
+            is_outside(geometry_.mesh(number), primitive, region))
+          continue;
+        add(known.primitives[i]);
+      }
     }
     if (dark_) return {0, 0};
     if (ended()) return {0, bounds_.transmittance_max};
@@ -107,6 +118,7 @@ class ShadowShaft {
     const bool excluded = kind == GeometryKind::triangles || kind == GeometryKind::planes || patch_.convex;
     if (primitive == patch_.primitive && excluded) return;
     if (kind == GeometryKind::triangles && leaves_face_ && behind_face(primitive)) return;
+    if (kind == GeometryKind::triangles && on_triangle_ && !patch_.offset && leaves_plane(primitive)) return;
     ++tests_;
     const bool transmissive = is_transmissive(primitive);
     const BundleHit hit = intersect(geometry_, primitive, rays_);
@@ -142,13 +154,31 @@ class ShadowShaft {
     return true;
   }
 
+  /// True if the patch's triangle lies on the side of the other's plane that shadow rays move to.
+  [[nodiscard]] bool leaves_plane(const PrimitiveRef& primitive) const {
+    const PlaneOf plane = *plane_of(geometry_, primitive);
+    const Interval rate = dot(rays_.direction, plane.normal).range();
+    if (!(rate.low > 0) && !(rate.high < 0)) return false;
+    const TriangleGeometry& own = geometry_.mesh(patch_.primitive.geometry);
+    const TriangleGeometry& other = geometry_.mesh(primitive.geometry);
+    const auto& [a, b, c] = other.triangles[primitive.primitive];
+    const double edges = length(other.position(b) - plane.point) * length(other.position(c) - plane.point);
+    for (const std::uint32_t vertex : own.triangles[patch_.primitive.primitive]) {
+      const Vec3 position = own.position(vertex);
+      const double height = dot(position - plane.point, plane.normal);
+      const double rounding = (length(position) + 2 * length(plane.point)) * edges * form_rounding;
+      if ((rate.low > 0 ? height : -height) < -rounding) return false;
+    }
+    return true;
+  }
+
   const SceneBounds& bounds_;
   const GeometrySet& geometry_;
   const SurfacePatch& patch_;
   const CompiledLight& light_;
   Occluders* const found_;
   RayBundle rays_;
-  bool directional_ = false, leaves_face_ = false;
+  bool directional_ = false, on_triangle_ = false, leaves_face_ = false;
   bool dark_ = false, transmissive_ = false, overflows_ = false;
   int partial_ = 0, tests_ = 0;
 };

@@ -11,7 +11,7 @@ AffineVec light_points(const CompiledLight& light);
 
 /// Primitives that may lie between a surface patch and a light: parts of the patch need to test no others.
 struct Occluders {
-  static constexpr std::size_t primitives_max = 32;
+  static constexpr std::size_t primitives_max = 64;
 
   enum class State : std::uint8_t {
     unknown,  ///< too many

@@ -71,6 +71,7 @@ void set_smooth(const TriangleGeometry& mesh, std::uint32_t triangle, SurfacePat
     }
   }
   if (!patch.has_normal) offset = widened(offset, magnitude(offset));  // it may also be that of the face: none
+  patch.offset = magnitude(offset) > magnitude(patch.hit) * 0x1p-44;
   patch.position = patch.position + offset;
 }
 
@@ -97,7 +98,9 @@ void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, con
                       form_of({box.low.z, box.high.z})};
   }
   if (!mesh.normals.empty() && shading != Material::Shading::flat) set_smooth(mesh, primitive.primitive, patch);
-  if (at_vertices) patch.has_normal = patch.flat = patch.convex = false;
+  if (!at_vertices) return;
+  patch.has_normal = patch.flat = patch.convex = false;
+  patch.offset = true;
 }
 
 }  // namespace

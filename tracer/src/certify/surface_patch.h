@@ -14,6 +14,7 @@ struct SurfacePatch {
   bool back = false;
   bool has_normal = true;  ///< false: the shading normal may have any direction
   AffineVec position;      ///< point that lights are evaluated at, and shadow rays start near
+  bool offset = false;     ///< `position` differs from `hit` by more than rounding
   AffineVec hit;           ///< point on the surface
   AffineVec normal;        ///< unit shading normal on the incident side
   AffineVec face;          ///< geometric normal on the incident side, of any length
