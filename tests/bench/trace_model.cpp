@@ -38,18 +38,21 @@ void bound(const char* path, const tracer::CompiledScene& scene, double render_m
   const double bound_ms = milliseconds_since(start);
   const tracer::DisplayTransform display(scene.output, 0);
   std::size_t certified = 0, edges = 0, unbounded = 0;
+  double squares = 0;  // of the widths
   for (const tracer::RadianceInterval& interval : intervals) {
     double width = 0;
     for (std::size_t c = 0; c < 3; ++c)
       width = std::max(width, display.level(std::min(interval.high[c], 1e30f)) - display.level(interval.low[c]));
+    squares += width * width;
     certified += width <= 1 ? 1 : 0;
     edges += interval.edge ? 1 : 0;
     unbounded += std::isinf(interval.high[0]) ? 1 : 0;
   }
   const double percent = 100.0 / static_cast<double>(intervals.size());
-  std::printf("%-24s certified %5.1f %%  edges %5.1f %%  unbounded %5.1f %%  %7.1f ms, one sample %7.1f ms\n",
+  std::printf("%-20s certified %5.1f %%  edges %5.1f %%  unbounded %5.1f %%  width %5.1f  %7.1f ms, one sample %7.1f ms\n",
               std::filesystem::path(path).filename().c_str(), static_cast<double>(certified) * percent,
-              static_cast<double>(edges) * percent, static_cast<double>(unbounded) * percent, bound_ms, render_ms);
+              static_cast<double>(edges) * percent, static_cast<double>(unbounded) * percent,
+              std::sqrt(squares / static_cast<double>(intervals.size())), bound_ms, render_ms);
 }
 
 bool trace(const char* path, std::string_view mode) {
