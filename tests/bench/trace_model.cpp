@@ -49,10 +49,11 @@ void bound(const char* path, const tracer::CompiledScene& scene, double render_m
     unbounded += std::isinf(interval.high[0]) ? 1 : 0;
   }
   const double percent = 100.0 / static_cast<double>(intervals.size());
-  std::printf("%-20s certified %5.1f %%  edges %5.1f %%  unbounded %5.1f %%  width %5.1f  %7.1f ms, one sample %7.1f ms\n",
-              std::filesystem::path(path).filename().c_str(), static_cast<double>(certified) * percent,
-              static_cast<double>(edges) * percent, static_cast<double>(unbounded) * percent,
-              std::sqrt(squares / static_cast<double>(intervals.size())), bound_ms, render_ms);
+  std::printf(
+      "%-20s certified %5.1f %%  edges %5.1f %%  unbounded %5.1f %%  width %5.1f  %7.1f ms, one sample %7.1f ms\n",
+      std::filesystem::path(path).filename().c_str(), static_cast<double>(certified) * percent,
+      static_cast<double>(edges) * percent, static_cast<double>(unbounded) * percent,
+      std::sqrt(squares / static_cast<double>(intervals.size())), bound_ms, render_ms);
 }
 
 bool trace(const char* path, std::string_view mode) {

@@ -44,10 +44,11 @@ PatchUv triangle_range(const CompiledScene& scene, const SurfacePatch& patch) {
   const UvGradients gradients = uv_gradients_at(scene, {patch.primitive, 0, patch.u.center, patch.v.center}, Surface{});
   PatchUv uv{widened(patch.u), widened(patch.v), length(gradients.u), length(gradients.v)};
   if (mesh.uvs.empty()) return uv;
-  const auto& [a, b, c] = mesh.triangles[patch.primitive.primitive];
+  const auto& vertices = mesh.triangles[patch.primitive.primitive];
   const AffineForm weight_a = 1 - (patch.u + patch.v);
   const auto range = [&](std::size_t i) {
-    return widened(weight_a * mesh.uvs[a][i] + patch.u * mesh.uvs[b][i] + patch.v * mesh.uvs[c][i]);
+    return widened(weight_a * mesh.uvs[vertices[0]][i] + patch.u * mesh.uvs[vertices[1]][i] +
+                   patch.v * mesh.uvs[vertices[2]][i]);
   };
   uv.u = range(0);
   uv.v = range(1);

@@ -81,9 +81,7 @@ bool is_outside(const Vec3& p, const Vec3& q, const ConvexRegion& region) {
 struct Edge {
   Vec3 from, to;
   friend bool operator<(const Edge& a, const Edge& b) {
-    const auto key = [](const Edge& e) {
-      return std::array{e.from.x, e.from.y, e.from.z, e.to.x, e.to.y, e.to.z};
-    };
+    const auto key = [](const Edge& e) { return std::array{e.from.x, e.from.y, e.from.z, e.to.x, e.to.y, e.to.z}; };
     return key(a) < key(b);
   }
 };
@@ -124,10 +122,11 @@ BundleHit extended_triangle_hit(const TriangleGeometry& mesh, std::uint32_t tria
 }
 
 bool is_outside(const TriangleGeometry& mesh, std::uint32_t triangle, const ConvexRegion& region) {
-  const auto& [a, b, c] = Corners3(mesh, triangle);
+  const Corners3 corners(mesh, triangle);
   return std::any_of(region.begin(), region.end(), [&](const HalfSpace& half) {
     const Vec3 normal{half.x, half.y, half.z};
-    return dot(normal, a) < half.limit && dot(normal, b) < half.limit && dot(normal, c) < half.limit;
+    return dot(normal, corners.a) < half.limit && dot(normal, corners.b) < half.limit &&
+           dot(normal, corners.c) < half.limit;
   });
 }
 

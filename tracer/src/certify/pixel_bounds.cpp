@@ -43,6 +43,7 @@ class TileBounds {
       : radiance_(radiance), bounds_(radiance.bounds()), scene_(bounds_.scene), pixels_(pixels) {
     for (std::vector<Occluders>& lights : occluders_) lights.resize(scene_.lights.size());
     visible_.resize(scene_.lights.size());
+    dark_ = std::exp2(-5 - scene_.output.exposure);
   }
 
   void run(const PixelBlock& tile) {
@@ -62,9 +63,9 @@ class TileBounds {
   /// A lane of a node, as node * 8 + lane; or a plane.
   using Entry = std::uint32_t;
   static constexpr Entry plane_bit = 0x80000000u;
-  static constexpr std::size_t entries_max = 64;  ///< nodes are opened while there are fewer
-  static constexpr std::size_t levels = 7;        ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  static constexpr std::uint32_t patch_side_max = 8;      ///< larger blocks have too many triangles
+  static constexpr std::size_t entries_max = 64;      ///< nodes are opened while there are fewer
+  static constexpr std::size_t levels = 7;            ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
+  static constexpr std::uint32_t patch_side_max = 8;  ///< larger blocks have too many triangles
   static constexpr std::size_t dense_entries_min = 16;
   static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
   static constexpr std::size_t patch_entries_max = 48;
@@ -150,7 +151,7 @@ class TileBounds {
     const bool certain = find_shadows(patch, side, level);
     if (side == 1 || (certain && side <= linear_side)) {
       const SurfaceRays surface = radiance_.surface(patch, rays, visible_);
-      const double excess = surface.local.nonlinear_width() / narrow_width;
+      const double excess = surface.local.nonlinear_width(dark_) / narrow_width;
       if (side == 1 || excess <= 1) {
         fill_parts(block, [&](const BlockPart& part) { return radiance_.range(surface, part); });
         return;
@@ -235,7 +236,8 @@ class TileBounds {
 
   /// Blocks in which the gradient of the background is nearly linear.
   static constexpr std::uint32_t forms_side_max = 8;
-  /// Width of an interval, relative to its larger end, that needs no smaller blocks: a tenth of a level.
+  /// Width of an interval, relative to its larger end, that needs no smaller blocks: a tenth of a level. The display
+  /// curve is steeper than that in the dark only.
   static constexpr double narrow_width = 0x1p-10;
   static double relative_width(const ColorInterval& radiance) {
     double largest = 0;
@@ -389,10 +391,11 @@ class TileBounds {
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
   std::array<std::vector<PrimitiveRef>, levels + 1> patches_;
-  std::vector<Cover> patch_hits_;    ///< of find_patch()
-  std::vector<Entry> patch_others_;  ///< of find_patch()
+  std::vector<Cover> patch_hits_;                         ///< of find_patch()
+  std::vector<Entry> patch_others_;                       ///< of find_patch()
   std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
   std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
+  double dark_;                                           ///< radiance below which widths count as if it were this
 };
 
 }  // namespace

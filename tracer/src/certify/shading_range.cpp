@@ -193,13 +193,13 @@ ColorInterval finish(const SceneBounds& bounds, const ColorInterval& emitted_amb
 
 }  // namespace
 
-double LocalRadiance::nonlinear_width() const {
+double LocalRadiance::nonlinear_width(double dark) const {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double largest = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     const double width = emitted_ambient[c].high - emitted_ambient[c].low + (any_light ? 2 * light[c].error : 0);
     const double high = emitted_ambient[c].high + (any_light ? std::min(light[c].range().high, light_max[c]) : 0);
-    if (width > 0) largest = std::max(largest, high < infinity ? width / high : infinity);
+    if (width > 0) largest = std::max(largest, high < infinity ? width / std::max(high, dark) : infinity);
   }
   return largest;
 }

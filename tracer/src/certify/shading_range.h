@@ -15,8 +15,9 @@ struct LocalRadiance {
   std::array<double, 3> light_max{};  ///< bound of `light` that does not depend on positions
   bool any_light = false;
 
-  /// Width of the range that remains for the smallest part of the block, relative to the larger end of the range.
-  [[nodiscard]] double nonlinear_width() const;
+  /// Width of the range that remains for the smallest part of the block, relative to the larger end of the range or to
+  /// `dark`.
+  [[nodiscard]] double nonlinear_width(double dark) const;
 };
 
 /// `width` is the largest width of a pixel's ray at the patch, `visible` the shadow_range() of each light.
