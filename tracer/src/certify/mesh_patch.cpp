@@ -130,7 +130,7 @@ bool is_outside(const TriangleGeometry& mesh, std::uint32_t triangle, const Conv
   });
 }
 
-bool covers(const GeometrySet& geometry, std::span<const PrimitiveRef> triangles, const CameraBundle& bundle) {
+bool covers(const GeometrySet& geometry, std::span<const PrimitiveRef> triangles, const Beam& bundle) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
   for (const auto& [number, triangle] : triangles) {

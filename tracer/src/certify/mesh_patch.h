@@ -24,6 +24,6 @@ bool is_outside(const TriangleGeometry& mesh, std::uint32_t triangle, const Conv
 /// A ray that hits the interior of a triangle has neighbors that do, too. So has one that hits an edge, if two of the
 /// triangles traverse it in opposite directions: seen from one side, they lie on both sides of it. If no other edge
 /// reaches into the region, the rays that hit are an open and closed set: all or none, and one proves that it is all.
-bool covers(const GeometrySet& geometry, std::span<const PrimitiveRef> triangles, const CameraBundle& bundle);
+bool covers(const GeometrySet& geometry, std::span<const PrimitiveRef> triangles, const Beam& bundle);
 
 }  // namespace tracer

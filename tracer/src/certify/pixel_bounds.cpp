@@ -1,10 +1,10 @@
 #include "tracer/src/certify/pixel_bounds.h"
 
-#include <bit>
 #include <optional>
 
 #include "tracer/src/certify/block_radiance.h"
 #include "tracer/src/certify/mesh_patch.h"
+#include "tracer/src/certify/occupancy.h"
 #include "tracer/src/certify/shadow_range.h"
 
 namespace tracer {
@@ -40,7 +40,7 @@ struct PixelBlock {
 class TileBounds {
  public:
   TileBounds(const BlockRadiance& radiance, std::vector<RadianceInterval>& pixels)
-      : radiance_(radiance), bounds_(radiance.bounds()), scene_(bounds_.scene), pixels_(pixels) {
+      : radiance_(radiance), bounds_(radiance.bounds()), scene_(bounds_.scene), occupancy_(bounds_), pixels_(pixels) {
     for (std::vector<Occluders>& lights : occluders_) lights.resize(scene_.lights.size());
     visible_.resize(scene_.lights.size());
     dark_ = std::exp2(-5 - scene_.output.exposure);
@@ -51,42 +51,19 @@ class TileBounds {
       fill(tile, radiance_.anything(), true);
       return;
     }
-    std::vector<Entry>& all = entries_[0];
-    all.clear();
-    for (std::uint32_t k = 0; k < scene_.geometry().planes.point.size(); ++k) all.push_back(plane_bit | k);
-    if (!bounds_.tree.empty())
-      for (std::uint32_t lane = 0; lane < bounds_.tree.node(0).count; ++lane) all.push_back(lane);
+    occupancy_.reset(entries_[0]);
     divide(tile, tile_side, 1);
   }
 
  private:
-  /// A lane of a node, as node * 8 + lane; or a plane.
-  using Entry = std::uint32_t;
-  static constexpr Entry plane_bit = 0x80000000u;
-  static constexpr std::size_t entries_max = 64;      ///< nodes are opened while there are fewer
-  static constexpr std::size_t levels = 7;            ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  static constexpr std::uint32_t patch_side_max = 8;  ///< larger blocks have too many triangles
-  static constexpr std::size_t dense_entries_min = 16;
+  using Entry = Occupancy::Entry;
+  using Cover = Occupancy::Cover;
+  static constexpr std::size_t entries_max = 64;
+  static constexpr std::size_t levels = 7;             ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
+  static constexpr std::uint32_t patch_side_max = 8;   ///< larger blocks have too many triangles
   static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
   static constexpr std::size_t patch_entries_max = 48;
   static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
-
-  /// Nearest primitive that all rays hit.
-  struct Cover {
-    Entry entry;
-    PrimitiveRef primitive;
-    AffineVec position;
-    double depth = 0, depth_max = 0;  ///< along the bundle's axis, from the render space's origin
-  };
-
-  [[nodiscard]] static bool is_plane(Entry entry) { return (entry & plane_bit) != 0; }
-  [[nodiscard]] const BoxTree::Node& node_of(Entry entry) const { return bounds_.tree.node(entry / BoxTree::width); }
-  [[nodiscard]] bool is_primitive(Entry entry) const { return is_plane(entry) || node_of(entry).leaf; }
-  [[nodiscard]] std::uint32_t child_of(Entry entry) const { return node_of(entry).child[entry % BoxTree::width]; }
-  [[nodiscard]] PrimitiveRef primitive_of(Entry entry) const {
-    if (is_plane(entry)) return {scene_.geometry().plane_geometry(), entry & ~plane_bit};
-    return bounds_.tree.primitive(child_of(entry));
-  }
 
   static Block positions_of(const PixelBlock& block) {
     return {static_cast<double>(block.x0), static_cast<double>(block.y0), static_cast<double>(block.x1),
@@ -104,22 +81,22 @@ class TileBounds {
 
   /// Bounds the pixels of a square of `side` pixels; `entries_[level - 1]` contains everything in it.
   void divide(const PixelBlock& block, std::uint32_t side, std::size_t level) {
-    const CameraBundle bundle(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
-    gather(bundle.region, level);
-    const std::optional<Cover> cover = find_cover(bundle, entries_[level]);
+    const Beam beam(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
     std::vector<Entry>& entries = entries_[level];
+    occupancy_.gather(entries_[level - 1], beam.region, entries_max, entries);
+    const std::optional<Cover> cover = occupancy_.find_cover(beam, {}, entries);
     if (entries.empty() && !cover) return divide_background(block, side);
     if (entries.empty()) {
       for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
-    if (side <= patch_side_max && find_patch(bundle, entries, patches_[level])) {
+    if (side <= patch_side_max && find_patch(beam, entries, patches_[level])) {
       for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
       return divide_patch(block, side, level, patches_[level]);
     }
     if (side == 1) {
-      fill(block, all_of(bundle.rays, !cover, entries), true);
+      fill(block, all_of(beam.rays, !cover, entries), true);
       return;
     }
     for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide(quarter, side / 2, level + 1); });
@@ -167,12 +144,13 @@ class TileBounds {
   /// Bounds the pixels of a block that connected triangles cover.
   void divide_patch(const PixelBlock& block, std::uint32_t side, std::size_t level,
                     const std::vector<PrimitiveRef>& around) {
-    const CameraBundle bundle(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
-    const RayBundle& rays = bundle.rays;
+    const Beam beam(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
+    const RayBundle& rays = beam.rays;
     std::vector<PrimitiveRef>& triangles = patches_[level + 1];
     triangles.clear();
     for (const PrimitiveRef& triangle : around)
-      if (!is_outside(triangle, bundle.region)) triangles.push_back(triangle);
+      if (!is_outside(scene_.geometry().mesh(triangle.geometry), triangle.primitive, beam.region))
+        triangles.push_back(triangle);
     if (triangles.size() <= few_triangles_max)
       std::erase_if(triangles, [&](const PrimitiveRef& triangle) {
         return intersect(scene_.geometry(), triangle, rays).kind == BundleHit::Kind::miss;
@@ -247,63 +225,8 @@ class TileBounds {
   }
   static bool is_narrow(const ColorInterval& radiance) { return relative_width(radiance) <= narrow_width; }
 
-  /// Entries of the level below that overlap the region, with nodes opened.
-  void gather(const ConvexRegion& region, std::size_t level) {
-    std::vector<Entry>& entries = entries_[level];
-    entries.clear();
-    for (const Entry entry : entries_[level - 1])
-      if (is_plane(entry) || overlaps(node_of(entry), entry % BoxTree::width, region)) entries.push_back(entry);
-    for (std::size_t i = 0; i < entries.size();) {
-      if (is_primitive(entries[i]) || entries.size() >= entries_max) {
-        ++i;
-        continue;
-      }
-      const std::uint32_t child = child_of(entries[i]);
-      entries[i] = entries.back();
-      entries.pop_back();
-      for (unsigned mask = overlaps(bounds_.tree.node(child), region); mask != 0; mask &= mask - 1)
-        entries.push_back(child * BoxTree::width + static_cast<std::uint32_t>(std::countr_zero(mask)));
-    }
-  }
-
-  /// Removes the entries that no ray hits, or that are hidden by the nearest primitive that all rays hit. That one is
-  /// returned and removed, too.
-  std::optional<Cover> find_cover(const CameraBundle& bundle, std::vector<Entry>& entries) const {
-    std::optional<Cover> nearest;
-    std::size_t kept = 0;
-    const bool dense = entries.size() > dense_entries_min;  // none of many triangles covers the block
-    for (const Entry entry : entries) {
-      if (is_primitive(entry)) {
-        const PrimitiveRef primitive = primitive_of(entry);
-        const bool triangle = scene_.geometry().kind_of(primitive.geometry) == GeometryKind::triangles;
-        if (triangle && is_outside(primitive, bundle.region)) continue;
-        if (triangle && dense) {
-          entries[kept++] = entry;
-          continue;
-        }
-        const BundleHit hit = intersect(scene_.geometry(), primitive, bundle.rays);
-        if (hit.kind == BundleHit::Kind::miss) continue;
-        if (hit.kind == BundleHit::Kind::cover) {
-          const Cover cover = cover_of(bundle, entry, primitive, hit);
-          if (!nearest || cover.depth < nearest->depth) nearest = cover;
-        }
-      }
-      entries[kept++] = entry;
-    }
-    entries.resize(kept);
-    if (nearest)
-      std::erase_if(entries,
-                    [&](Entry entry) { return entry == nearest->entry || is_hidden(bundle, *nearest, entry); });
-    return nearest;
-  }
-
-  /// A test of triangles that is faster than that of their forms.
-  [[nodiscard]] bool is_outside(const PrimitiveRef& primitive, const ConvexRegion& region) const {
-    return tracer::is_outside(scene_.geometry().mesh(primitive.geometry), primitive.primitive, region);
-  }
-
   /// Sets `triangles` to the front faces among the entries, if all rays hit one and they hide all other entries.
-  [[nodiscard]] bool find_patch(const CameraBundle& bundle, const std::vector<Entry>& entries,
+  [[nodiscard]] bool find_patch(const Beam& beam, const std::vector<Entry>& entries,
                                 std::vector<PrimitiveRef>& triangles) {
     const GeometrySet& geometry = scene_.geometry();
     triangles.clear();
@@ -311,53 +234,30 @@ class TileBounds {
     patch_others_.clear();
     for (const Entry entry : entries) {
       patch_others_.push_back(entry);
-      if (!is_primitive(entry)) continue;
-      const PrimitiveRef triangle = primitive_of(entry);
+      if (!occupancy_.is_primitive(entry)) continue;
+      const PrimitiveRef triangle = occupancy_.primitive_of(entry);
       if (geometry.kind_of(triangle.geometry) != GeometryKind::triangles) continue;
       const TriangleGeometry& mesh = geometry.mesh(triangle.geometry);
-      const BundleHit hit = triangle_plane_hit(mesh, triangle.primitive, bundle.rays);
+      const BundleHit hit = triangle_plane_hit(mesh, triangle.primitive, beam.rays);
       if (hit.kind != BundleHit::Kind::cover) return false;
       if (hit.back) continue;
       if (triangles.size() == patch_entries_max) return false;
       patch_others_.pop_back();
-      patch_hits_.push_back(cover_of(bundle, entry, triangle, hit));
+      patch_hits_.push_back(Occupancy::cover_of(beam, entry, triangle, hit));
       triangles.push_back(triangle);
     }
-    if (triangles.empty() || !covers(geometry, triangles, bundle)) return false;
+    if (triangles.empty() || !covers(geometry, triangles, beam)) return false;
     return std::all_of(patch_others_.begin(), patch_others_.end(), [&](Entry other) {
       return std::all_of(patch_hits_.begin(), patch_hits_.end(),
-                         [&](const Cover& hit) { return is_hidden(bundle, hit, other); });
+                         [&](const Cover& hit) { return occupancy_.is_hidden(beam, hit, other); });
     });
-  }
-
-  static Cover cover_of(const CameraBundle& bundle, Entry entry, const PrimitiveRef& primitive, const BundleHit& hit) {
-    const AffineVec along = bundle.rays.direction * hit.t;
-    const double rounding = (magnitude(bundle.rays.origin) + magnitude(along)) * 0x1p-45;
-    const AffineVec position = widened(bundle.rays.origin + along, rounding);
-    const AffineForm depth = dot(position, bundle.axis);
-    return {entry, primitive, position, depth.center, depth.range().high};
-  }
-
-  /// True if every ray hits the cover before it can hit the entry: the box of the entry is beyond all hits, or the
-  /// segments to the hits stay on one side of a flat primitive.
-  [[nodiscard]] bool is_hidden(const CameraBundle& bundle, const Cover& cover, Entry entry) const {
-    if (!is_plane(entry) && bundle.forward) {
-      const BoxTree::Node& node = node_of(entry);
-      const std::size_t lane = entry % BoxTree::width;
-      const Vec3& axis = bundle.axis;
-      const double depth = axis.x * (axis.x > 0 ? node.low[0][lane] : node.high[0][lane]) +
-                           axis.y * (axis.y > 0 ? node.low[1][lane] : node.high[1][lane]) +
-                           axis.z * (axis.z > 0 ? node.low[2][lane] : node.high[2][lane]);
-      if (depth - bounds_.tree.reach() * 0x1p-40 > cover.depth_max) return true;
-    }
-    return is_primitive(entry) &&
-           on_one_side(scene_.geometry(), primitive_of(entry), bundle.rays.origin, cover.position);
   }
 
   /// Range of all entries, and of the background where rays may escape.
   [[nodiscard]] ColorInterval all_of(const RayBundle& rays, bool may_escape, const std::vector<Entry>& entries) const {
     const auto range = [&](Entry entry) {
-      return is_primitive(entry) ? radiance_.primitive(primitive_of(entry)) : radiance_.anything();
+      return occupancy_.is_primitive(entry) ? radiance_.primitive(occupancy_.primitive_of(entry))
+                                            : radiance_.anything();
     };
     ColorInterval all = may_escape ? radiance_.range(radiance_.escaped(rays), {}) : range(entries[0]);
     for (const Entry entry : entries) all = hull(all, range(entry));
@@ -388,6 +288,7 @@ class TileBounds {
   const BlockRadiance& radiance_;
   const SceneBounds& bounds_;
   const CompiledScene& scene_;
+  Occupancy occupancy_;
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
   std::array<std::vector<PrimitiveRef>, levels + 1> patches_;

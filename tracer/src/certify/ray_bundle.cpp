@@ -161,7 +161,7 @@ BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
   return {};
 }
 
-CameraBundle::CameraBundle(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
+Beam::Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
     : rays(camera_rays(camera, block)), region(reach) {
   const Vec3 origin = center(rays.origin), direction = center(rays.direction);
   axis = normalize(direction);

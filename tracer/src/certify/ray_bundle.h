@@ -22,13 +22,13 @@ struct Block {
 RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block);
 
 /// The same with the region that they run through.
-struct CameraBundle {
+struct Beam {
   RayBundle rays;
   ConvexRegion region;
   Vec3 axis;             ///< unit, through the center of the block
   bool forward = false;  ///< every ray advances along the axis
 
-  CameraBundle(const CompiledCamera::LinearRays& camera, const Block& block, double reach);
+  Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach);
 };
 
 /// Result of intersecting a bundle with a primitive.
