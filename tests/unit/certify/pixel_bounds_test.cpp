@@ -142,6 +142,37 @@ TEST(PixelBounds, OfConnectedTrianglesAreNarrow) {
   EXPECT_GT(narrow, intervals.size() * 90 / 100);
 }
 
+/// A triangle in the shadow of another, at the edge of it, and lit beside it.
+TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
+  Scene scene = scenes::empty(64);
+  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+  scene.lights.push_back(scenes::point_light({0, 4, 0}));
+  const MaterialId white = scenes::add(scene, scenes::matte({0.5, 0.5, 0.5}));
+  scenes::add(scene, Triangle{{Vec3{-30, 0, 20}, Vec3{30, 0, 20}, Vec3{0, 0, -40}}, {}, {}}, white);
+  scenes::add(scene, Triangle{{Vec3{-0.2, 3, 0.1}, Vec3{0.2, 3, 0.1}, Vec3{0, 3, -0.3}}, {}, {}}, white);
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  const auto intervals = bound_pixels(**compiled, certify::one_by_one, control);
+  EXPECT_EQ(certify::compare(**compiled, intervals, 16, 5).outside, 0u);
+  std::size_t dark = 0, lit = 0;
+  for (const RadianceInterval& interval : intervals) {
+    dark += interval.high[0] == 0 ? 1 : 0;
+    lit += interval.low[0] > 0.3f ? 1 : 0;
+  }
+  EXPECT_GT(dark, 100u);
+  EXPECT_GT(lit, 1000u);
+}
+
+/// A flat mirror that reflects one surface is as narrow as that surface.
+TEST(PixelBounds, OfAMirrorAreThoseOfItsReflection) {
+  Scene scene = floor_scene(scenes::mirror(0.5));
+  scenes::add(scene, Plane{{0, 0, -30}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    EXPECT_NEAR(interval.low[0], 0.5f, 1e-6);
+    EXPECT_NEAR(interval.high[0], 0.5f, 1e-6);
+  }
+}
+
 TEST(PixelBounds, AreInfiniteWithoutABound) {
   Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
   scene.lights.push_back(scenes::point_light({0, 0.01, 0}));

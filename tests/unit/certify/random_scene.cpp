@@ -26,6 +26,7 @@ class Draw : public oracle::Random {
   RandomScene scene() {
     RandomScene random;
     Scene& scene = random.scene;
+    only_triangles_ = chance(0.2);
     scale_ = chance(0.7) ? 1 : spread(1e-5, 1e5);
     if (chance(0.2)) origin_ = vector(100 * scale_);
     scene.image = {20, 16};
@@ -37,10 +38,10 @@ class Draw : public oracle::Random {
     if (chance(0.3)) scene.ambient = color();
     textures(random);
     background(scene);
-    const std::uint32_t lights = chance(0.05) ? 70 : below(4);
+    const std::uint32_t lights = chance(0.05) ? 70 : only_triangles_ ? 1 : below(4);
     for (std::uint32_t i = 0; i < lights; ++i) scene.lights.push_back(light());
     const std::uint32_t materials = 1 + below(4);
-    plain_ = chance(0.4);
+    plain_ = only_triangles_ || chance(0.4);
     for (std::uint32_t i = 0; i < materials; ++i) scene.materials.push_back(material(scene));
     if (chance(0.6)) add(scene, Plane{at(in(-1, -0.3)), chance(0.5) ? Vec3{0, 1, 0} : vector(1), {}});
     const std::uint32_t objects = below(7);
@@ -187,7 +188,7 @@ class Draw : public oracle::Random {
   }
 
   Shape shape() {
-    switch (below(9)) {
+    switch (only_triangles_ ? 6 + below(2) : below(9)) {
       case 0:
         return Plane{point(1), vector(1), {}};
       case 1:
@@ -236,7 +237,7 @@ class Draw : public oracle::Random {
 
   double scale_ = 1;
   Vec3 origin_{};
-  bool plain_ = false;
+  bool plain_ = false, only_triangles_ = false;
 };
 
 }  // namespace

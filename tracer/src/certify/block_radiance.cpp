@@ -20,6 +20,15 @@ ColorInterval with_depth_cue(const DepthCue& cue, const Interval& scale, const C
   return result;
 }
 
+ColorInterval with_reflected(ColorInterval local, const RadianceForms& reflected, const BlockPart& part) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Interval added = restricted(reflected[c], part).range();
+    local[c] = {(local[c].low + std::max(0.0, added.low)) * (1 - 0x1p-40),
+                (local[c].high + added.high) * (1 + 0x1p-40)};
+  }
+  return local;
+}
+
 std::uint32_t object_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
   const auto [number, i] = primitive;
   switch (geometry.kind_of(number)) {
@@ -36,6 +45,14 @@ std::uint32_t object_of(const GeometrySet& geometry, const PrimitiveRef& primiti
 }
 
 }  // namespace
+
+double SurfaceRays::nonlinear_width(double dark) const {
+  double largest = local.nonlinear_width(dark);
+  if (reflected)
+    for (const AffineForm& channel : *reflected)
+      largest = std::max(largest, 2 * channel.error / std::max(channel.range().high, dark));
+  return largest;
+}
 
 BlockRadiance::BlockRadiance(const CompiledScene& compiled, const RenderControl& control)
     : bounds_(compiled, control), scene_(compiled), rays_(compiled.camera.linear_rays()) {
@@ -75,7 +92,9 @@ SurfaceRays BlockRadiance::surface(const SurfacePatch& patch, const RayBundle& r
 }
 
 ColorInterval BlockRadiance::range(const SurfaceRays& rays, const BlockPart& part) const {
-  const ColorInterval radiance = with_secondary_rays(bounds_, rays.material, range_of(bounds_, rays.local, part));
+  const ColorInterval local = range_of(bounds_, rays.local, part);
+  const ColorInterval radiance = rays.reflected ? with_reflected(local, *rays.reflected, part)
+                                                : with_secondary_rays(bounds_, rays.material, local);
   if (!scene_.depth_cue) return finished(radiance, {1, 1});
   const AffineForm world = restricted(rays.depth, part) * scene_.frame.world_from_render(1.0);
   const double slack = world.magnitude() * 0x1p-44;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "tracer/src/certify/mirror_beams.h"
 #include "tracer/src/certify/scene_bounds.h"
 #include "tracer/src/certify/shading_range.h"
 #include "tracer/src/certify/surface_patch.h"
@@ -19,6 +20,10 @@ struct SurfaceRays {
   LocalRadiance local;
   AffineForm depth;  ///< along the viewing axis
   std::uint32_t material = 0;
+  std::optional<RadianceForms> reflected{};  ///< radiance that secondary rays add, if they are followed
+
+  /// As that of LocalRadiance.
+  [[nodiscard]] double nonlinear_width(double dark) const;
 };
 
 class BlockRadiance {

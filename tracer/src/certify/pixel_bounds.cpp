@@ -40,7 +40,12 @@ struct PixelBlock {
 class TileBounds {
  public:
   TileBounds(const BlockRadiance& radiance, std::vector<RadianceInterval>& pixels)
-      : radiance_(radiance), bounds_(radiance.bounds()), scene_(bounds_.scene), occupancy_(bounds_), pixels_(pixels) {
+      : radiance_(radiance),
+        bounds_(radiance.bounds()),
+        scene_(bounds_.scene),
+        occupancy_(bounds_),
+        mirrors_(bounds_),
+        pixels_(pixels) {
     for (std::vector<Occluders>& lights : occluders_) lights.resize(scene_.lights.size());
     visible_.resize(scene_.lights.size());
     dark_ = std::exp2(-5 - scene_.output.exposure);
@@ -127,8 +132,12 @@ class TileBounds {
     const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit);
     const bool certain = find_shadows(patch, side, level);
     if (side == 1 || (certain && side <= linear_side)) {
-      const SurfaceRays surface = radiance_.surface(patch, rays, visible_);
-      const double excess = surface.local.nonlinear_width(dark_) / narrow_width;
+      SurfaceRays surface = radiance_.surface(patch, rays, visible_);
+      double excess = surface.nonlinear_width(dark_) / narrow_width;
+      if (side == 1 || excess <= 1) {
+        surface.reflected = mirrors_.reflected(patch, rays);
+        excess = surface.nonlinear_width(dark_) / narrow_width;
+      }
       if (side == 1 || excess <= 1) {
         fill_parts(block, [&](const BlockPart& part) { return radiance_.range(surface, part); });
         return;
@@ -289,6 +298,7 @@ class TileBounds {
   const SceneBounds& bounds_;
   const CompiledScene& scene_;
   Occupancy occupancy_;
+  MirrorBeams mirrors_;
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
   std::array<std::vector<PrimitiveRef>, levels + 1> patches_;

@@ -161,6 +161,11 @@ BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
   return {};
 }
 
+Beam::Beam(const RayBundle& bundle, const ConvexRegion& around)
+    : rays(bundle), region(around), axis(normalize(center(bundle.direction))) {
+  forward = dot(rays.direction, axis).range().low > 0;
+}
+
 Beam::Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
     : rays(camera_rays(camera, block)), region(reach) {
   const Vec3 origin = center(rays.origin), direction = center(rays.direction);

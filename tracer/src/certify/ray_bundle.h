@@ -8,6 +8,12 @@
 
 namespace tracer {
 
+/// Smallest box around all points.
+inline Bounds box_of(const AffineVec& points) {
+  const Interval x = points.x.range(), y = points.y.range(), z = points.z.range();
+  return {{x.low, y.low, z.low}, {x.high, y.high, z.high}};
+}
+
 /// Rays origin + t direction, t > 0. Directions need not be unit.
 struct RayBundle {
   AffineVec origin, direction;
@@ -21,14 +27,16 @@ struct Block {
 /// Camera rays of a block.
 RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block);
 
-/// The same with the region that they run through.
+/// Rays with the region that they run through.
 struct Beam {
   RayBundle rays;
   ConvexRegion region;
   Vec3 axis;             ///< unit, through the center of the block
   bool forward = false;  ///< every ray advances along the axis
 
+  /// Camera rays of a block; `reach` is that of ConvexRegion.
   Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach);
+  Beam(const RayBundle& bundle, const ConvexRegion& around);
 };
 
 /// Result of intersecting a bundle with a primitive.

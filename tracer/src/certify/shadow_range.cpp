@@ -5,11 +5,6 @@
 namespace tracer {
 namespace {
 
-Bounds box_of(const AffineVec& points) {
-  const Interval x = points.x.range(), y = points.y.range(), z = points.z.range();
-  return {{x.low, y.low, z.low}, {x.high, y.high, z.high}};
-}
-
 /// Shadow rays of a patch to one light, and the primitives found among them.
 class ShadowShaft {
  public:
