@@ -63,6 +63,28 @@ TEST_F(AffineFormTest, OperationsContainTheExactResult) {
   }
 }
 
+TEST_F(AffineFormTest, OperationsOnVectorsContainTheExactResult) {
+  for (int i = 0; i < 30'000; ++i) {
+    move();
+    const double size = random_.spread(1e-3, 1e3);
+    const auto component = [&] { return draw(random_.in(-size, size), random_.spread(1e-12, 1) * size); };
+    const Sampled a[3] = {component(), component(), component()}, b[3] = {component(), component(), component()};
+    const AffineVec u{a[0].form, a[1].form, a[2].form}, v{b[0].form, b[1].form, b[2].form};
+    const Vec3 w = random_.vector(size);
+    const auto products = [&](const Sampled* p, Real x, Real y, Real z) {
+      return p[0].value * x + p[1].value * y + p[2].value * z;
+    };
+    const double terms = 12 * size * size;
+    expect_contains(dot(u, v), products(a, b[0].value, b[1].value, b[2].value), "dot", terms);
+    expect_contains(dot(u, w), products(a, w.x, w.y, w.z), "dot with a vector", terms);
+    expect_contains(squared_length(u), products(a, a[0].value, a[1].value, a[2].value), "squared length", terms);
+    expect_contains(cross(u, v).x, a[1].value * b[2].value - a[2].value * b[1].value, "cross", terms);
+    expect_contains(cross(w, v).y, w.z * b[0].value - w.x * b[2].value, "cross with a vector", terms);
+    const Linear map{random_.vector(1), random_.vector(1), random_.vector(1)};
+    expect_contains((map * u).y, products(a, map.x.y, map.y.y, map.z.y), "map", terms);
+  }
+}
+
 TEST_F(AffineFormTest, DependentTermsCancel) {
   const AffineForm a{5, 1, 2, 0};
   const Interval difference = (a - a).range();

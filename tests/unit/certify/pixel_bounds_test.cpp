@@ -132,9 +132,9 @@ TEST(PixelBounds, OfAPenumbraReachFromDarkToLit) {
 /// Pixels of a smooth mesh that see several triangles: their edges are shared, so that no ray passes between them.
 TEST(PixelBounds, OfConnectedTrianglesAreNarrow) {
   Scene scene = scenes::empty(64);
-  scene.camera = {{0.3, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 20};  // pixels of half a triangle's size
+  scene.camera = {{0.3, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 20};  // triangles of about four pixels
   scene.background.color = {1, 0, 0};
-  scenes::add(scene, scenes::icosphere(5, true), scenes::matte({0.5, 0.5, 0.5}));
+  scenes::add(scene, scenes::icosphere(4, true), scenes::matte({0.5, 0.5, 0.5}));
   scene.lights.push_back(scenes::point_light({3, 4, 6}));
   const auto intervals = intervals_of(scene);
   std::size_t narrow = 0;
@@ -161,6 +161,17 @@ TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
   }
   EXPECT_GT(dark, 100u);
   EXPECT_GT(lit, 1000u);
+}
+
+/// From inside, a sphere shadows itself.
+TEST(PixelBounds, OfTheInsideOfASphereAreDark) {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 60};
+  scene.lights.push_back(scenes::point_light({0.5, 1, 5}));
+  scenes::add(scene, Sphere{}, scenes::matte({0.5, 0.5, 0.5}));
+  for (const RadianceInterval& interval : intervals_of(scene)) EXPECT_EQ(interval.low[0], 0.0f);
+  scene.lights[0].source = PointLight{{0.2, 0.1, 0.3}};
+  for (const RadianceInterval& interval : intervals_of(scene)) EXPECT_GT(interval.high[0], 0.1f);
 }
 
 /// A flat mirror that reflects one surface is as narrow as that surface.

@@ -162,17 +162,40 @@ inline AffineVec operator*(const AffineVec& a, double b) { return {a.x * b, a.y 
 inline AffineVec operator*(const AffineVec& a, const AffineForm& b) { return {a.x * b, a.y * b, a.z * b}; }
 inline AffineVec operator*(const Vec3& a, const AffineForm& b) { return {a.x * b, a.y * b, a.z * b}; }
 
-inline AffineForm dot(const AffineVec& a, const AffineVec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline AffineForm dot(const AffineVec& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+// Sums of three products: three times the roundings of one, added once.
+
+inline AffineForm dot(const AffineVec& a, const Vec3& b) {
+  const double x = std::abs(b.x), y = std::abs(b.y), z = std::abs(b.z);
+  return rounded(a.x.center * b.x + a.y.center * b.y + a.z.center * b.z, a.x.x * b.x + a.y.x * b.y + a.z.x * b.z,
+                 a.x.y * b.x + a.y.y * b.y + a.z.y * b.z, a.x.error * x + a.y.error * y + a.z.error * z,
+                 3 * (a.x.magnitude() * x + a.y.magnitude() * y + a.z.magnitude() * z));
+}
+inline AffineForm dot(const AffineVec& a, const AffineVec& b) {
+  const Vec3 u = center(a), v = center(b), p{a.x.radius(), a.y.radius(), a.z.radius()},
+             q{b.x.radius(), b.y.radius(), b.z.radius()};
+  const Vec3 size_u = abs(u), size_v = abs(v);
+  const double error = dot(size_u, Vec3{b.x.error, b.y.error, b.z.error}) +
+                       dot(size_v, Vec3{a.x.error, a.y.error, a.z.error}) + dot(p, q);
+  return rounded(dot(u, v), dot(u, slope_x(b)) + dot(v, slope_x(a)), dot(u, slope_y(b)) + dot(v, slope_y(a)), error,
+                 3 * dot(size_u + p, size_v + q));
+}
 inline AffineForm dot(const Vec3& a, const AffineVec& b) { return dot(b, a); }
-inline AffineForm squared_length(const AffineVec& a) { return squared(a.x) + squared(a.y) + squared(a.z); }
+/// As squared(): the squares of the deviations lie between 0 and that of the radii.
+inline AffineForm squared_length(const AffineVec& a) {
+  const Vec3 c = center(a), size = abs(c), radius{a.x.radius(), a.y.radius(), a.z.radius()}, reach = size + radius;
+  const double half = 0.5 * dot(radius, radius);
+  return rounded(dot(c, c) + half, 2 * dot(c, slope_x(a)), 2 * dot(c, slope_y(a)),
+                 2 * dot(size, Vec3{a.x.error, a.y.error, a.z.error}) + half, 3 * dot(reach, reach));
+}
 inline AffineVec cross(const AffineVec& a, const AffineVec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline AffineVec cross(const Vec3& a, const AffineVec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline AffineVec operator*(const Linear& m, const AffineVec& v) { return m.x * v.x + m.y * v.y + m.z * v.z; }
+inline AffineVec operator*(const Linear& m, const AffineVec& v) {
+  return {dot(v, Vec3{m.x.x, m.y.x, m.z.x}), dot(v, Vec3{m.x.y, m.y.y, m.z.y}), dot(v, Vec3{m.x.z, m.y.z, m.z.z})};
+}
 
 /// `a` at unit length, or unknown if it may be zero.
 inline AffineVec normalized(const AffineVec& a) { return a * inverse(square_root(squared_length(a))); }

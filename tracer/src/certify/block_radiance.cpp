@@ -46,8 +46,8 @@ std::uint32_t object_of(const GeometrySet& geometry, const PrimitiveRef& primiti
 
 }  // namespace
 
-double SurfaceRays::nonlinear_width(double dark) const {
-  double largest = local.nonlinear_width(dark);
+double SurfaceRays::nonlinear_width(double dark, double side) const {
+  double largest = local.nonlinear_width(dark, side);
   if (reflected)
     for (const AffineForm& channel : *reflected)
       largest = std::max(largest, 2 * channel.error / std::max(channel.range().high, dark));

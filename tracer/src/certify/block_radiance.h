@@ -23,7 +23,7 @@ struct SurfaceRays {
   std::optional<RadianceForms> reflected{};  ///< radiance that secondary rays add, if they are followed
 
   /// As that of LocalRadiance.
-  [[nodiscard]] double nonlinear_width(double dark) const;
+  [[nodiscard]] double nonlinear_width(double dark, double side) const;
 };
 
 class BlockRadiance {

@@ -65,7 +65,11 @@ class TileBounds {
   using Cover = Occupancy::Cover;
   static constexpr std::size_t entries_max = 64;
   static constexpr std::size_t levels = 7;             ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  static constexpr std::uint32_t patch_side_max = 8;   ///< larger blocks have too many triangles
+  /// Sides of blocks that connected triangles may cover together.
+  static constexpr std::uint32_t patch_side_max = 8, patch_side_min = 2;
+  /// Blocks with about as many primitives as pixels are not divided: hardly one of their pixels would be narrow.
+  static constexpr std::uint32_t dense_side_max = 4;
+  static constexpr std::size_t dense_entries_min = 24;
   static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
   static constexpr std::size_t patch_entries_max = 48;
   static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
@@ -96,11 +100,11 @@ class TileBounds {
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
-    if (side <= patch_side_max && find_patch(beam, entries, patches_[level])) {
+    if (side <= patch_side_max && side >= patch_side_min && find_patch(beam, entries, patches_[level])) {
       for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
       return divide_patch(block, side, level, patches_[level]);
     }
-    if (side == 1) {
+    if (side == 1 || (side <= dense_side_max && entries.size() > dense_entries_min)) {
       fill(block, all_of(beam.rays, !cover, entries), true);
       return;
     }
@@ -133,10 +137,10 @@ class TileBounds {
     const bool certain = find_shadows(patch, side, level);
     if (side == 1 || (certain && side <= linear_side)) {
       SurfaceRays surface = radiance_.surface(patch, rays, visible_);
-      double excess = surface.nonlinear_width(dark_) / narrow_width;
+      double excess = surface.nonlinear_width(dark_, side) / narrow_width;
       if (side == 1 || excess <= 1) {
         surface.reflected = mirrors_.reflected(patch, rays);
-        excess = surface.nonlinear_width(dark_) / narrow_width;
+        excess = surface.nonlinear_width(dark_, side) / narrow_width;
       }
       if (side == 1 || excess <= 1) {
         fill_parts(block, [&](const BlockPart& part) { return radiance_.range(surface, part); });

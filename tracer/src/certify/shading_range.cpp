@@ -193,11 +193,13 @@ ColorInterval finish(const SceneBounds& bounds, const ColorInterval& emitted_amb
 
 }  // namespace
 
-double LocalRadiance::nonlinear_width(double dark) const {
+double LocalRadiance::nonlinear_width(double dark, double side) const {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double largest = 0;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double width = emitted_ambient[c].high - emitted_ambient[c].low + (any_light ? 2 * light[c].error : 0);
+    const double linear = (std::abs(light[c].x) + std::abs(light[c].y)) / (4 * side);
+    const double width =
+        emitted_ambient[c].high - emitted_ambient[c].low + (any_light ? 2 * light[c].error - linear : 0);
     const double high = emitted_ambient[c].high + (any_light ? std::min(light[c].range().high, light_max[c]) : 0);
     if (width > 0) largest = std::max(largest, high < infinity ? width / std::max(high, dark) : infinity);
   }

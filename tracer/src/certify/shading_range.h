@@ -16,8 +16,8 @@ struct LocalRadiance {
   bool any_light = false;
 
   /// Width of the range that remains for the smallest part of the block, relative to the larger end of the range or to
-  /// `dark`.
-  [[nodiscard]] double nonlinear_width(double dark) const;
+  /// `dark`. An eighth of the linear part in each of `side` x `side` parts does not count.
+  [[nodiscard]] double nonlinear_width(double dark, double side) const;
 };
 
 /// `width` is the largest width of a pixel's ray at the patch, `visible` the shadow_range() of each light.
