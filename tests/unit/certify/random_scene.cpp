@@ -31,7 +31,7 @@ class Draw : public oracle::Random {
     if (chance(0.2)) origin_ = vector(100 * scale_);
     scene.image = {20, 16};
     scene.camera = camera();
-    scene.accuracy.samples = 1;
+    scene.accuracy.samples = chance(0.5) ? 1 : 4;  // a single one passes the center of the lens
     scene.accuracy.cutoff = chance(0.5) ? 0 : 0.01;
     scene.accuracy.max_depth = chance(0.7) ? 6 : below(3);
     if (chance(0.08)) scene.accuracy.approximate = approximations();
@@ -65,10 +65,10 @@ class Draw : public oracle::Random {
     if (chance(0.25)) {
       camera.type = Camera::Type::orthographic;
       camera.height = size(0.1, 6);
-    } else if (chance(0.05)) {
+    } else if (chance(0.1)) {
       camera.type = Camera::Type::panorama;
     }
-    if (chance(0.08)) camera.aperture = size(0.001, 0.3);
+    if (chance(0.15)) camera.aperture = size(0.0005, 0.3);
     return camera;
   }
 

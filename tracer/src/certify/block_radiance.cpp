@@ -55,8 +55,8 @@ double SurfaceRays::nonlinear_width(double dark, double side) const {
 }
 
 BlockRadiance::BlockRadiance(const CompiledScene& compiled, const RenderControl& control)
-    : bounds_(compiled, control), scene_(compiled), rays_(compiled.camera.linear_rays()) {
-  if (compiled.needs.lens) rays_.reset();
+    : bounds_(compiled, control), scene_(compiled) {
+  rays_ = rays(0, 0).value_or(CompiledCamera::LinearRays{});
   for (std::uint32_t material = 0; material < compiled.materials.size(); ++material)
     materials_.push_back(with_secondary_rays(bounds_, material, local_radiance(bounds_, material, 0)));
 }
@@ -84,10 +84,12 @@ ColorInterval BlockRadiance::range(const EscapedRays& rays, const BlockPart& par
 
 SurfaceRays BlockRadiance::surface(const SurfacePatch& patch, const RayBundle& rays,
                                    std::span<const Interval> visible) const {
-  const AffineForm depth = dot(patch.hit - rays.origin, scene_.camera.forward());
-  const Vec3 per_pixel = rays_->origin_x;
-  const bool parallel = dot(per_pixel, per_pixel) > 0;
-  const double width = rays_->pixel * (parallel ? 1 : depth.range().high) * (1 + 0x1p-40);
+  const AffineVec along = patch.hit - rays.origin;
+  const bool panorama = rays_.turn_x > 0, parallel = dot(rays_.origin_x, rays_.origin_x) > 0;
+  const AffineForm distance = square_root(squared_length(along));
+  // Depths of a panorama are distances; the spread of a lens's rays is that of a unit direction, not of its depth.
+  const AffineForm depth = panorama ? distance : dot(along, scene_.camera.forward());
+  const double width = rays_.pixel * (parallel ? 1 : distance.range().high) * (1 + 0x1p-40);
   return {local_radiance(bounds_, patch, rays, width, visible), depth, patch.material};
 }
 

@@ -32,8 +32,10 @@ class BlockRadiance {
   BlockRadiance(const CompiledScene& compiled, const RenderControl& control);
 
   [[nodiscard]] const SceneBounds& bounds() const { return bounds_; }
-  /// None if the rays of a block are not linear: a panorama, or a lens. All pixels then have the range anything().
-  [[nodiscard]] const std::optional<CompiledCamera::LinearRays>& rays() const { return rays_; }
+  /// Rays about an image position. None for a panorama with a lens: all pixels then have the range anything().
+  [[nodiscard]] std::optional<CompiledCamera::LinearRays> rays(double x, double y) const {
+    return scene_.camera.linear_rays(x, y, scene_.needs.lens);
+  }
 
   /// Rays that hit nothing.
   [[nodiscard]] EscapedRays escaped(const RayBundle& rays) const;
@@ -53,7 +55,7 @@ class BlockRadiance {
 
   SceneBounds bounds_;
   const CompiledScene& scene_;
-  std::optional<CompiledCamera::LinearRays> rays_;
+  CompiledCamera::LinearRays rays_;       ///< at the image's corner
   std::vector<ColorInterval> materials_;  ///< radiance of any of their points, by material
 };
 

@@ -8,19 +8,14 @@ namespace {
 /// Footprint of reflected rays: curved mirrors change it, so that filtered textures have any of their colors.
 constexpr double any_width = 1e30;
 
-/// Rays that leave a mirror. The region is the hull of the origins and of points beyond the scene.
+/// Rays that leave a mirror.
 std::optional<Beam> reflected_beam(const SurfacePatch& patch, const RayBundle& rays, double reach) {
   const AffineForm along = dot(rays.direction, patch.normal);
   const double rounding = magnitude(rays.direction) * 0x1p-44;
   const AffineVec direction = widened(rays.direction - patch.normal * (along * 2), rounding);
-  const Vec3 axis = center(direction);
-  const double squared_size = dot(axis, axis);
-  if (!(squared_length(direction).range().low > 0.25 * squared_size) || !(squared_size > 0)) return std::nullopt;
-  const Bounds from = box_of(patch.hit);
-  const double far = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));
-  const Bounds offset = box_of(direction * (far / std::sqrt(squared_size)));
-  const Bounds to{from.low + offset.low, from.high + offset.high};
-  return Beam({patch.hit, direction}, shaft(from, to, reach));
+  const RayBundle reflected{patch.hit, direction};
+  if (!spreads_little(reflected)) return std::nullopt;
+  return Beam(reflected, region_of(reflected, reach));
 }
 
 /// [0, high] of the form.

@@ -52,7 +52,7 @@ class TileBounds {
   }
 
   void run(const PixelBlock& tile) {
-    if (!radiance_.rays()) {
+    if (!radiance_.rays(0, 0)) {
       fill(tile, radiance_.anything(), true);
       return;
     }
@@ -64,7 +64,7 @@ class TileBounds {
   using Entry = Occupancy::Entry;
   using Cover = Occupancy::Cover;
   static constexpr std::size_t entries_max = 64;
-  static constexpr std::size_t levels = 7;             ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
+  static constexpr std::size_t levels = 7;  ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
   /// Sides of blocks that connected triangles may cover together.
   static constexpr std::uint32_t patch_side_max = 8, patch_side_min = 2;
   /// Blocks with about as many primitives as pixels are not divided: hardly one of their pixels would be narrow.
@@ -73,6 +73,11 @@ class TileBounds {
   static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
   static constexpr std::size_t patch_entries_max = 48;
   static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
+
+  /// Precondition: they are linear.
+  [[nodiscard]] CompiledCamera::LinearRays rays_of(const PixelBlock& block) const {
+    return *radiance_.rays(0.5 * (block.x0 + block.x1), 0.5 * (block.y0 + block.y1));
+  }
 
   static Block positions_of(const PixelBlock& block) {
     return {static_cast<double>(block.x0), static_cast<double>(block.y0), static_cast<double>(block.x1),
@@ -90,7 +95,7 @@ class TileBounds {
 
   /// Bounds the pixels of a square of `side` pixels; `entries_[level - 1]` contains everything in it.
   void divide(const PixelBlock& block, std::uint32_t side, std::size_t level) {
-    const Beam beam(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
+    const Beam beam(rays_of(block), positions_of(block), bounds_.tree.reach());
     std::vector<Entry>& entries = entries_[level];
     occupancy_.gather(entries_[level - 1], beam.region, entries_max, entries);
     const std::optional<Cover> cover = occupancy_.find_cover(beam, {}, entries);
@@ -112,7 +117,7 @@ class TileBounds {
   }
 
   void divide_background(const PixelBlock& block, std::uint32_t side) {
-    const EscapedRays rays = radiance_.escaped(camera_rays(*radiance_.rays(), positions_of(block)));
+    const EscapedRays rays = radiance_.escaped(camera_rays(rays_of(block), positions_of(block)));
     const ColorInterval whole = radiance_.range(rays, {});
     if (is_narrow(whole)) {
       fill(block, whole, false);
@@ -127,7 +132,7 @@ class TileBounds {
   /// it; the radiance is not nearly linear over blocks of more than `linear_side` pixels.
   void divide_surface(const PixelBlock& block, std::uint32_t side, std::size_t level, const PrimitiveRef& primitive,
                       std::uint32_t linear_side) {
-    const RayBundle rays = camera_rays(*radiance_.rays(), positions_of(block));
+    const RayBundle rays = camera_rays(rays_of(block), positions_of(block));
     const BundleHit hit = intersect(scene_.geometry(), primitive, rays);
     if (hit.kind != BundleHit::Kind::cover) {  // rounding
       fill(block, radiance_.primitive(primitive), true);
@@ -157,7 +162,7 @@ class TileBounds {
   /// Bounds the pixels of a block that connected triangles cover.
   void divide_patch(const PixelBlock& block, std::uint32_t side, std::size_t level,
                     const std::vector<PrimitiveRef>& around) {
-    const Beam beam(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
+    const Beam beam(rays_of(block), positions_of(block), bounds_.tree.reach());
     const RayBundle& rays = beam.rays;
     std::vector<PrimitiveRef>& triangles = patches_[level + 1];
     triangles.clear();

@@ -148,8 +148,24 @@ RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& blo
     return AffineVec{form(base.x, along_x.x, along_y.x), form(base.y, along_x.y, along_y.y),
                      form(base.z, along_x.z, along_y.z)};
   };
-  return {forms(camera.origin, camera.origin_x, camera.origin_y),
-          forms(camera.direction, camera.direction_x, camera.direction_y)};
+  const double turn = camera.turn_x * half_x + camera.turn_y * half_y;
+  const double bend = 0.5 * turn * turn * (1 + 0x1p-40) + (turn > 0 ? 0x1p-48 : 0);
+  return {widened(forms(camera.origin, camera.origin_x, camera.origin_y), camera.lens),
+          widened(forms(camera.direction, camera.direction_x, camera.direction_y),
+                  camera.lens * ((1 + 0x1p-40) / camera.focus) + Vec3{bend, bend, bend})};
+}
+
+ConvexRegion region_of(const RayBundle& rays, double reach) {
+  const Vec3 axis = center(rays.direction);
+  const Bounds from = box_of(rays.origin);
+  const double far = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));
+  const Bounds offset = box_of(rays.direction * (far / length(axis)));
+  return shaft(from, {from.low + offset.low, from.high + offset.high}, reach);
+}
+
+bool spreads_little(const RayBundle& rays) {
+  const Vec3 axis = center(rays.direction);
+  return squared_length(rays.direction).range().low > 0.25 * dot(axis, axis);
 }
 
 BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
@@ -168,6 +184,14 @@ Beam::Beam(const RayBundle& bundle, const ConvexRegion& around)
 
 Beam::Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
     : rays(camera_rays(camera, block)), region(reach) {
+  const bool converge = dot(camera.lens, camera.lens) == 0 && camera.turn_x == 0;
+  if (!converge) {
+    // Too wide a bundle has no region: nothing is outside of it.
+    axis = normalize(center(rays.direction));
+    forward = dot(rays.direction, axis).range().low > 0;
+    if (spreads_little(rays)) region = region_of(rays, reach);
+    return;
+  }
   const Vec3 origin = center(rays.origin), direction = center(rays.direction);
   axis = normalize(direction);
   forward = dot(rays.direction, axis).range().low > 0;

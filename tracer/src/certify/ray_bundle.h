@@ -27,6 +27,12 @@ struct Block {
 /// Camera rays of a block.
 RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block);
 
+/// True if no ray is shorter than half the central one, by the lengths of their directions.
+bool spreads_little(const RayBundle& rays);
+/// Hull of the origins and of points beyond the scene, whose boxes have coordinates up to `reach`. Precondition:
+/// spreads_little().
+ConvexRegion region_of(const RayBundle& rays, double reach);
+
 /// Rays with the region that they run through.
 struct Beam {
   RayBundle rays;
