@@ -70,8 +70,7 @@ class TileBounds {
   /// Blocks with about as many primitives as pixels are not divided: hardly one of their pixels would be narrow.
   static constexpr std::uint32_t dense_side_max = 4;
   static constexpr std::size_t dense_entries_min = 24;
-  static constexpr std::size_t few_triangles_max = 4;  ///< worth a precise test each
-  static constexpr std::size_t patch_entries_max = 48;
+  static constexpr std::size_t few_triangles_max = 4;     ///< worth a precise test each
   static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
 
   /// Precondition: they are linear.
@@ -105,7 +104,7 @@ class TileBounds {
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
-    if (side <= patch_side_max && side >= patch_side_min && find_patch(beam, entries, patches_[level])) {
+    if (side <= patch_side_max && side >= patch_side_min && occupancy_.find_patch(beam, entries, patches_[level])) {
       for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
       return divide_patch(block, side, level, patches_[level]);
     }
@@ -243,34 +242,6 @@ class TileBounds {
   }
   static bool is_narrow(const ColorInterval& radiance) { return relative_width(radiance) <= narrow_width; }
 
-  /// Sets `triangles` to the front faces among the entries, if all rays hit one and they hide all other entries.
-  [[nodiscard]] bool find_patch(const Beam& beam, const std::vector<Entry>& entries,
-                                std::vector<PrimitiveRef>& triangles) {
-    const GeometrySet& geometry = scene_.geometry();
-    triangles.clear();
-    patch_hits_.clear();
-    patch_others_.clear();
-    for (const Entry entry : entries) {
-      patch_others_.push_back(entry);
-      if (!occupancy_.is_primitive(entry)) continue;
-      const PrimitiveRef triangle = occupancy_.primitive_of(entry);
-      if (geometry.kind_of(triangle.geometry) != GeometryKind::triangles) continue;
-      const TriangleGeometry& mesh = geometry.mesh(triangle.geometry);
-      const BundleHit hit = triangle_plane_hit(mesh, triangle.primitive, beam.rays);
-      if (hit.kind != BundleHit::Kind::cover) return false;
-      if (hit.back) continue;
-      if (triangles.size() == patch_entries_max) return false;
-      patch_others_.pop_back();
-      patch_hits_.push_back(Occupancy::cover_of(beam, entry, triangle, hit));
-      triangles.push_back(triangle);
-    }
-    if (triangles.empty() || !covers(geometry, triangles, beam)) return false;
-    return std::all_of(patch_others_.begin(), patch_others_.end(), [&](Entry other) {
-      return std::all_of(patch_hits_.begin(), patch_hits_.end(),
-                         [&](const Cover& hit) { return occupancy_.is_hidden(beam, hit, other); });
-    });
-  }
-
   /// Range of all entries, and of the background where rays may escape.
   [[nodiscard]] ColorInterval all_of(const RayBundle& rays, bool may_escape, const std::vector<Entry>& entries) const {
     const auto range = [&](Entry entry) {
@@ -311,8 +282,6 @@ class TileBounds {
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
   std::array<std::vector<PrimitiveRef>, levels + 1> patches_;
-  std::vector<Cover> patch_hits_;                         ///< of find_patch()
-  std::vector<Entry> patch_others_;                       ///< of find_patch()
   std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
   std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
   double dark_;                                           ///< radiance below which widths count as if it were this
