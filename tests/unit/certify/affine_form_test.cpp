@@ -20,37 +20,37 @@ struct Sampled {
 
 class AffineFormTest : public testing::Test {
  protected:
-  /// A form about `center`, and its value at (s_, t_) with any error.
+  /// A form about `center`, and its value at (s, t) with any error.
   Sampled draw(double center, double radius) {
-    const AffineForm form{center, random_.in(-radius, radius), random_.in(-radius, radius),
-                          random_.chance(0.5) ? 0 : random_.in(0, radius)};
-    return {form, form.center + Real{form.x} * s_ + Real{form.y} * t_ + Real{form.error} * random_.in(-1, 1)};
+    const AffineForm form{center, random.in(-radius, radius), random.in(-radius, radius),
+                          random.chance(0.5) ? 0 : random.in(0, radius)};
+    return {form, form.center + Real{form.x} * s + Real{form.y} * t + Real{form.error} * random.in(-1, 1)};
   }
   void move() {
-    s_ = random_.chance(0.2) ? random_.sign() : random_.in(-1, 1);
-    t_ = random_.chance(0.2) ? random_.sign() : random_.in(-1, 1);
+    s = random.chance(0.2) ? random.sign() : random.in(-1, 1);
+    t = random.chance(0.2) ? random.sign() : random.in(-1, 1);
   }
-  /// The value at (s_, t_) lies within the form's error there. `terms`: their size, if they may cancel.
+  /// The value at (s, t) lies within the form's error there. `terms`: their size, if they may cancel.
   void expect_contains(const AffineForm& form, Real value, const char* what, double terms = 0) const {
     if (!std::isfinite(form.error)) return;
-    const Real middle = form.center + Real{form.x} * s_ + Real{form.y} * t_;
+    const Real middle = form.center + Real{form.x} * s + Real{form.y} * t;
     const Real oracle_rounding = std::max(form.magnitude(), terms) * 0x1p-60L;
     EXPECT_LE(std::abs(middle - value), form.error + oracle_rounding) << what;
     EXPECT_LE(form.range().low - oracle_rounding, value) << what;
     EXPECT_GE(form.range().high + oracle_rounding, value) << what;
   }
 
-  oracle::Random random_{1};
-  double s_ = 0, t_ = 0;
+  oracle::Random random{1};
+  double s = 0, t = 0;
 };
 
 TEST_F(AffineFormTest, OperationsContainTheExactResult) {
   for (int i = 0; i < 100'000; ++i) {
     move();
-    const double size = random_.spread(1e-6, 1e6);
-    const auto [a, exact_a] = draw(random_.in(-size, size), random_.spread(1e-12, 1) * size);
-    const auto [b, exact_b] = draw(random_.in(-size, size), random_.spread(1e-12, 1) * size);
-    const double factor = random_.in(-3, 3);
+    const double size = random.spread(1e-6, 1e6);
+    const auto [a, exact_a] = draw(random.in(-size, size), random.spread(1e-12, 1) * size);
+    const auto [b, exact_b] = draw(random.in(-size, size), random.spread(1e-12, 1) * size);
+    const double factor = random.in(-3, 3);
     expect_contains(a + b, exact_a + exact_b, "sum", size);
     expect_contains(a - b, exact_a - exact_b, "difference", size);
     expect_contains(a * b, exact_a * exact_b, "product");
@@ -66,11 +66,11 @@ TEST_F(AffineFormTest, OperationsContainTheExactResult) {
 TEST_F(AffineFormTest, OperationsOnVectorsContainTheExactResult) {
   for (int i = 0; i < 30'000; ++i) {
     move();
-    const double size = random_.spread(1e-3, 1e3);
-    const auto component = [&] { return draw(random_.in(-size, size), random_.spread(1e-12, 1) * size); };
+    const double size = random.spread(1e-3, 1e3);
+    const auto component = [&] { return draw(random.in(-size, size), random.spread(1e-12, 1) * size); };
     const Sampled a[3] = {component(), component(), component()}, b[3] = {component(), component(), component()};
     const AffineVec u{a[0].form, a[1].form, a[2].form}, v{b[0].form, b[1].form, b[2].form};
-    const Vec3 w = random_.vector(size);
+    const Vec3 w = random.vector(size);
     const auto products = [&](const Sampled* p, Real x, Real y, Real z) {
       return p[0].value * x + p[1].value * y + p[2].value * z;
     };
@@ -80,14 +80,14 @@ TEST_F(AffineFormTest, OperationsOnVectorsContainTheExactResult) {
     expect_contains(squared_length(u), products(a, a[0].value, a[1].value, a[2].value), "squared length", terms);
     expect_contains(cross(u, v).x, a[1].value * b[2].value - a[2].value * b[1].value, "cross", terms);
     expect_contains(cross(w, v).y, w.z * b[0].value - w.x * b[2].value, "cross with a vector", terms);
-    const Linear map{random_.vector(1), random_.vector(1), random_.vector(1)};
+    const Linear map{random.vector(1), random.vector(1), random.vector(1)};
     expect_contains((map * u).y, products(a, map.x.y, map.y.y, map.z.y), "map", terms);
   }
 }
 
 TEST_F(AffineFormTest, DependentTermsCancel) {
-  const AffineForm a{5, 1, 2, 0};
-  const Interval difference = (a - a).range();
+  const AffineForm a{5, 1, 2, 0}, same = a;
+  const Interval difference = (a - same).range();
   EXPECT_LE(difference.high - difference.low, 1e-13);
   const Interval ratio = (a * inverse(a)).range();  // intervals alone would give [2, 8] / [2, 8] = [1/4, 4]
   EXPECT_GT(ratio.low, -0.6);
