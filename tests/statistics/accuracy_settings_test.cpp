@@ -184,8 +184,7 @@ class ApproximatedStillLife : public ::testing::Test {
     Scene scene = still_life();
     scene.accuracy.samples = 64;
     if (!approximations.any()) return measured(scenes::render(scene, 2), converged_still_life());
-    constexpr Approximations all_lights{.nearest_lights = nearest_lights_max};
-    return measured(scenes::approximated(scene, approximations, all_lights), converged_still_life());
+    return measured(scenes::approximated(scene, approximations), converged_still_life());
   }
   Point expect_cheaper_and_worse(const Approximations& approximations, const std::string& what) const {
     const Point cheap = with(approximations);
