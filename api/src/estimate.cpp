@@ -9,7 +9,7 @@
 namespace api {
 namespace {
 
-constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
+constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 200, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
 
 /// Objects and triangles of the scene and its prototypes.

@@ -1,6 +1,6 @@
 #include "tracer/src/certify/block_radiance.h"
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/compiled/compiled_scene.h"
 
 namespace tracer {
 namespace {

@@ -65,4 +65,12 @@ class CompiledScene {
   [[nodiscard]] const Material& material_of(std::uint32_t object) const { return materials[objects.material[object]]; }
 };
 
+/// Factor of the radiance at depth z.
+inline double depth_cue_scale(const DepthCue& cue, double z) {
+  if (z <= cue.front) return cue.front_scale;
+  if (!(z < cue.back)) return cue.back_scale;
+  const double towards_back = (z - cue.front) / (cue.back - cue.front);
+  return cue.front_scale + (cue.back_scale - cue.front_scale) * towards_back;
+}
+
 }  // namespace tracer

@@ -37,14 +37,6 @@ struct GBuffer {
   [[nodiscard]] bool hit(std::size_t sample) const { return depth[sample] != no_hit; }
 };
 
-/// Factor of the radiance at depth z.
-inline double depth_cue_scale(const DepthCue& cue, double z) {
-  if (z <= cue.front) return cue.front_scale;
-  if (!(z < cue.back)) return cue.back_scale;
-  const double towards_back = (z - cue.front) / (cue.back - cue.front);
-  return cue.front_scale + (cue.back_scale - cue.front_scale) * towards_back;
-}
-
 /// Samples of the image that are traced together, one camera ray each. The vectors are parallel to `samples`.
 struct Batch {
   /// Seeds of a sample's random choices.

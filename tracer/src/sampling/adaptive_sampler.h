@@ -9,10 +9,10 @@
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
-#include "tracer/src/sampling/audit.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/film.h"
+#include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/pilot.h"
 #include "tracer/src/sampling/proven_error.h"
 #include "tracer/src/sampling/sample_allocation.h"
@@ -34,7 +34,7 @@ class AdaptiveSampler {
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
-        audit_(scene, settings, control, pool_) {}
+        look_tracer_(scene, settings, control, pool_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -128,7 +128,7 @@ class AdaptiveSampler {
     const DisplayTransform display = film_.display();
     const std::vector<FreshError> errors = [&] {
       const PreviewTiles::Open open(preview_);  // tiles are only read
-      return audit_.squared_errors(draws.looks, mean_, display);
+      return look_tracer_.squared_errors(draws.looks, mean_, display);
     }();
     looks_.add(draws, errors);
     update_estimate();
@@ -164,11 +164,11 @@ class AdaptiveSampler {
     const DisplayTransform display = film_.display();
     const std::vector<float> equal(film_.size(), 1.0F);
     const LookDraws draws = draw_looks(equal, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
-    const std::vector<FreshError> errors = audit_.squared_errors(draws.looks, mean_, display);
+    const std::vector<FreshError> errors = look_tracer_.squared_errors(draws.looks, mean_, display);
     SummedErrors sum;
     for (std::size_t i = 0; i < errors.size(); ++i)
       sum.add(errors[i].squared * draws.looks[i].weight / static_cast<double>(errors.size()));
-    sampled_ = sum.estimated();
+    known_.sampled = sum.estimated();
     estimate(display);
   }
 
@@ -257,22 +257,21 @@ class AdaptiveSampler {
     const DisplayTransform display = film_.display();
     const SampledParts parts =
         update_variances({film_.pixels(), film_.width()}, display, looks_.errors(), in_parallel_);
-    sampled_ = parts.estimated(looks_.estimate(film_.pixels()));
-    certified_squared_ = parts.certified;
+    known_.sampled = parts.estimated(looks_.estimate(film_.pixels()));
+    known_.certified = parts.certified;
     estimate(display);
   }
 
   void estimate(const DisplayTransform& display) {
-    ErrorParts parts{.sampled = sampled_, .omitted = film_.omitted_error(display)};
+    ErrorParts parts{.sampled = known_.sampled, .omitted = film_.omitted_error(display)};
     if (scene_.output.overflow == Output::Overflow::scale) parts.tone = film_.tone_error();
-    omitted_squared_ = parts.omitted.both;
-    fixed_squared_ = certified_squared_ + omitted_squared_ + parts.tone;
-    parts.proven = proven_squared_;
+    known_.fixed = known_.certified + parts.omitted.both + parts.tone;
+    parts.proven = known_.proven;
     error_ = error_estimate(parts, film_.size());
     error_.target = target_.target_error;
     error_.tile_target = target_.tile_error;
-    error_.worst_tile = std::hypot(film_.tile_errors().worst(), std::sqrt(fixed_squared_ / channels()));
-    first_error_ = std::max(first_error_, error_.estimate);
+    error_.worst_tile = std::hypot(film_.tile_errors().worst(), std::sqrt(known_.fixed / channels()));
+    known_.first = std::max(known_.first, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
 
@@ -280,11 +279,11 @@ class AdaptiveSampler {
   [[nodiscard]] double progress() const {
     if (deadline_.set()) return deadline_.fraction_elapsed();
     if (!target_.target_error || !(error_.estimate > *target_.target_error)) return 0;
-    return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *target_.target_error);
+    return std::log(known_.first / error_.estimate) / std::log(known_.first / *target_.target_error);
   }
 
   [[nodiscard]] bool target_reached() const {
-    if (target_.target_error || target_.tile_error) return meets_targets(error_);
+    if (target_.target_error || target_.tile_error) return targets_reached(error_);
     return deadline_.set() && error_.estimate <= invisible_error;
   }
 
@@ -309,13 +308,14 @@ class AdaptiveSampler {
     goal.bound_max = bound_max();
     if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
     // Margins for the uncertainty of the estimate and for predictions that were too low.
-    const double margin = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
+    const double margin =
+        std::clamp(known_.sampled.squared / std::max(known_.sampled.squared_upper, 1e-300), 0.5, 0.95);
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    const double correction = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
+    const double correction = known_.sampled.squared > predicted ? predicted / known_.sampled.squared : 1;
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
-    const double left = squared_target() - fixed_squared_;
-    goal.squared_error = (left > 0.1 * squared_target() ? left : fixed_squared_) * margin * correction;
+    const double left = squared_target() - known_.fixed;
+    goal.squared_error = (left > 0.1 * squared_target() ? left : known_.fixed) * margin * correction;
     return goal;
   }
 
@@ -338,20 +338,20 @@ class AdaptiveSampler {
         std::any_of(pixels.begin(), pixels.end(), [](const PixelState& pixel) { return pixel.open(); });
     const auto certified =
         std::count_if(pixels.begin(), pixels.end(), [](const PixelState& p) { return p.certified && !p.refined(); });
-    certified_share_ = static_cast<double>(certified) / static_cast<double>(film_.size());
+    known_.certified_share = static_cast<double>(certified) / static_cast<double>(film_.size());
     const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
     if (!theorem) return;
-    proven_squared_ =
-        certified_squared_ + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
+    known_.proven =
+        known_.certified + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
     estimate(film_.display());
   }
 
   [[nodiscard]] ErrorEstimate::Limit limit() const {
     using enum ErrorEstimate::Limit;
     if (target_.target_error || target_.tile_error) {
-      if (meets_targets(error_)) return target;
+      if (targets_reached(error_)) return target;
       if (deadline_.set() && deadline_.over()) return time_budget;
-      return fixed_squared_ > squared_target() ? fixed_parts : samples_max;
+      return known_.fixed > squared_target() ? fixed_parts : samples_max;
     }
     if (!deadline_.set()) return samples_max;
     return deadline_.over() ? time_budget : error_.estimate <= invisible_error ? invisible : samples_max;
@@ -360,13 +360,13 @@ class AdaptiveSampler {
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    rendered.statistics.holdout_samples = audit_.samples();
-    film_.write(rendered, sampled_, pilots_.complete());
+    rendered.statistics.holdout_samples = look_tracer_.samples();
+    film_.write(rendered, known_.sampled, pilots_.complete());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
-    rendered.error.target_met = meets_targets(error_);
+    rendered.error.target_met = targets_reached(error_);
     rendered.error.looks = looks_.count();
-    rendered.error.certified_share = certified_share_;
+    rendered.error.certified_share = known_.certified_share;
     rendered.error.limit = limit();
     return rendered;
   }
@@ -386,13 +386,11 @@ class AdaptiveSampler {
   Pilots<T> pilots_;
   std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
   TracerPool<T> pool_;
-  Audit<T> audit_;
+  LookTracer<T> look_tracer_;
   LookPool looks_;
   std::uint64_t look_stream_ = 0;
   std::uint32_t round_ = 0;
-  SampledError sampled_;
-  double omitted_squared_ = 0, certified_squared_ = 0, fixed_squared_ = 0, first_error_ = 0;
-  double certified_share_ = 0, proven_squared_ = std::numeric_limits<double>::infinity();
+  KnownErrors known_;
   ErrorEstimate error_;
 };
 

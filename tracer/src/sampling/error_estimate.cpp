@@ -106,6 +106,7 @@ class VarianceUpdate {
     parts.add(sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts& sum) {
       const double own = of_one_[place], predicted = prediction(place, x, y);
       predict(place, std::isnan(own) ? pilots.corrected(predicted) : refined.corrected_without(predicted, own));
+      pixels_[place].shown = shown(place, x, y);
       sum.add_suspected(suspected(place, x, y));
     }));
     // One of these pixels is likely to have missed something (Laplace's rule again, over the pixels). If they are few,
@@ -155,6 +156,18 @@ class VarianceUpdate {
     if (of_one_[place] + neighborhood_.neighbors(x, y).sum > quiet * pixel.bound) return 0;
     const double count = pixel.count();
     return pixel.bound * 2 / ((count + 2) * (count + 3));
+  }
+
+  /// A pixel's own estimate has few degrees of freedom: it is averaged with its neighbors and the prediction. What
+  /// refined pixels found continues in neighbors that have only their pilot, as far as their bounds allow.
+  [[nodiscard]] float shown(std::size_t place, std::size_t x, std::size_t y) const {
+    constexpr double own_weight = 3;
+    const PixelState& pixel = pixels_[place];
+    const Neighborhood::Neighbors neighbors = neighborhood_.neighbors(x, y);
+    if (std::isnan(of_one_[place]))
+      return std::max(pixel.variance, std::min(static_cast<float>(neighbors.mean()), pixel.bound) / 4);
+    const double of_one = (own_weight * of_one_[place] + neighbors.sum) / (own_weight + neighbors.count);
+    return std::max(pixel.variance, static_cast<float>(of_one / variance_of_one(1, pixel.count())));
   }
 
   [[nodiscard]] OctaveMeans means_of(std::span<const LookError> looks) const {

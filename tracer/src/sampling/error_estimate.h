@@ -41,14 +41,14 @@ struct LookError {
 /// Error of the pixels that have only their pilot, estimated from looks.
 struct LookEstimate {
   double squared = 0;   ///< may be negative by chance
-  double variance = 0;  ///< of `squared`
+  double variance = 0;  ///< variance of `squared`
 };
 
 /// Sum of squared errors by the way in which they are known.
 struct SampledParts {
   SummedErrors refined;   ///< estimated by their halves
   double certified = 0;   ///< bounded
-  double undetected = 0;  ///< of features that no sample has found yet
+  double undetected = 0;  ///< errors of features that no sample has found yet
   double suspected = 0;   ///< the largest that a refined pixel may have missed
   std::size_t suspected_count = 0;
   void add(const SampledParts& part) {
@@ -93,11 +93,21 @@ struct ErrorParts {
   double proven = std::numeric_limits<double>::infinity();  ///< bound of the sampled part
 };
 
+/// Squared errors in code values, summed over pixels and channels, and what the report needs beside the estimate.
+struct KnownErrors {
+  SampledError sampled;
+  double certified = 0;  ///< bounds of certified pixels
+  double fixed = 0;      ///< everything that samples cannot lower
+  double proven = std::numeric_limits<double>::infinity();
+  double first = 0;  ///< estimate before the first round, in levels
+  double certified_share = 0;
+};
+
 /// Roots of the means over `pixels` and channels, at the stated confidence.
 ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels);
 
 /// True if the estimates of the image and of its worst tile are within the targets that are set.
-inline bool meets_targets(const ErrorEstimate& error) {
+inline bool targets_reached(const ErrorEstimate& error) {
   return (!error.target || error.estimate <= *error.target) &&
          (!error.tile_target || error.worst_tile <= *error.tile_target);
 }

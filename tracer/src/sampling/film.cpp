@@ -278,7 +278,7 @@ TileErrors Film::tile_errors() const {
   TileErrors tiles(width_, size_ / width_);
   std::vector<float> row(pixels_.empty() ? 0 : width_);
   for (std::size_t y = 0; !row.empty() && y < size_ / width_; ++y) {
-    for (std::size_t x = 0; x < width_; ++x) row[x] = pixels_[y * width_ + x].variance;
+    for (std::size_t x = 0; x < width_; ++x) row[x] = pixels_[y * width_ + x].shown;
     tiles.add_row(y, row);
   }
   return tiles;
@@ -312,9 +312,11 @@ void Film::write_errors(std::vector<float>& error, const Image& image, const Sam
   const double each = sampled.squared_upper / static_cast<double>(size_);  // without rounds
   double sum = 0;
   for (const PixelState& pixel : pixels_) sum += pixel.variance;
-  const double factor = sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1;
+  // The errors of a few pixels deviate more from their expectation than those of the whole image.
+  constexpr double margin = 1.35;
+  const double factor = margin * (sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1);
   each_pixel([&](std::size_t i) {
-    const double variance = pixels_.empty() ? each : pixels_[i].variance * factor;
+    const double variance = pixels_.empty() ? each : pixels_[i].shown * factor;
     error[i] = pixel_error(variance, image.rgb.data() + 3 * i, mean_omitted(i), context);
   });
 }

@@ -103,7 +103,7 @@ class Film {
   std::size_t size_;
   std::vector<float> rgb_;  ///< three channels per pixel; older than the pixels' means between updates
   std::vector<PixelState> pixels_;
-  std::vector<RadianceInterval> bounds_;  ///< of the pixels; may be empty
+  std::vector<RadianceInterval> bounds_;  ///< one per pixel, or empty
   std::vector<LayerAccumulator> layers_;  ///< empty in scenes without layers
   std::vector<OmittedRadiance> omitted_;  ///< sums; empty in scenes that cannot omit radiance
 };

@@ -65,7 +65,7 @@ class LookPool {
   static constexpr double alpha = 0.025;
   std::vector<Look> looks_;
   std::vector<LookError> errors_;
-  double range_ = 0;  ///< of this epoch
+  double range_ = 0;  ///< largest weighted bound in this epoch
   double alpha_ = alpha / 2;
   ConfidenceSequence sequence_{alpha / 2};
 };

@@ -83,7 +83,9 @@ struct PixelState {
   std::array<std::uint32_t, 2> half_count{};
   std::array<float, 3> squares{};  ///< sums over the samples of both halves
   float variance = 0;              ///< predicted for the pixel, in squared code values, summed over the channels
-  float contrast = 0;              ///< contrast of the pilots around it, in the same unit
+  /// The same with the pixel's own halves: for the layer `error` and the tiles, never for a decision.
+  float shown = 0;
+  float contrast = 0;  ///< contrast of the pilots around it, in the same unit
   /// Upper bound of the squared error of the pilot and of the squared distance of any two samples, in the same unit.
   float bound = 3 * 255 * 255;
   /// A feature that the samples probably miss: the variance that it adds to one sample, the squared error of a pixel

@@ -11,7 +11,7 @@ namespace tracer {
 
 /// Range of the brightest channel of the converged image.
 struct BrightestRange {
-  double found = 0;  ///< of the image
+  double found = 0;  ///< brightest channel of the image
   double low = 0, high = 0;
 
   /// Adds a channel of a pixel: its value, the standard deviation of that, and the most that its samples may have

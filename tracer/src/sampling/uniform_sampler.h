@@ -6,9 +6,9 @@
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
-#include "tracer/src/sampling/audit.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/image_error.h"
+#include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/pixel_state.h"
 #include "tracer/src/sampling/tiles.h"
 
@@ -176,7 +176,7 @@ class UniformSampler {
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target();
     error.tile_target = scene_.accuracy.tile_target();
-    error.target_met = meets_targets(error);
+    error.target_met = targets_reached(error);
     return error;
   }
 

@@ -14,10 +14,10 @@
 namespace tracer {
 
 template <Tracer T>
-class Audit {
+class LookTracer {
  public:
   /// References must outlive it.
-  Audit(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control, TracerPool<T>& pool)
+  LookTracer(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control, TracerPool<T>& pool)
       : scene_(scene), settings_(settings), control_(control), tiles_(scene.image.window()), pool_(pool) {}
 
   /// Squared error of the image at each look, in squared code values, summed over the channels; 0 where a half has no
@@ -106,7 +106,7 @@ void estimate_approximation_error(const CompiledScene& scene, const RenderSettin
     bounds[i] = squared_distance_bound(intervals[i], value(i), display);
   const LookDraws draws = draw_looks(bounds, std::max<std::size_t>(2048, pixels / 32), 0, scene.accuracy.seed);
   TracerPool<T> pool(scene, control, {});
-  Audit<T> exact(scene, settings, control, pool);
+  LookTracer<T> exact(scene, settings, control, pool);
   const std::vector<FreshError> errors = exact.squared_errors(draws.looks, value, display);
   SummedErrors sum;
   for (std::size_t i = 0; i < errors.size(); ++i)
@@ -115,7 +115,7 @@ void estimate_approximation_error(const CompiledScene& scene, const RenderSettin
   rendered.statistics.holdout_samples += exact.samples();
   add_approximation(rendered.error, sum.estimated(), pixels);
   rendered.error.looks += draws.looks.size();
-  rendered.error.target_met = meets_targets(rendered.error);
+  rendered.error.target_met = targets_reached(rendered.error);
 }
 
 }  // namespace tracer
