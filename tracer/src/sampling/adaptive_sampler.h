@@ -361,7 +361,7 @@ class AdaptiveSampler {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
     rendered.statistics.holdout_samples = look_tracer_.samples();
-    film_.write(rendered, known_.sampled, pilots_.complete());
+    film_.write(rendered, {known_.sampled, looks_.estimate(film_.pixels()).squared, pilots_.complete()});
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
     rendered.error.target_met = targets_reached(error_);

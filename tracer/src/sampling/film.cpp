@@ -307,16 +307,23 @@ OmittedRadiance Film::mean_omitted(std::size_t place) const {
   return omitted_[place] * share;
 }
 
-void Film::write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
+void Film::write_errors(std::vector<float>& error, const Image& image, const Outcome& outcome,
                         const ErrorContext& context) const {
-  const double each = sampled.squared_upper / static_cast<double>(size_);  // without rounds
-  double sum = 0;
-  for (const PixelState& pixel : pixels_) sum += pixel.variance;
-  // The errors of a few pixels deviate more from their expectation than those of the whole image.
-  constexpr double margin = 1.35;
-  const double factor = margin * (sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1);
+  const double each = outcome.sampled.squared_upper / static_cast<double>(size_);  // without rounds
+  double sum = 0, bounds = 0;
+  for (const PixelState& pixel : pixels_) {
+    sum += pixel.variance;
+    bounds += pixel.open() ? pixel.bound : 0;
+  }
+  const double by_bound = bounds > 0 ? std::max(0.0, outcome.open) / bounds : 0;
+  const auto shown = [&](const PixelState& pixel) {
+    return pixel.open() ? std::max(double{pixel.shown}, by_bound * pixel.bound) : pixel.shown;
+  };
+  // An upper bound for parts of the image: the squared error of some 30 pixels exceeds its expectation by up to twice.
+  constexpr double margin = 2.2;
+  const double factor = margin * (sum > 0 ? std::max(1.0, outcome.sampled.squared_upper / sum) : 1);
   each_pixel([&](std::size_t i) {
-    const double variance = pixels_.empty() ? each : pixels_[i].shown * factor;
+    const double variance = pixels_.empty() ? each : shown(pixels_[i]) * factor;
     error[i] = pixel_error(variance, image.rgb.data() + 3 * i, mean_omitted(i), context);
   });
 }
@@ -333,9 +340,9 @@ void Film::count(RenderStatistics& statistics) const {
   statistics.holdout_samples = statistics.samples - in_means;
 }
 
-void Film::write(Rendered& rendered, const SampledError& sampled, bool complete) {
+void Film::write(Rendered& rendered, const Outcome& outcome) {
   if (pixels_.empty()) {
-    rendered.statistics.samples_min = complete ? 1 : 0;
+    rendered.statistics.samples_min = outcome.complete ? 1 : 0;
     rendered.statistics.samples_max = 1;
   } else {
     count(rendered.statistics);
@@ -346,7 +353,7 @@ void Film::write(Rendered& rendered, const SampledError& sampled, bool complete)
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });
-  if (!image.layers.error.empty()) write_errors(image.layers.error, image, sampled, context);
+  if (!image.layers.error.empty()) write_errors(image.layers.error, image, outcome, context);
 }
 
 std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {

@@ -80,15 +80,21 @@ class Film {
   /// Tiles whose error exceeds `target` levels.
   [[nodiscard]] std::vector<ExcessTile> excess_tiles(double target) const;
 
-  /// Moves the image and its layers into `rendered` and counts its samples; ends the film. `sampled` is the estimate,
-  /// `rendered.statistics.samples` the number of all samples. `complete`: every pixel has a sample of its own.
-  void write(Rendered& rendered, const SampledError& sampled, bool complete);
+  struct Outcome {
+    SampledError sampled;
+    double open = 0;       ///< error of the open pixels, in squared code values
+    bool complete = true;  ///< every pixel has a sample of its own
+  };
+  /// Moves the image and its layers into `rendered` and counts its samples; ends the film.
+  /// `rendered.statistics.samples` is the number of all samples.
+  void write(Rendered& rendered, const Outcome& outcome);
 
  private:
   [[nodiscard]] BrightestRange brightest_of(std::size_t place) const;
   [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
   /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
-  void write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
+  /// What looks found is spread over the open pixels in proportion to their bounds.
+  void write_errors(std::vector<float>& error, const Image& image, const Outcome& outcome,
                     const ErrorContext& context) const;
   [[nodiscard]] RadianceBound omitted_bound() const;
   void update_means();  ///< writes the means of refined pixels to `rgb_`
