@@ -44,7 +44,7 @@ struct Adaptive {
   /// plain, however visible the rest is.
   std::optional<double> tile_error{};
   /// Time for compiling and tracing, > 0. If it does not suffice for one sample per pixel, the pixels of a coarser
-  /// grid are traced (at least one) and each fills a block; holdout samples then estimate the error and the minimum
+  /// grid are traced (at least one) and each fills a block; looks then estimate the error, and the minimum
   /// sample count of a pixel is 0.
   std::optional<double> time_budget_ms;
   std::uint32_t samples_min = 1;  ///< per pixel
