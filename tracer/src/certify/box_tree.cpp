@@ -3,15 +3,10 @@
 #include <span>
 
 #include "tracer/src/math/lanes.h"
+#include "tracer/src/math/rounding.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
-namespace {
-
-float rounded_down(double value) { return std::nextafter(static_cast<float>(value), -HUGE_VALF); }
-float rounded_up(double value) { return std::nextafter(static_cast<float>(value), HUGE_VALF); }
-
-}  // namespace
 
 Bounds bounds_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
   const auto [number, i] = primitive;

@@ -6,20 +6,12 @@
 #include "tracer/src/certify/mesh_patch.h"
 #include "tracer/src/certify/occupancy.h"
 #include "tracer/src/certify/shadow_range.h"
+#include "tracer/src/math/rounding.h"
 
 namespace tracer {
 namespace {
 
 constexpr std::uint32_t tile_side = 32;
-
-float rounded_down(double value) {
-  const auto rounded = static_cast<float>(value);
-  return rounded > value ? std::nextafter(rounded, -HUGE_VALF) : rounded;
-}
-float rounded_up(double value) {
-  const auto rounded = static_cast<float>(value);
-  return rounded < value ? std::nextafter(rounded, HUGE_VALF) : rounded;
-}
 
 RadianceInterval rounded_outward(const ColorInterval& radiance, bool edge) {
   RadianceInterval interval;

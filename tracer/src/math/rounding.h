@@ -17,6 +17,16 @@ constexpr double rounding_bound(int n) {
   return (n * unit) / (1 - n * unit);
 }
 
+/// The nearest float at or below `value`, and at or above it.
+inline float rounded_down(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded > value ? std::nextafter(rounded, -HUGE_VALF) : rounded;
+}
+inline float rounded_up(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded < value ? std::nextafter(rounded, HUGE_VALF) : rounded;
+}
+
 /// A point on a surface and the bound of its error per axis.
 struct BoundedPoint {
   Vec3 position;
