@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/support/random.h"
 
@@ -161,6 +162,13 @@ TEST(VarianceUpdate, CountsCertifiedPixelsByTheirBounds) {
   const SampledParts parts = update_variances({pixels, 3}, DisplayTransform({}, 1), {}, one_by_one);
   EXPECT_DOUBLE_EQ(parts.certified, 36);
   EXPECT_DOUBLE_EQ(parts.estimated({}).squared_upper, 36);
+}
+
+TEST(VarianceUpdate, AcceptsInfiniteContrast) {
+  std::vector<PixelState> pixels(9);
+  for (PixelState& pixel : pixels) pixel.contrast = std::numeric_limits<float>::infinity();
+  update_variances({pixels, 3}, DisplayTransform({}, 1), {}, one_by_one);
+  for (const PixelState& pixel : pixels) EXPECT_EQ(pixel.variance, pixel.bound);
 }
 
 TEST(OmittedError, IsTheChangeOfTheDisplayedImage) {

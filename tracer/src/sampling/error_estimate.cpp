@@ -46,7 +46,7 @@ class OctaveMeans {
   }
   /// From 2^-16 squared code values.
   static std::size_t index(double predicted) {
-    return predicted > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(predicted) + 17, 1, 40)) : 0;
+    return predicted > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(predicted), -16, 23) + 17) : 0;
   }
   std::array<Octave, 41> octaves_{};
 };
