@@ -95,7 +95,7 @@ TEST(Looks, StayUnbiasedWhenSomePixelsAreRefinedBetweenDraws) {
   EXPECT_NEAR(estimate.mean, sum_of_open(later, errors), 4.5 * estimate.deviation);
 }
 
-/// A few pixels have all of the error, as with specks that the pilots missed; whoever finds one repairs it.
+/// A few pixels have all of the error, as with specks that the pilots missed. A look that finds one repairs it.
 TEST(Looks, KeepWhatTheyFoundAfterItsRepair) {
   std::vector<PixelState> pixels(5000);
   for (PixelState& pixel : pixels) pixel.bound = 100;

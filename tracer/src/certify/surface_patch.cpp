@@ -59,7 +59,7 @@ void set_smooth(const TriangleGeometry& mesh, std::uint32_t triangle, SurfacePat
     const Vec3 normal = mesh.normal(vertices[i]);
     const Interval same = dot(outward, normal).range();
     const AffineForm height = dot(patch.hit - mesh.position(vertices[i]), normal);
-    // Of both signs of a normal across the face, the larger offset counts.
+    // A normal across the face may have either sign: the larger offset counts.
     const AffineForm above = positive_part(-height) * weight[i], below = positive_part(height) * weight[i];
     if (same.low >= 0) {
       offset = offset + normal * above;

@@ -93,7 +93,7 @@ class Film {
   [[nodiscard]] BrightestRange brightest_of(std::size_t place) const;
   [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
   /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
-  /// What looks found is spread over the open pixels in proportion to their bounds.
+  /// The error that looks found is spread over the open pixels in proportion to their bounds.
   void write_errors(std::vector<float>& error, const Image& image, const Outcome& outcome,
                     const ErrorContext& context) const;
   [[nodiscard]] RadianceBound omitted_bound() const;

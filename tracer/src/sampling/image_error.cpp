@@ -180,7 +180,7 @@ ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
     parts.tone = tone_error(pixels.rgb, context.output, range, in_parallel);
   }
   ErrorEstimate error = error_estimate(parts, pixels.rgb.size() / 3);
-  // What is not sampling is the same everywhere, as far as is known.
+  // The other parts are taken to be the same in every tile.
   error.worst_tile = std::sqrt(std::pow(tiles.worst(), 2) + std::pow(error.estimate, 2) - std::pow(error.sampling, 2));
   return error;
 }
