@@ -25,7 +25,7 @@ class JobRunner {
   /// Takes the free slot that the runner offers while no job waits; false where it offers none. Afterwards the caller
   /// returns it with the job that it has claimed, which is then run, or without one.
   virtual bool take_slot() noexcept { return false; }
-  virtual void return_slot(std::optional<Claim> /*claim*/) noexcept {}
+  virtual void return_slot(std::optional<Claim>&& /*claim*/) noexcept {}
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
 };
 

@@ -76,7 +76,7 @@ void JobDispatcher::run_claim(ClaimResult result) noexcept {
   post_claim(std::move(result));
 }
 
-void JobDispatcher::return_slot(std::optional<queue::Claim> claim) noexcept {
+void JobDispatcher::return_slot(std::optional<queue::Claim>&& claim) noexcept {
   post_claim({.kind = ClaimKind::submitted, .claim = std::move(claim)});
 }
 

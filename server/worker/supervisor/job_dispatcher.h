@@ -39,7 +39,7 @@ class JobDispatcher {
 
   /// Any thread. As JobRunner.
   bool take_slot() noexcept { return slot_offered_.exchange(false); }
-  void return_slot(std::optional<queue::Claim> claim) noexcept;
+  void return_slot(std::optional<queue::Claim>&& claim) noexcept;
 
   void claim_jobs(Time now);
   /// Offers a free slot to the next submission while no job waits, until `withdraw_slot`.

@@ -59,7 +59,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   }
 
   bool take_slot() noexcept override { return dispatcher_.take_slot(); }
-  void return_slot(std::optional<queue::Claim> claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
+  void return_slot(std::optional<queue::Claim>&& claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
   std::string not_ready() override { return draining_ ? "draining" : process_.not_ready(); }
 
   bool drain(std::chrono::milliseconds timeout) {
