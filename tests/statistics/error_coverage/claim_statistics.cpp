@@ -11,6 +11,8 @@ double Trial::truth_lower() const { return std::sqrt(std::max(0.0, error.squared
 
 bool Trial::broken() const { return truth_lower() > claimed + error_resolution; }
 
+bool Trial::disproved() const { return truth_lower() > proven + error_resolution; }
+
 bool Trial::close() const {
   return truth() <= 1.05 * claimed + error_resolution && truth() >= 0.4 * claimed - error_resolution;
 }
@@ -34,6 +36,7 @@ double binomial_upper_tail(std::uint64_t trials, std::uint64_t failures, double 
 void ClaimStatistics::add(const Trial& trial) {
   ++trials;
   broken += trial.broken() ? 1 : 0;
+  disproved += trial.disproved() ? 1 : 0;
   close += trial.close() ? 1 : 0;
   underclaimed += trial.underclaimed() ? 1 : 0;
   target_exceeded += trial.target_exceeded() ? 1 : 0;
@@ -49,6 +52,11 @@ double ClaimStatistics::close_share() const {
 
 double ClaimStatistics::p_value() const { return binomial_upper_tail(trials, broken, 1 - claimed_confidence); }
 
-bool ClaimStatistics::rejected() const { return underclaimed > 0 || p_value() < significance; }
+bool ClaimStatistics::rejected() const {
+  const auto rare = [&](std::uint64_t failures) {
+    return binomial_upper_tail(trials, failures, 1 - claimed_confidence) < significance;
+  };
+  return underclaimed > 0 || rare(broken) || rare(disproved);
+}
 
 }  // namespace error_coverage

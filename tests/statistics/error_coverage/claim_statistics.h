@@ -2,6 +2,7 @@
 /// Statistics of claimed against true errors: coverage with an exact binomial test, and tightness.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,8 @@ struct Trial {
   double claimed = 0;
   std::optional<double> target{};
   bool target_met = true;  ///< as claimed
+  double proven = std::numeric_limits<double>::infinity();
+  double tone = 0;  ///< part of the claim
   MeasuredError error{};
   double samples_per_pixel = 0;
 
@@ -26,6 +29,8 @@ struct Trial {
   [[nodiscard]] double truth_lower() const;
   /// The true error is larger than the claim.
   [[nodiscard]] bool broken() const;
+  /// The true error is larger than the proven bound.
+  [[nodiscard]] bool disproved() const;
   /// true / claimed is in [0.4, 1.05].
   [[nodiscard]] bool close() const;
   /// The claim is below a tenth of a true error of more than 0.1 level.
@@ -48,14 +53,14 @@ inline constexpr double close_share_min = 0.85;
 double binomial_upper_tail(std::uint64_t trials, std::uint64_t failures, double probability);
 
 struct ClaimStatistics {
-  std::uint64_t trials = 0, broken = 0, close = 0, underclaimed = 0, target_exceeded = 0;
+  std::uint64_t trials = 0, broken = 0, disproved = 0, close = 0, underclaimed = 0, target_exceeded = 0;
 
   void add(const Trial& trial);
   [[nodiscard]] double broken_share() const;
   [[nodiscard]] double close_share() const;
   /// Probability of at least as many broken claims if each claim holds with `claimed_confidence`.
   [[nodiscard]] double p_value() const;
-  /// Too many broken claims, or one that is underclaimed.
+  /// Too many broken claims or disproved bounds, or a claim that is underclaimed.
   [[nodiscard]] bool rejected() const;
 };
 

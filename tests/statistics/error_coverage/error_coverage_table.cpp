@@ -1,6 +1,7 @@
 // Coverage of error estimates: renders the corpus and scenes of a random grammar, compares each claimed error with the
 // true one, and prints the statistics of every family. Exit code 1 if a hypothesis is rejected.
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
@@ -52,6 +53,7 @@ std::vector<std::string> split(const std::string& text) {
 /// Throws std::invalid_argument.
 Options parse(const std::vector<std::string>& arguments) {
   Options options;
+  bool grammar_set = false;
   options.seed = std::random_device{}();
   options.references.directory =
       std::filesystem::absolute(arguments[0]).parent_path().parent_path() / "error-references";
@@ -72,6 +74,7 @@ Options parse(const std::vector<std::string>& arguments) {
       options.seed = std::stoull(value());
     } else if (name == "--grammar") {
       options.grammar_scenes = number();
+      grammar_set = true;
     } else if (name == "--placements") {
       options.placements = number();
     } else if (name == "--json") {
@@ -84,7 +87,7 @@ Options parse(const std::vector<std::string>& arguments) {
       throw std::invalid_argument("unknown option " + name);
     }
   }
-  if (options.grammar_scenes == 0) options.grammar_scenes = options.extended ? 500 : 60;
+  if (!grammar_set) options.grammar_scenes = options.extended ? 500 : 60;
   if (options.placements == 0) options.placements = options.extended ? 8 : 4;
   if (options.extended) options.references.samples = 20e6;
   return options;
@@ -120,16 +123,16 @@ constexpr int name_width = 58;
 void print_heading(const std::string& name) {
   std::cout << "\n"
             << std::left << std::setw(name_width) << name << std::right << std::setw(7) << "trials" << std::setw(8)
-            << "broken" << std::setw(9) << "share" << std::setw(10) << "p" << std::setw(9) << "close" << std::setw(8)
-            << "< 10 %" << std::setw(11) << "exceeded" << std::endl;
+            << "broken" << std::setw(9) << "share" << std::setw(10) << "p" << std::setw(10) << "disproved"
+            << std::setw(9) << "close" << std::setw(8) << "< 10 %" << std::setw(11) << "exceeded" << std::endl;
 }
 
 void print_row(const std::string& name, const ClaimStatistics& statistics) {
   std::cout << std::left << std::setw(name_width) << name << std::right << std::fixed << std::setprecision(1)
             << std::setw(7) << statistics.trials << std::setw(8) << statistics.broken << std::setw(7)
             << 100 * statistics.broken_share() << " %" << std::setw(10) << std::scientific << statistics.p_value()
-            << std::fixed << std::setw(7) << 100 * statistics.close_share() << " %" << std::setw(8)
-            << statistics.underclaimed << std::setw(11) << statistics.target_exceeded
+            << std::fixed << std::setw(10) << statistics.disproved << std::setw(7) << 100 * statistics.close_share()
+            << " %" << std::setw(8) << statistics.underclaimed << std::setw(11) << statistics.target_exceeded
             << (statistics.rejected() ? "  REJECT" : "") << std::endl;
 }
 
@@ -243,6 +246,7 @@ void Table::write_json(std::ostream& out) const {
         << trial.setting << R"(", "width": )" << trial.canvas.width << ", \"height\": " << trial.canvas.height
         << ", \"seed\": " << trial.seed << ", \"claimed\": " << trial.claimed << ", \"true\": " << trial.truth()
         << ", \"true_lower\": " << trial.truth_lower()
+        << ", \"proven\": " << (std::isfinite(trial.proven) ? trial.proven : -1) << ", \"tone\": " << trial.tone
         << ", \"worst_tile\": " << std::sqrt(std::max(0.0, trial.error.worst_tile))
         << ", \"met\": " << (trial.target_met ? "true" : "false")
         << ", \"broken\": " << (trial.broken() ? "true" : "false")

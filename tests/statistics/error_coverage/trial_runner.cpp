@@ -134,6 +134,8 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) 
   const Rendered rendered = render_scene(scene, scene_.assets, threads_);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};
   trial.claimed = rendered.error.estimate;
+  trial.proven = rendered.error.proven;
+  trial.tone = rendered.error.tone;
   trial.target = rendered.error.target;
   trial.target_met = rendered.error.target_met;
   trial.error = truth_.error_of(to_display(rendered.image, scene.output));
@@ -144,6 +146,7 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) 
   if (entry_.settings == SettingGroup::tiles) {
     trial.scene += ", worst tile";
     trial.target.reset();
+    trial.proven = std::numeric_limits<double>::infinity();
     trial.claimed = claimed_tile_error(rendered.image);
     trial.error.squared = trial.error.worst_tile;
     trials.push_back(trial);
@@ -165,6 +168,7 @@ std::vector<Trial> TrialRunner::file_trials(const Rendered& rendered, const Tria
     const FileError claimed = file_error(rendered.error, encoded->error);
     trial.claimed = claimed.estimate;
     trial.target_met = claimed.target_met;
+    trial.proven = std::numeric_limits<double>::infinity();
     trial.error = truth_.error_of(file->image);
     trials.push_back(trial);
   }

@@ -26,7 +26,11 @@ PixelState state(const TwoValued& value, PixelState::Role role, std::uint32_t ha
   pixel.pilot = {value.low, 0, 0};  // it missed the edge
   pixel.role = role;
   for (std::size_t h = 0; h < 2; ++h) {
-    for (std::uint32_t i = 0; i < half; ++i) pixel.half[h] += Color{value(random), 0, 0};
+    for (std::uint32_t i = 0; i < half; ++i) {
+      const Color sample{value(random), 0, 0};
+      pixel.half[h] += sample;
+      pixel.add_square(sample);
+    }
     pixel.half_count[h] = half;
   }
   return pixel;
@@ -111,6 +115,85 @@ TEST(VarianceUpdate, BoundsTheErrorAtTheStatedConfidence) {
   }
   EXPECT_NEAR(estimated / true_sum, 1, 0.03);
   EXPECT_GE(covered, 0.95 * images - 3 * std::sqrt(0.95 * 0.05 * images));
+}
+
+/// Share of images with `count` such pixels, one in two of a row, whose true error is below the upper bound.
+double coverage(std::size_t count, const TwoValued& value, std::uint32_t half, const DisplayTransform& display) {
+  oracle::Random random(count);
+  constexpr int images = 2000;
+  const RadianceInterval interval{
+      .low = {static_cast<float>(value.low), 0, 0}, .high = {static_cast<float>(value.high), 0, 0}, .edge = true};
+  int covered = 0;
+  for (int image = 0; image < images; ++image) {
+    std::vector<PixelState> pixels;
+    double truth = 0;
+    for (std::size_t i = 0; i < 6 * count; ++i) {
+      PixelState pixel = state(value, PixelState::Role::refined, half, random);
+      pixel.bound = squared_error_bound(interval, display);
+      pixel.edge = true;
+      if (i % 2 == 1 || i / 2 % 3 != 0) {
+        pixel = {};
+        pixel.pilot = {value.low, 0, 0};
+        pixel.certified = true;
+        pixel.bound = 0;
+      }
+      if (pixel.edge) truth += std::pow(display.level(pixel.mean().r) - display.level(value.mean()), 2);
+      pixels.push_back(pixel);
+    }
+    const std::vector<RadianceInterval> bounds(pixels.size(), interval);
+    const auto width = static_cast<std::uint32_t>(pixels.size());
+    const SampledError error = update_variances({pixels, width, bounds}, display, {}, one_by_one).estimated({});
+    covered += truth <= error.squared_upper ? 1 : 0;
+  }
+  return static_cast<double>(covered) / images;
+}
+
+/// Halves of a few pixels often agree by chance. These samples are independent: with stratified ones the true error is
+/// smaller, which the estimate expects in part.
+TEST(VarianceUpdate, BoundsTheErrorOfAFewPixels) {
+  const DisplayTransform display({}, 1);
+  for (const std::size_t count : {1, 2, 4, 8, 16}) EXPECT_GE(coverage(count, {}, 4, display), 0.92) << count;
+}
+
+/// All samples of most of these pixels miss the speck, and what they miss is hundreds of times brighter than white.
+TEST(VarianceUpdate, BoundsTheErrorOfSpecksThatMostSamplesMiss) {
+  const DisplayTransform display({}, 1);
+  const TwoValued speck{.low = 0.05, .high = 20, .probability = 0.03};
+  for (const std::size_t count : {1, 2, 4, 12}) EXPECT_GE(coverage(count, speck, 4, display), 0.92) << count;
+}
+
+TEST(SuspectedErrors, FollowTheNumberOfFinds) {
+  SuspectedErrors errors;
+  for (int i = 0; i < 10; ++i) errors.elsewhere.add({3, 3, 1});
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 3) << "one in any case";
+  errors.found_by_one = 4;
+  errors.found_by_two = 3;
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 3 * 5 * 5 / 8.0);
+  errors.found_by_one = 40;
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 30) << "no more than there are";
+  errors.near_finds.add({8, 5, 4});
+  errors.missed_near_finds = 0.5;
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 30 + 1.5 * 2);
+}
+
+TEST(PixelError, CountsHitsOfAnythingThatIsNotThePilot) {
+  PixelState pixel;
+  pixel.pilot = {0.25, 0.5, 0};
+  pixel.role = PixelState::Role::refined;
+  pixel.half_count = {8, 8};
+  for (int i = 0; i < 16; ++i) {
+    const Color sample = i % 5 == 0 ? Color{8, 0.5, 1} : pixel.pilot;
+    pixel.half[static_cast<std::size_t>(i % 2)] += sample;
+    pixel.add_square(sample);
+  }
+  EXPECT_NEAR(effective_hits(pixel), 4, 1e-4);
+}
+
+TEST(PixelError, OfAMissedPartIsTheChangeOfTheDisplayedPixel) {
+  const DisplayTransform display({}, 1);
+  const RadianceInterval interval{.low = {0, 0.5F, 0.5F}, .high = {2, 0.5F, 0.5F}};
+  const double error = missed_error({0.5, 0.5, 0.5}, interval, 0.1, display);
+  EXPECT_NEAR(error, std::pow(display.level(0.65) - display.level(0.5), 2), 1e-9);
 }
 
 /// Features that cover a small part of the pixel, so that most pixels miss them in their first samples. Samples are

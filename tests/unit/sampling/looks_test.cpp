@@ -152,6 +152,16 @@ TEST(Looks, WithoutAFindProveThreeNthsOfTheBounds) {
   EXPECT_LT(pool.proven(), 8 * bounds / 2000);
 }
 
+TEST(Looks, AreNotTrustedIfTheyAreFewAndFindNothing) {
+  const double bounds = 5000;
+  SummedLooks sum;
+  EXPECT_GT(sum.estimate(0, bounds).squared, 0.49 * bounds);
+  EXPECT_NEAR(sum.estimate(98, bounds).squared, bounds * (1 / 100.0 - 1.0 / (looks_min + 2)), 1e-9);
+  EXPECT_EQ(sum.estimate(looks_min, bounds).squared, 0);
+  sum.add(70);
+  EXPECT_DOUBLE_EQ(sum.estimate(10, bounds).squared, 7) << "a find shows what there is";
+}
+
 TEST(Looks, AreNoneWhereNoPixelIsOpen) {
   std::vector<PixelState> pixels(10);
   for (PixelState& pixel : pixels) pixel.certified = true;

@@ -2,6 +2,7 @@
 // errors in closed form.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/scenes.h"
@@ -33,12 +34,14 @@ class AnalyticTracer {
   const std::vector<OmittedRadiance>& omitted() const { return omitted_; }
   const GBuffer& gbuffer() const { return gbuffer_; }
   const RenderStatistics& statistics() const { return statistics_; }
-  /// The function is monotonic in both directions: its extremes over a pixel are at the corners.
+  /// The extremes of the functions over a pixel are at its corners or its center.
   static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const InParallel&, const RenderControl&) {
     std::vector<RadianceInterval> bounds;
     for (std::uint32_t y = 0; y < scene.image.height; ++y) {
       for (std::uint32_t x = 0; x < scene.image.width; ++x) {
-        const auto low = static_cast<float>(radiance_at(x, y)), high = static_cast<float>(radiance_at(x + 1, y + 1));
+        const auto [least, most] =
+            std::minmax({radiance_at(x, y), radiance_at(x + 0.5, y + 0.5), radiance_at(x + 1, y + 1)});
+        const auto low = static_cast<float>(least), high = static_cast<float>(most);
         bounds.push_back({{low, low, low}, {high, high, high}, high - low > 0.1F});
       }
     }
@@ -65,6 +68,9 @@ double edge(double x, double) { return x < edge_x ? 0.1 : 0.7; }
 double mean_of_edge(double x) {
   return x + 1 <= edge_x ? 0.1 : x >= edge_x ? 0.7 : 0.1 * (edge_x - x) + 0.7 * (x + 1 - edge_x);
 }
+
+/// A square around the center of one pixel.
+double hot_square(double x, double y) { return std::max(std::abs(x - 20.5), std::abs(y - 20.5)) < 0.35 ? 8 : 0.25; }
 
 std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   RenderControl control;
@@ -143,6 +149,16 @@ TEST(AdaptiveSampler, RefinesTheEdgeOnlyAndReachesTheTarget) {
   EXPECT_LE(error, target);
   EXPECT_GT(rendered.statistics.samples_max, 4u);
   EXPECT_EQ(rendered.statistics.samples_min, 1u);
+}
+
+/// `overflow: scale` divides by the brightest pixel, which the pilot takes for 8 and which is 8 * 0.49.
+TEST(AdaptiveSampler, DoesNotTrustAPilotThatIsBrighterThanItsPixel) {
+  Scene source = adaptive_scene(4);
+  source.output.overflow = Output::Overflow::scale;
+  const auto scene = compiled(source);
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_square>>(*scene);
+  const float brightest = *std::max_element(rendered.image.rgb.begin(), rendered.image.rgb.end());
+  EXPECT_NEAR(brightest, 8 * 0.49, 0.2);
 }
 
 TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {

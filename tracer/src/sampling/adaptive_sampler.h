@@ -157,18 +157,20 @@ class AdaptiveSampler {
       for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = pilots_.cost(tile);
   }
 
-  /// Estimates the error of an image without rounds from looks alone.
+  /// Estimates the error of an image without rounds from looks alone, which may have missed whatever the scene
+  /// contains.
   void estimate_pilots() {
     constexpr double count_min = 32, count_max = 2048;
     const double count = std::clamp(deadline_.holdout_samples() / (2 * look_half), count_min, count_max);
     const DisplayTransform display = film_.display();
-    const std::vector<float> equal(film_.size(), 1.0F);
-    const LookDraws draws = draw_looks(equal, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
+    const float brightest = rounded_up(radiance_bound(scene_).value_or(std::numeric_limits<double>::infinity()));
+    const RadianceInterval any{.low = {}, .high = {brightest, brightest, brightest}};
+    const std::vector<float> bounds(film_.size(), squared_error_bound(any, display));
+    const LookDraws draws = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
     const std::vector<FreshError> errors = look_tracer_.squared_errors(draws.looks, mean_, display);
-    SummedErrors sum;
-    for (std::size_t i = 0; i < errors.size(); ++i)
-      sum.add(errors[i].squared * draws.looks[i].weight / static_cast<double>(errors.size()));
-    known_.sampled = sum.estimated();
+    SummedLooks sum;
+    for (std::size_t i = 0; i < errors.size(); ++i) sum.add(errors[i].squared * draws.looks[i].weight);
+    known_.sampled = SampledParts{}.estimated(sum.estimate(errors.size(), draws.range));
     estimate(display);
   }
 
@@ -256,7 +258,7 @@ class AdaptiveSampler {
   void update_estimate() {
     const DisplayTransform display = film_.display();
     const SampledParts parts =
-        update_variances({film_.pixels(), film_.width()}, display, looks_.errors(), in_parallel_);
+        update_variances({film_.pixels(), film_.width(), film_.bounds()}, display, looks_.errors(), in_parallel_);
     known_.sampled = parts.estimated(looks_.estimate(film_.pixels()));
     known_.certified = parts.certified;
     estimate(display);

@@ -89,6 +89,7 @@ class VarianceUpdate {
  public:
   VarianceUpdate(const SampledPixels& pixels, const DisplayTransform& display, const InParallel& in_parallel)
       : pixels_(pixels.states),
+        bounds_(pixels.bounds),
         display_(display),
         in_parallel_(in_parallel),
         blocks_(pixels.states.size(), pixels.width),
@@ -107,14 +108,15 @@ class VarianceUpdate {
       const double own = of_one_[place], predicted = prediction(place, x, y);
       predict(place, std::isnan(own) ? pilots.corrected(predicted) : refined.corrected_without(predicted, own));
       pixels_[place].shown = shown(place, x, y);
-      sum.add_suspected(suspected(place, x, y));
+      sum.suspected.add(suspected(place, x, y));
     }));
-    // One of these pixels is likely to have missed something (Laplace's rule again, over the pixels). If they are few,
-    // they are sampled until they have not.
+    // If they are few, they are sampled until nothing can be missed.
     constexpr std::size_t few = 64;
-    if (parts.suspected_count <= few) {
+    if (parts.suspected.elsewhere.count + parts.suspected.near_finds.count <= few) {
       sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
-        pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(suspected(place, x, y)));
+        const SuspectedErrors own = suspected(place, x, y);
+        pixels_[place].variance =
+            std::max(pixels_[place].variance, static_cast<float>(own.elsewhere.sum + own.near_finds.sum));
       });
     }
     for (const LookError& look : looks) predict_without_its_look(look, pilots);
@@ -137,6 +139,7 @@ class VarianceUpdate {
       const double error = refined_error(pixel, display_);
       of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
       sum.refined.add(std::max(error, pixel.undetected()));
+      sum.expected.add(expected_refined_error(pixel, display_));
     } else if (pixel.refined()) {  // the deadline was over
       sum.refined.add(pixel.bound);
     } else if (pixel.certified) {
@@ -146,16 +149,30 @@ class VarianceUpdate {
     }
   }
 
-  /// Error that an edge pixel may have although its samples agree and so do those around it: something in it was
-  /// missed. After n samples without a hit of a part of unknown size p, E[p^2] = 2 / ((n + 2) (n + 3)) (Laplace's rule
-  /// of succession: uniform prior). Where neighbors found something, their errors stand for what this pixel missed.
-  [[nodiscard]] double suspected(std::size_t place, std::size_t x, std::size_t y) const {
+  [[nodiscard]] SuspectedErrors suspected(std::size_t place, std::size_t x, std::size_t y) const {
     constexpr double quiet = 1e-3;
     const PixelState& pixel = pixels_[place];
-    if (std::isnan(of_one_[place]) || !pixel.edge) return 0;
-    if (of_one_[place] + neighborhood_.neighbors(x, y).sum > quiet * pixel.bound) return 0;
+    SuspectedErrors result;
+    if (std::isnan(of_one_[place]) || !pixel.edge) return result;
     const double count = pixel.count();
-    return pixel.bound * 2 / ((count + 2) * (count + 3));
+    const bool alone = !(neighborhood_.neighbors(x, y).sum > quiet * pixel.bound);
+    if (of_one_[place] > quiet * pixel.bound || deviates(pixel, quiet)) {
+      const double hits = alone ? effective_hits(pixel) : 0;
+      result.missed_near_finds = 1 / (count + 1);
+      result.found_by_one = hits > 0.5 && hits < 1.5 ? 1 : 0;
+      result.found_by_two = hits >= 1.5 && hits < 2.5 ? 1 : 0;
+      return result;
+    }
+    const double share = missed_share(count);
+    const double error =
+        bounds_.empty() ? pixel.bound * share * share : missed_error(pixel.mean(), bounds_[place], share, display_);
+    (alone ? result.elsewhere : result.near_finds) = {error, error, 1};
+    return result;
+  }
+
+  /// True if the samples of a pixel differ, even if the means of its halves do not.
+  [[nodiscard]] bool deviates(const PixelState& pixel, double quiet) const {
+    return variance_of_one(expected_refined_error(pixel, display_), pixel.count()) > quiet * pixel.bound;
   }
 
   /// A pixel's own estimate has few degrees of freedom: it is averaged with its neighbors and the prediction. What
@@ -201,6 +218,7 @@ class VarianceUpdate {
   }
 
   std::span<PixelState> pixels_;
+  std::span<const RadianceInterval> bounds_;
   const DisplayTransform& display_;
   const InParallel& in_parallel_;
   Blocks blocks_;
@@ -230,9 +248,21 @@ SampledError SummedErrors::estimated() const {
   return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
 }
 
-SampledError SampledParts::estimated(const LookEstimate& looks) const {
-  const double sum = refined.squared + certified + undetected + suspected + looks.squared;
-  const double deviation = std::sqrt(refined.spread + refined.largest * refined.largest + looks.variance);
+SampledError SampledParts::estimated(const EstimatedSum& looks) const {
+  // The halves of many pixels tell how their errors compare with the expected ones; a few pixels of typical size count
+  // as if they were as expected.
+  constexpr double prior_pixels = 4;
+  double refined_sum = refined.squared, spread = refined.spread, largest = refined.largest;
+  if (expected.squared > 0) {
+    const double prior = prior_pixels * expected.spread / expected.squared;
+    const double ratio = (std::max(0.0, refined.squared) + prior) / (expected.squared + prior);
+    refined_sum = std::max(refined_sum, ratio * expected.squared);
+    spread = std::max(spread, 2 * ratio * ratio * expected.spread);
+    largest = std::max(largest, ratio * expected.largest);
+  }
+  const EstimatedSum missed = suspected.expected();
+  const double sum = refined_sum + certified + undetected + missed.squared + looks.squared;
+  const double deviation = std::sqrt(spread + largest * largest + missed.variance + looks.variance);
   return {sum, std::max(0.0, sum + deviations * deviation)};
 }
 

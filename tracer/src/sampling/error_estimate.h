@@ -38,37 +38,78 @@ struct LookError {
   double squared_error = 0;  ///< squared code values, summed over the channels; may be negative
 };
 
-/// Error of the pixels that have only their pilot, estimated from looks.
-struct LookEstimate {
+/// Sum of squared errors that is estimated from some of them.
+struct EstimatedSum {
   double squared = 0;   ///< may be negative by chance
   double variance = 0;  ///< variance of `squared`
+};
+
+/// Errors of refined edge pixels whose samples all agree: something in them may have been missed. Their number follows
+/// from that of the pixels with a find:
+///
+/// - Next to a find each may contain a part of what was found. Of pixels with n samples that contain some of an edge,
+///   about 1 / (n + 1) have missed it (Laplace's rule of succession). One more is added, for small numbers.
+/// - Elsewhere they may contain small features like those that were found alone. If f1 of these were hit by one sample
+///   and f2 by two, at least f1^2 / (2 f2) were hit by none (Chao 1984, "Nonparametric estimation of the number of
+///   classes in a population"). One is added to f1 and f2. The largest error is suspected in any case.
+struct SuspectedErrors {
+  struct Pixels {
+    double sum = 0, largest = 0;
+    std::size_t count = 0;
+    void add(const Pixels& part) {
+      sum += part.sum;
+      largest = std::max(largest, part.largest);
+      count += part.count;
+    }
+    /// Sum over `number` average ones of them and, since that is random (Poisson), its variance.
+    [[nodiscard]] EstimatedSum sum_of(double number) const {
+      if (count == 0) return {};
+      const double mean = sum / static_cast<double>(count), limited = std::min(number, static_cast<double>(count));
+      return {limited * mean, limited * mean * mean};
+    }
+  };
+  Pixels near_finds, elsewhere;
+  double missed_near_finds = 0;                    ///< sum of 1 / (n + 1)
+  std::size_t found_by_one = 0, found_by_two = 0;  ///< alone
+
+  void add(const SuspectedErrors& part) {
+    near_finds.add(part.near_finds);
+    elsewhere.add(part.elsewhere);
+    missed_near_finds += part.missed_near_finds;
+    found_by_one += part.found_by_one;
+    found_by_two += part.found_by_two;
+  }
+  [[nodiscard]] EstimatedSum expected() const {
+    const auto ones = static_cast<double>(found_by_one), twos = static_cast<double>(found_by_two);
+    const EstimatedSum near = near_finds.sum_of(missed_near_finds + 1),
+                       far = elsewhere.sum_of((ones + 1) * (ones + 1) / (2 * (twos + 1)));
+    return {near.squared + std::max(far.squared, elsewhere.largest),
+            near.variance + std::max(far.variance, elsewhere.largest * elsewhere.largest)};
+  }
 };
 
 /// Sum of squared errors by the way in which they are known.
 struct SampledParts {
   SummedErrors refined;   ///< estimated by their halves
+  SummedErrors expected;  ///< the same, from the deviation of their samples
   double certified = 0;   ///< bounded
   double undetected = 0;  ///< errors of features that no sample has found yet
-  double suspected = 0;   ///< the largest that a refined pixel may have missed
-  std::size_t suspected_count = 0;
+  SuspectedErrors suspected;
   void add(const SampledParts& part) {
     refined.add(part.refined);
+    expected.add(part.expected);
     certified += part.certified;
     undetected += part.undetected;
-    suspected = std::max(suspected, part.suspected);
-    suspected_count += part.suspected_count;
+    suspected.add(part.suspected);
   }
-  void add_suspected(double error) {
-    suspected = std::max(suspected, error);
-    suspected_count += error > 0 ? 1 : 0;
-  }
-  [[nodiscard]] SampledError estimated(const LookEstimate& looks) const;
+  [[nodiscard]] SampledError estimated(const EstimatedSum& looks) const;
 };
 
-/// Pixels of an image, row by row. References must outlive it.
+/// Pixels of an image, row by row, and the bounds of their radiance if there are any. References must outlive it.
 struct SampledPixels {
   std::span<PixelState> states;
   std::uint32_t width = 0;
+  std::span<const RadianceInterval> bounds{};
 };
 
 /// Sums the errors of the pixels and sets the predicted `variance` of every pixel: from its contrast and its neighbors,

@@ -228,41 +228,44 @@ OmittedError Film::omitted_error(const DisplayTransform& display) {
   });
 }
 
-/// Range of a pixel's brightest channel: of its samples, and of a bright part that they may have missed; see
-/// VarianceUpdate::suspected().
+/// Range of a pixel's brightest channel: of its samples, and of a part that they may have missed.
 BrightestRange Film::brightest_of(std::size_t place) const {
   const PixelState& pixel = pixels_[place];
   const Color mean = pixel.mean();
-  const double count = pixel.count(), share = std::sqrt(2 / ((count + 2) * (count + 3)));
+  const double count = pixel.count();
+  const double share = pixel.certified ? 1 : pixel.edge || !pixel.refined() ? missed_share(count) : 0;
   BrightestRange range;
   for (std::size_t i = 0; i < 3; ++i) {
     const double value = i == 0 ? mean.r : i == 1 ? mean.g : mean.b;
-    const double above = bounds_.empty() ? 0 : std::max(0.0, std::min(bounds_[place].high[i], 1e30F) - value);
-    const bool hidden = pixel.edge || !pixel.refined();
-    range.add(value, pixel.refined() && count > 1 ? deviation_of_mean(pixel, i) : 0,
-              pixel.certified ? above
-              : hidden        ? above * share
-                              : 0);
+    const double low = bounds_.empty() ? value : std::min(value, double{bounds_[place].low[i]});
+    const double high = bounds_.empty() ? value : std::max(value, std::min(double{bounds_[place].high[i]}, 1e30));
+    range.add(value, pixel.refined() && count > 1 ? deviation_of_mean(pixel, i) : 0, (value - low) * share,
+              (high - value) * share);
   }
+  return range;
+}
+
+BrightestRange Film::brightest() const {
+  BrightestRange range;
+  for (std::size_t i = 0; i < size(); ++i) range.add(brightest_of(i));
   return range;
 }
 
 double Film::tone_error() {
   if (pixels_.empty()) return 0;
   update_means();
-  BrightestRange range;
-  for (std::size_t i = 0; i < size(); ++i) range.add(brightest_of(i));
-  return tracer::tone_error(rgb_, scene_.output, range, in_parallel_);
+  return tracer::tone_error(rgb_, scene_.output, brightest(), in_parallel_);
 }
 
 void Film::raise_brightest(const Adaptive& limits, SampleAllocation& allocation) {
-  double found = 0;
-  for (std::size_t i = 0; i < size(); ++i) found = std::max(found, max_component(mean(i)));
-  constexpr double tolerance = 1e-3;  // a fraction of a level
+  constexpr double tolerance = 1 + 1e-3;  // a fraction of a level
   constexpr std::uint32_t growth = 8;
+  const double low = brightest().low;
   std::vector<std::size_t> candidates;
-  for (std::size_t i = 0; i < size(); ++i)
-    if (!pixels_[i].certified && brightest_of(i).high > found * (1 + tolerance)) candidates.push_back(i);
+  for (std::size_t i = 0; i < size(); ++i) {
+    const BrightestRange range = brightest_of(i);
+    if (!pixels_[i].certified && range.high > tolerance * std::max(low, range.low)) candidates.push_back(i);
+  }
   if (candidates.size() > size() / 16) return;  // everything may be brighter: more samples would not end that
   for (const std::size_t i : candidates) {
     PixelState& pixel = pixels_[i];

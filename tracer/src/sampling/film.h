@@ -73,7 +73,7 @@ class Film {
   [[nodiscard]] OmittedError omitted_error(const DisplayTransform& display);
   /// Squared error by the brightest channel (tone_error.h), with `overflow: scale`.
   [[nodiscard]] double tone_error();
-  /// Raises the samples of pixels that may be brighter than the brightest one that was found.
+  /// Raises the samples of uncertain pixels that may be the brightest one.
   void raise_brightest(const Adaptive& limits, SampleAllocation& allocation);
   /// Predicted errors of the tiles; empty without rounds.
   [[nodiscard]] TileErrors tile_errors() const;
@@ -91,6 +91,7 @@ class Film {
 
  private:
   [[nodiscard]] BrightestRange brightest_of(std::size_t place) const;
+  [[nodiscard]] BrightestRange brightest() const;
   [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
   /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
   /// The error that looks found is spread over the open pixels in proportion to their bounds.

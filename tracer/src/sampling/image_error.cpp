@@ -176,7 +176,7 @@ ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
   if (context.output.overflow == Output::Overflow::scale) {
     BrightestRange range;
     for (std::size_t i = 0; i < pixels.rgb.size(); ++i)
-      range.add(pixels.rgb[i], pixels.deviation.empty() ? 0 : pixels.deviation[i], 0);
+      range.add(pixels.rgb[i], pixels.deviation.empty() ? 0 : pixels.deviation[i], 0, 0);
     parts.tone = tone_error(pixels.rgb, context.output, range, in_parallel);
   }
   ErrorEstimate error = error_estimate(parts, pixels.rgb.size() / 3);

@@ -34,6 +34,10 @@ void draw(std::size_t places, std::size_t count, std::uint64_t key, const Share&
     for (sum += share(place); next < count && positions[next] < sum; ++next) use(place);
 }
 
+/// Mean error that `count` looks without a find leave, relative to the sum of the bounds (Laplace's rule of
+/// succession), less what the least number of looks leaves.
+double unseen_share(double count) { return std::max(0.0, 1 / (count + 2) - 1.0 / (looks_min + 2)); }
+
 std::uint64_t key_of(std::uint64_t stream, std::uint64_t seed) { return mix(mix(seed) ^ mix(~stream)); }
 
 }  // namespace
@@ -91,25 +95,32 @@ void LookPool::begin_epoch() {
   range_ = 0;
 }
 
-LookEstimate LookPool::estimate(std::span<const PixelState> pixels) const {
-  LookEstimate estimate;
-  if (looks_.empty()) {
-    for (const PixelState& pixel : pixels) estimate.squared += pixel.open() ? pixel.variance : 0;
-    return estimate;
+EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
+  const auto count = static_cast<double>(looks);
+  // What is unseen is the less likely, the more has been found.
+  const double finds = sum_ > 0 ? sum_ * sum_ / squares_ : 0;
+  const double unseen = bounds * unseen_share(count) * std::max(0.0, 1 - finds);
+  if (looks == 0) return {.squared = unseen, .variance = 0};
+  // The largest error counts once more: a few finds do not show how much larger others are.
+  const double mean = sum_ / count;
+  return {.squared = mean + unseen,
+          .variance = (squares_ + largest_ * largest_ - count * mean * mean) / (count * count)};
+}
+
+EstimatedSum LookPool::estimate(std::span<const PixelState> pixels) const {
+  double bounds = 0, predictions = 0;
+  for (const PixelState& pixel : pixels) {
+    if (!pixel.open()) continue;
+    bounds += pixel.bound;
+    predictions += pixel.variance;
   }
-  double squares = 0, largest = 0;
+  SummedLooks sum;
   for (std::size_t i = 0; i < looks_.size(); ++i) {
     const PixelState& pixel = pixels[looks_[i].place];
-    if (!pixel.open() && !pixel.repaired) continue;
-    const double error = errors_[i].squared_error * looks_[i].weight;
-    estimate.squared += error;
-    squares += error * error;
-    largest = std::max(largest, std::abs(error));
+    if (pixel.open() || pixel.repaired) sum.add(errors_[i].squared_error * looks_[i].weight);
   }
-  // The largest error counts once more: a few finds do not show how much larger others are.
-  const auto count = static_cast<double>(looks_.size());
-  estimate.squared /= count;
-  estimate.variance = (squares + largest * largest - count * estimate.squared * estimate.squared) / (count * count);
+  EstimatedSum estimate = sum.estimate(looks_.size(), bounds);
+  if (looks_.empty()) estimate.squared += predictions;
   return estimate;
 }
 

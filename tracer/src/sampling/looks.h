@@ -8,6 +8,8 @@
 /// follows the predicted errors, which lowers the variance. Each error is divided by its pixel's probability (Hansen &
 /// Hurwitz 1943, "On the theory of sampling from finite populations").
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,6 +45,22 @@ LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint6
 /// The same from all of `pixels` by bounds alone: `bounds` of their squared errors.
 LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed);
 
+/// Squared errors of looks, each divided by the probability of its pixel.
+class SummedLooks {
+ public:
+  void add(double error) {
+    sum_ += error;
+    squares_ += error * error;
+    largest_ = std::max(largest_, std::abs(error));
+  }
+  /// Their mean over `count` looks, which estimates the error of all pixels with bounds that add up to `bounds`. Fewer
+  /// looks than `looks_min` without a find add what they cannot exclude.
+  [[nodiscard]] EstimatedSum estimate(std::size_t count, double bounds) const;
+
+ private:
+  double sum_ = 0, squares_ = 0, largest_ = 0;
+};
+
 /// All looks at an image. They stay valid over rounds of sampling: a pixel that is refined for other reasons than its
 /// own look leaves the pool; a pixel that was repaired because of its look stays, since it stands for others.
 class LookPool {
@@ -55,8 +73,8 @@ class LookPool {
   [[nodiscard]] std::size_t count() const { return looks_.size(); }
   /// One entry per look.
   [[nodiscard]] std::span<const LookError> errors() const { return errors_; }
-  /// Estimate of the error of the open pixels. Without looks: the sum of their predictions.
-  [[nodiscard]] LookEstimate estimate(std::span<const PixelState> pixels) const;
+  /// Estimate of the error of the open pixels; without looks from the predictions.
+  [[nodiscard]] EstimatedSum estimate(std::span<const PixelState> pixels) const;
   /// Upper bound of the same, valid with probability 1 - alpha for any number of looks and epochs; infinite without
   /// looks in this epoch.
   [[nodiscard]] double proven() const;

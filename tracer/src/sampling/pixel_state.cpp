@@ -112,6 +112,40 @@ double deviation_of_mean(const PixelState& pixel, std::size_t channel) {
   return std::sqrt(std::max(0.0, pixel.squares[channel] / count - mean * mean) / (count - 1));
 }
 
+double expected_refined_error(const PixelState& pixel, const DisplayTransform& display) {
+  const Color mean = pixel.mean();
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double middle = mean.*channels[i], deviation = deviation_of_mean(pixel, i);
+    if (deviation > 0) sum += std::pow(display.slope_between(middle, std::max(0.0, middle - deviation)) * deviation, 2);
+  }
+  return sum * std::pow(pixel.count() / 2.0, (1 - variance_power) / 2);
+}
+
+double effective_hits(const PixelState& pixel) {
+  double squared_sum = 0, squares = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double pilot = pixel.pilot.*channels[i], count = pixel.count();
+    const double sum = pixel.half[0].*channels[i] + pixel.half[1].*channels[i];
+    squared_sum += std::pow(sum - count * pilot, 2);
+    squares += pixel.squares[i] - pilot * (2 * sum - count * pilot);
+  }
+  return squares > 0 ? squared_sum / squares : 0;
+}
+
+double missed_error(const Color& value, const RadianceInterval& interval, double share,
+                    const DisplayTransform& display) {
+  double brighter = 0, darker = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double own = value.*channels[i], level = display.level(own);
+    const double high = std::max(own, std::min(double{interval.high[i]}, 1e30)),
+                 low = std::min(own, double{interval.low[i]});
+    brighter += std::pow(display.level(own + share * (high - own)) - level, 2);
+    darker += std::pow(level - display.level(own - share * (own - low)), 2);
+  }
+  return std::max(brighter, darker);
+}
+
 FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {
   FreshError error;
   for (const auto channel : channels) {

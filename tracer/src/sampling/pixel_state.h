@@ -152,6 +152,19 @@ double refined_error(const PixelState& pixel, const DisplayTransform& display);
 double bounded_refined_error(const PixelState& pixel, const DisplayTransform& display);
 /// Standard deviation of the mean of a channel, as if the samples were independent. Precondition: more than one sample.
 double deviation_of_mean(const PixelState& pixel, std::size_t channel);
+/// Squared error that is expected from the deviation of all samples, if stratification helps half as much as usual
+/// (`variance_power`). Halves with few hits often agree by chance; this has more degrees of freedom.
+double expected_refined_error(const PixelState& pixel, const DisplayTransform& display);
+
+/// Number of samples that differ from the pilot, if all of them differ alike.
+double effective_hits(const PixelState& pixel);
+
+/// Root mean square of the fraction p of a pixel that `count` samples have missed: E[p^2] = 2 / ((n + 2) (n + 3)) for a
+/// uniform prior (Laplace's rule of succession).
+inline double missed_share(double count) { return std::sqrt(2 / ((count + 2) * (count + 3))); }
+/// Squared error of the pixel `value` without a part of `share` that is as bright or as dark as the interval allows.
+double missed_error(const Color& value, const RadianceInterval& interval, double share,
+                    const DisplayTransform& display);
 
 /// Means of two fresh halves of samples of a pixel.
 using Halves = std::array<Color, 2>;

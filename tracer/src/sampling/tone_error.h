@@ -14,13 +14,13 @@ struct BrightestRange {
   double found = 0;  ///< brightest channel of the image
   double low = 0, high = 0;
 
-  /// Adds a channel of a pixel: its value, the standard deviation of that, and the most that its samples may have
-  /// missed.
-  void add(double value, double deviation, double missed) {
+  /// Adds a channel of a pixel: its value, the standard deviation of that, and how much its samples may have missed
+  /// that is darker or brighter.
+  void add(double value, double deviation, double darker, double brighter) {
     constexpr double deviations = 2.33;  // 99 %
     found = std::max(found, value);
-    low = std::max(low, value - deviations * deviation);
-    high = std::max(high, value + std::max(deviations * deviation, missed));
+    low = std::max(low, value - std::max(deviations * deviation, darker));
+    high = std::max(high, value + std::max(deviations * deviation, brighter));
   }
   void add(const BrightestRange& part) {
     found = std::max(found, part.found);
