@@ -35,7 +35,7 @@ void bound(const char* path, const tracer::CompiledScene& scene, double render_m
     for (std::uint64_t i = 0; i < count; ++i) work(i);
   };
   const auto start = std::clock();
-  const auto intervals = tracer::bound_pixels(scene, one_by_one, control);
+  const auto intervals = tracer::bound_pixels(scene, scene.accuracy.approximate, one_by_one, control);
   const double bound_ms = milliseconds_since(start);
   const tracer::DisplayTransform display(scene.output, 0);
   std::size_t certified = 0, edges = 0, unbounded = 0;

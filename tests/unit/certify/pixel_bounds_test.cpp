@@ -14,7 +14,7 @@ using namespace tracer;
 std::vector<RadianceInterval> intervals_of(const Scene& scene) {
   RenderControl control;
   const auto compiled = compile(scene, control);
-  return bound_pixels(**compiled, certify::one_by_one, control);
+  return bound_pixels(**compiled, {}, certify::one_by_one, control);
 }
 
 /// A camera at (0, 3, 6) that sees nothing but the plane y = 0, or what lies on it.
@@ -45,7 +45,7 @@ TEST(PixelBounds, ComparisonFindsIntervalsThatAreTooSmall) {
   scene.lights.push_back(scenes::point_light({1, 2, 1}));
   RenderControl control;
   const auto compiled = compile(scene, control);
-  auto intervals = bound_pixels(**compiled, certify::one_by_one, control);
+  auto intervals = bound_pixels(**compiled, {}, certify::one_by_one, control);
   EXPECT_EQ(certify::compare(**compiled, intervals, 16, 1).outside, 0u);
   for (RadianceInterval& interval : intervals) interval.high[1] -= 0.25f * width(interval);
   EXPECT_GT(certify::compare(**compiled, intervals, 16, 1).outside, 0u);
@@ -152,7 +152,7 @@ TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
   scenes::add(scene, Triangle{{Vec3{-0.2, 3, 0.1}, Vec3{0.2, 3, 0.1}, Vec3{0, 3, -0.3}}, {}, {}}, white);
   RenderControl control;
   const auto compiled = compile(scene, control);
-  const auto intervals = bound_pixels(**compiled, certify::one_by_one, control);
+  const auto intervals = bound_pixels(**compiled, {}, certify::one_by_one, control);
   EXPECT_EQ(certify::compare(**compiled, intervals, 16, 5).outside, 0u);
   std::size_t dark = 0, lit = 0;
   for (const RadianceInterval& interval : intervals) {
@@ -203,8 +203,8 @@ TEST(PixelBounds, DoNotDependOnThreads) {
   random.scene.image = {200, 150};
   RenderControl control;
   const auto compiled = compile(random.scene, control, random.assets);
-  const auto first = bound_pixels(**compiled, certify::one_by_one, control);
-  const auto second = bound_pixels(**compiled, threads, control);
+  const auto first = bound_pixels(**compiled, {}, certify::one_by_one, control);
+  const auto second = bound_pixels(**compiled, {}, threads, control);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_EQ(first[i].low, second[i].low);
@@ -217,11 +217,11 @@ TEST(PixelBounds, OfACropEqualThoseOfTheImage) {
   random.scene.image = {60, 50};
   const auto whole = [&] {
     RenderControl control;
-    return bound_pixels(**compile(random.scene, control, random.assets), certify::one_by_one, control);
+    return bound_pixels(**compile(random.scene, control, random.assets), {}, certify::one_by_one, control);
   }();
   random.scene.image.crop = PixelWindow{32, 32, 60, 50};
   RenderControl control;
-  const auto part = bound_pixels(**compile(random.scene, control, random.assets), certify::one_by_one, control);
+  const auto part = bound_pixels(**compile(random.scene, control, random.assets), {}, certify::one_by_one, control);
   ASSERT_EQ(part.size(), 28u * 18);
   for (std::size_t y = 0; y < 18; ++y)
     for (std::size_t x = 0; x < 28; ++x) EXPECT_EQ(part[y * 28 + x].high, whole[(y + 32) * 60 + x + 32].high);
@@ -232,7 +232,7 @@ TEST(PixelBounds, AreEmptyAfterCancellation) {
   RenderControl control;
   const auto compiled = compile(scene, control);
   control.cancel();
-  EXPECT_TRUE(bound_pixels(**compiled, certify::one_by_one, control).empty());
+  EXPECT_TRUE(bound_pixels(**compiled, {}, certify::one_by_one, control).empty());
 }
 
 }  // namespace

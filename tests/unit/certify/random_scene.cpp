@@ -342,7 +342,8 @@ Comparison compare(const RandomScene& random, std::uint32_t per_pixel, std::uint
   RenderControl control;
   const auto compiled = compile(random.scene, control, random.assets);
   if (!compiled) throw std::runtime_error(compiled.error().detail);
-  return compare(**compiled, bound_pixels(**compiled, one_by_one, control), per_pixel, seed);
+  return compare(**compiled, bound_pixels(**compiled, random.scene.accuracy.approximate, one_by_one, control),
+                 per_pixel, seed);
 }
 
 }  // namespace certify

@@ -164,14 +164,14 @@ TEST(VarianceUpdate, BoundsTheErrorOfSpecksThatMostSamplesMiss) {
 
 TEST(SuspectedErrors, FollowTheNumberOfFinds) {
   SuspectedErrors errors;
-  for (int i = 0; i < 10; ++i) errors.elsewhere.add({3, 3, 1});
+  for (int i = 0; i < 10; ++i) errors.elsewhere.add({3, 1});
   EXPECT_DOUBLE_EQ(errors.expected().squared, 3) << "one in any case";
   errors.found_by_one = 4;
   errors.found_by_two = 3;
   EXPECT_DOUBLE_EQ(errors.expected().squared, 3 * 5 * 5 / 8.0);
   errors.found_by_one = 40;
   EXPECT_DOUBLE_EQ(errors.expected().squared, 30) << "no more than there are";
-  errors.near_finds.add({8, 5, 4});
+  errors.near_finds.add({8, 4});
   errors.missed_near_finds = 0.5;
   EXPECT_DOUBLE_EQ(errors.expected().squared, 30 + 1.5 * 2);
 }
@@ -187,13 +187,16 @@ TEST(PixelError, CountsHitsOfAnythingThatIsNotThePilot) {
     pixel.add_square(sample);
   }
   EXPECT_NEAR(effective_hits(pixel), 4, 1e-4);
+  EXPECT_NEAR(brightest_sample(pixel), (4 * 64 + 12 * 0.0625) / (4 * 8 + 12 * 0.25), 1e-4);
 }
 
 TEST(PixelError, OfAMissedPartIsTheChangeOfTheDisplayedPixel) {
   const DisplayTransform display({}, 1);
   const RadianceInterval interval{.low = {0, 0.5F, 0.5F}, .high = {2, 0.5F, 0.5F}};
-  const double error = missed_error({0.5, 0.5, 0.5}, interval, 0.1, display);
+  const double error = missed_error({0.5, 0.5, 0.5}, interval, 3, 0.1, display);
   EXPECT_NEAR(error, std::pow(display.level(0.65) - display.level(0.5), 2), 1e-9);
+  const RadianceInterval unbounded{.low = {0, 0, 0}, .high = {std::numeric_limits<float>::infinity(), 0.5F, 0.5F}};
+  EXPECT_NEAR(missed_error({0.5, 0.5, 0.5}, unbounded, 2, 0.1, display), error, 1e-9);
 }
 
 /// Features that cover a small part of the pixel, so that most pixels miss them in their first samples. Samples are

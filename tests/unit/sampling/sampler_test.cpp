@@ -35,7 +35,8 @@ class AnalyticTracer {
   const GBuffer& gbuffer() const { return gbuffer_; }
   const RenderStatistics& statistics() const { return statistics_; }
   /// The extremes of the functions over a pixel are at its corners or its center.
-  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const InParallel&, const RenderControl&) {
+  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const Approximations&, const InParallel&,
+                                              const RenderControl&) {
     std::vector<RadianceInterval> bounds;
     for (std::uint32_t y = 0; y < scene.image.height; ++y) {
       for (std::uint32_t x = 0; x < scene.image.width; ++x) {

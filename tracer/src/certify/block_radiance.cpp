@@ -54,8 +54,9 @@ double SurfaceRays::nonlinear_width(double dark, double side) const {
   return largest;
 }
 
-BlockRadiance::BlockRadiance(const CompiledScene& compiled, const RenderControl& control)
-    : bounds_(compiled, control), scene_(compiled) {
+BlockRadiance::BlockRadiance(const CompiledScene& compiled, const Approximations& approximate,
+                             const RenderControl& control)
+    : bounds_(compiled, approximate, control), scene_(compiled) {
   rays_ = rays(0, 0).value_or(CompiledCamera::LinearRays{});
   for (std::uint32_t material = 0; material < compiled.materials.size(); ++material)
     materials_.push_back(with_secondary_rays(bounds_, material, local_radiance(bounds_, material, 0)));

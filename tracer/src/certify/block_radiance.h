@@ -29,7 +29,7 @@ struct SurfaceRays {
 class BlockRadiance {
  public:
   /// The scene must outlive it. Throws std::bad_alloc.
-  BlockRadiance(const CompiledScene& compiled, const RenderControl& control);
+  BlockRadiance(const CompiledScene& compiled, const Approximations& approximate, const RenderControl& control);
 
   [[nodiscard]] const SceneBounds& bounds() const { return bounds_; }
   /// Rays about an image position. None for a panorama with a lens: all pixels then have the range anything().

@@ -26,7 +26,7 @@ AffineForm down_to_0(const AffineForm& form) { return form_of({0, std::max(0.0, 
 MirrorBeams::MirrorBeams(const SceneBounds& bounds)
     : bounds_(bounds), scene_(bounds.scene), occupancy_(bounds), visible_(bounds.scene.lights.size()) {
   const bool culls = scene_.needs.many_lights || scene_.exact_needs.many_lights;
-  follows_ = !bounds.approximates && !bounds.in_medium && !culls && std::isfinite(bounds.radiance_max);
+  follows_ = !bounds.approximate.any() && !bounds.in_medium && !culls && std::isfinite(bounds.radiance_max);
   occupancy_.reset(all_);
 }
 
@@ -66,7 +66,8 @@ std::optional<RadianceForms> MirrorBeams::seen_by(const Beam& beam, const Surfac
       occupancy_.find_cover(beam, leaves ? from.primitive : PrimitiveRef{}, entries_);
   if (!entries_.empty()) return std::nullopt;
   if (cover)
-    return surface(surface_patch(scene_, cover->primitive, beam.rays, cover->hit), beam.rays, depth, throughput);
+    return surface(surface_patch(scene_, cover->primitive, beam.rays, cover->hit, Approximations::Shading::exact),
+                   beam.rays, depth, throughput);
   RadianceForms radiance;
   if (const Gradient* const gradient = scene_.background->gradient()) {
     const AffineForm share = dot(normalized(beam.rays.direction), scene_.background->up()) * 0.5 + 0.5;

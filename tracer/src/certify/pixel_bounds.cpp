@@ -129,7 +129,7 @@ class TileBounds {
       fill(block, radiance_.primitive(primitive), true);
       return;
     }
-    const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit);
+    const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit, bounds_.approximate.shading);
     const bool certain = find_shadows(patch, side, level);
     if (side == 1 || (certain && side <= linear_side)) {
       SurfaceRays surface = radiance_.surface(patch, rays, visible_);
@@ -182,7 +182,7 @@ class TileBounds {
       const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
       ColorInterval radiance = radiance_.primitive(triangle);
       if (hit.kind == BundleHit::Kind::cover && triangles.size() <= patch_triangles_max) {
-        const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit);
+        const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit, bounds_.approximate.shading);
         find_shadows(patch, 1, level);
         radiance = radiance_.range(radiance_.surface(patch, rays, visible_), {});
       }
@@ -196,7 +196,7 @@ class TileBounds {
     Bounds box;
     for (const PrimitiveRef& triangle : triangles) {
       const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
-      const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit);
+      const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit, bounds_.approximate.shading);
       const Interval x = patch.position.x.range(), y = patch.position.y.range(), z = patch.position.z.range();
       box.include({x.low, y.low, z.low});
       box.include({x.high, y.high, z.high});
@@ -281,11 +281,11 @@ class TileBounds {
 
 }  // namespace
 
-std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const InParallel& in_parallel,
-                                           const RenderControl& control) {
+std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const Approximations& approximate,
+                                           const InParallel& in_parallel, const RenderControl& control) {
   const PixelWindow window = scene.image.window();
   if (control.cancelled()) return {};
-  const BlockRadiance radiance(scene, control);
+  const BlockRadiance radiance(scene, approximate, control);
   std::vector<RadianceInterval> pixels(static_cast<std::size_t>(window.pixels()));
   const std::uint64_t columns = (window.width() + tile_side - 1) / tile_side;
   const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;

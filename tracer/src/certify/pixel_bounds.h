@@ -20,9 +20,9 @@ namespace tracer {
 /// Interval that contains the radiance of every sample of a pixel, by channel, rounded outward. `high` may be infinite.
 ///
 /// A sample is what the Whitted integrator returns for any position in the pixel's closed square, any point of the
-/// lens and of the lights, and any share of the pixel's width, with or without the scene's approximations, `max_depth`
-/// and `cutoff`. Only Russian roulette may exceed it: a ray below `cutoff` that survives counts as one of the
-/// throughput `cutoff`. Its mean does not.
+/// lens and of the lights, and any share of the pixel's width, without approximations or with those given, with any
+/// `max_depth` and `cutoff`. Only Russian roulette may exceed it: a ray below `cutoff` that survives counts as one of
+/// the throughput `cutoff`. Its mean does not.
 struct RadianceInterval {
   std::array<float, 3> low{}, high{};
   /// The pixel may contain an edge or something smaller than itself: neither the background alone nor one smooth
@@ -32,7 +32,7 @@ struct RadianceInterval {
 
 /// One interval per pixel of the image's window, row by row; empty if cancelled. The same for any number of threads.
 /// Throws std::bad_alloc.
-std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const InParallel& in_parallel,
-                                           const RenderControl& control);
+std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const Approximations& approximate,
+                                           const InParallel& in_parallel, const RenderControl& control);
 
 }  // namespace tracer

@@ -16,11 +16,12 @@ ColorInterval background_range(const CompiledScene& scene, const std::vector<Col
 
 }  // namespace
 
-SceneBounds::SceneBounds(const CompiledScene& compiled, const RenderControl& control)
+SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& approximations,
+                         const RenderControl& control)
     : scene(compiled),
       tree(compiled.geometry(), control),
       radiance_max(radiance_bound(compiled).value_or(std::numeric_limits<double>::infinity())),
-      approximates(compiled.accuracy.approximate.any()),
+      approximate(approximations),
       in_medium(!compiled.media_enclosing_camera.empty()),
       overlapping_media(compiled.needs.overlapping_media || compiled.exact_needs.overlapping_media) {
   for (std::size_t i = 0; i < scene.textures.size(); ++i)

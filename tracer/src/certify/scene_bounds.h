@@ -11,7 +11,7 @@ namespace tracer {
 
 struct SceneBounds {
   /// The scene must outlive it. Throws std::bad_alloc.
-  SceneBounds(const CompiledScene& compiled, const RenderControl& control);
+  SceneBounds(const CompiledScene& compiled, const Approximations& approximations, const RenderControl& control);
 
   const CompiledScene& scene;
   BoxTree tree;
@@ -19,7 +19,7 @@ struct SceneBounds {
   double radiance_max = 0;              ///< bound for any ray; may be infinite
   double transmittance_max = 1;         ///< bound for any shadow ray
   ColorInterval background{};           ///< radiance of rays that escape, over all directions
-  bool approximates = false;            ///< an approximation may darken or brighten any direct light
+  Approximations approximate;           ///< any of them may darken or brighten any direct light
   bool in_medium = false;               ///< the camera is in a solid, which may absorb any part of the radiance
   bool overlapping_media = false;
 

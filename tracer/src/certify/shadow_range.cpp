@@ -203,8 +203,8 @@ Interval shadow_range(const SceneBounds& bounds, const SurfacePatch& patch, cons
     if (shaft.is_behind()) {
       range = {0, 0};
     } else if (!light.shadows) {
-      range = {bounds.approximates ? 0.0 : 1.0, 1};
-    } else if (!bounds.approximates && patch.has_normal) {
+      range = {bounds.approximate.any() ? 0.0 : 1.0, 1};
+    } else if (!bounds.approximate.any() && patch.has_normal) {
       range = shaft.range(known);
     }
   }

@@ -76,7 +76,7 @@ void set_smooth(const TriangleGeometry& mesh, std::uint32_t triangle, SurfacePat
 }
 
 void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, const BundleHit& hit,
-                  SurfacePatch& patch) {
+                  Approximations::Shading approximate, SurfacePatch& patch) {
   const TriangleGeometry& mesh = scene.geometry().mesh(primitive.geometry);
   patch.object = mesh.object_of(primitive.primitive);
   patch.material = scene.objects.material[patch.object];
@@ -89,7 +89,6 @@ void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, con
   patch.anchor = plane.point;
   patch.face = exactly(patch.flat_normal);
   patch.normal = patch.face;
-  const Approximations::Shading approximate = scene.accuracy.approximate.shading;
   const Material::Shading shading = scene.terms[patch.material].shading;
   const bool at_vertices = approximate != Approximations::Shading::exact || shading == Material::Shading::gouraud;
   if (at_vertices) {
@@ -106,7 +105,7 @@ void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, con
 }  // namespace
 
 SurfacePatch surface_patch(const CompiledScene& scene, const PrimitiveRef& primitive, const RayBundle& rays,
-                           const BundleHit& hit) {
+                           const BundleHit& hit, Approximations::Shading approximate) {
   const GeometrySet& geometry = scene.geometry();
   const auto [number, i] = primitive;
   SurfacePatch patch;
@@ -120,7 +119,7 @@ SurfacePatch surface_patch(const CompiledScene& scene, const PrimitiveRef& primi
   patch.position = patch.hit;
   const GeometryKind kind = geometry.kind_of(number);
   if (kind == GeometryKind::triangles) {
-    set_triangle(scene, primitive, hit, patch);
+    set_triangle(scene, primitive, hit, approximate, patch);
     return patch;
   }
   if (kind == GeometryKind::spheres) {

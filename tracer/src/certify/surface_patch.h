@@ -26,8 +26,8 @@ struct SurfacePatch {
   AffineForm u{}, v{};  ///< barycentric coordinates of a triangle
 };
 
-/// Precondition: `hit` covers the bundle.
+/// With exact shading and with `approximate`. Precondition: `hit` covers the bundle.
 SurfacePatch surface_patch(const CompiledScene& scene, const PrimitiveRef& primitive, const RayBundle& rays,
-                           const BundleHit& hit);
+                           const BundleHit& hit, Approximations::Shading approximate);
 
 }  // namespace tracer

@@ -95,8 +95,9 @@ concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderCo
   { traced.omitted() } -> std::same_as<const std::vector<OmittedRadiance>&>;
   { traced.gbuffer() } -> std::same_as<const GBuffer&>;
   { traced.statistics() } -> std::same_as<const RenderStatistics&>;
-} && requires(const CompiledScene& scene, const InParallel& in_parallel, const RenderControl& control) {
-  { T::bounds(scene, in_parallel, control) } -> std::same_as<std::vector<RadianceInterval>>;
+} && requires(const CompiledScene& scene, const Approximations& approximate, const InParallel& in_parallel,
+              const RenderControl& control) {
+  { T::bounds(scene, approximate, in_parallel, control) } -> std::same_as<std::vector<RadianceInterval>>;
 };
 
 inline void add(RenderStatistics& total, const RenderStatistics& part) {

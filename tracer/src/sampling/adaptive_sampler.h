@@ -87,7 +87,7 @@ class AdaptiveSampler {
   }
 
   void refine() {
-    film_.begin(T::bounds(scene_, in_parallel_, control_), certified_error());
+    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_), certified_error());
     set_costs();
     if (!control_.cancelled() && !deadline_.over()) sample_features();
     deadline_.reserve_time_for([&] {

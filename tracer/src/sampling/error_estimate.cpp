@@ -103,6 +103,7 @@ class VarianceUpdate {
         sum_of_blocks<OctaveMeans>([&](std::size_t place, std::size_t x, std::size_t y, OctaveMeans& means) {
           if (!std::isnan(of_one_[place])) means.add(prediction(place, x, y), of_one_[place]);
         });
+    brightest_ = parts.brightest;
     const OctaveMeans pilots = means_of(looks);
     parts.add(sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts& sum) {
       const double own = of_one_[place], predicted = prediction(place, x, y);
@@ -110,15 +111,12 @@ class VarianceUpdate {
       pixels_[place].shown = shown(place, x, y);
       sum.suspected.add(suspected(place, x, y));
     }));
-    // If they are few, they are sampled until nothing can be missed.
-    constexpr std::size_t few = 64;
-    if (parts.suspected.elsewhere.count + parts.suspected.near_finds.count <= few) {
-      sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
-        const SuspectedErrors own = suspected(place, x, y);
-        pixels_[place].variance =
-            std::max(pixels_[place].variance, static_cast<float>(own.elsewhere.sum + own.near_finds.sum));
-      });
-    }
+    const double near_finds = parts.suspected.share_near_finds(), elsewhere = parts.suspected.share_elsewhere();
+    sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
+      const SuspectedErrors own = suspected(place, x, y);
+      const double error = near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum;
+      pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(error));
+    });
     for (const LookError& look : looks) predict_without_its_look(look, pilots);
     return parts;
   }
@@ -135,6 +133,7 @@ class VarianceUpdate {
   void measure(std::size_t place, SampledParts& sum) {
     const PixelState& pixel = pixels_[place];
     of_one_[place] = std::numeric_limits<float>::quiet_NaN();
+    sum.brightest = std::max(sum.brightest, brightest_sample(pixel));
     if (pixel.refined() && pixel.measured()) {
       const double error = refined_error(pixel, display_);
       of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
@@ -164,9 +163,9 @@ class VarianceUpdate {
       return result;
     }
     const double share = missed_share(count);
-    const double error =
-        bounds_.empty() ? pixel.bound * share * share : missed_error(pixel.mean(), bounds_[place], share, display_);
-    (alone ? result.elsewhere : result.near_finds) = {error, error, 1};
+    const double error = bounds_.empty() ? pixel.bound * share * share
+                                         : missed_error(pixel.mean(), bounds_[place], brightest_, share, display_);
+    (alone ? result.elsewhere : result.near_finds) = {error, 1};
     return result;
   }
 
@@ -219,6 +218,7 @@ class VarianceUpdate {
 
   std::span<PixelState> pixels_;
   std::span<const RadianceInterval> bounds_;
+  double brightest_ = 0;
   const DisplayTransform& display_;
   const InParallel& in_parallel_;
   Blocks blocks_;

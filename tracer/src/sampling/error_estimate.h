@@ -51,21 +51,22 @@ struct EstimatedSum {
 ///   about 1 / (n + 1) have missed it (Laplace's rule of succession). One more is added, for small numbers.
 /// - Elsewhere they may contain small features like those that were found alone. If f1 of these were hit by one sample
 ///   and f2 by two, at least f1^2 / (2 f2) were hit by none (Chao 1984, "Nonparametric estimation of the number of
-///   classes in a population"). One is added to f1 and f2. The largest error is suspected in any case.
+///   classes in a population"). One is added to f1 and f2, and one feature is suspected in any case.
 struct SuspectedErrors {
   struct Pixels {
-    double sum = 0, largest = 0;
+    double sum = 0;
     std::size_t count = 0;
     void add(const Pixels& part) {
       sum += part.sum;
-      largest = std::max(largest, part.largest);
       count += part.count;
     }
-    /// Sum over `number` average ones of them and, since that is random (Poisson), its variance.
-    [[nodiscard]] EstimatedSum sum_of(double number) const {
-      if (count == 0) return {};
-      const double mean = sum / static_cast<double>(count), limited = std::min(number, static_cast<double>(count));
-      return {limited * mean, limited * mean * mean};
+    /// Share of them that has missed something, if `number` have.
+    [[nodiscard]] double share(double number) const {
+      return count > 0 ? std::min(1.0, number / static_cast<double>(count)) : 0;
+    }
+    /// Their sum and, since the number is random (Poisson), its variance.
+    [[nodiscard]] EstimatedSum estimate(double share) const {
+      return {share * sum, count > 0 ? share * sum * sum / static_cast<double>(count) : 0};
     }
   };
   Pixels near_finds, elsewhere;
@@ -79,12 +80,14 @@ struct SuspectedErrors {
     found_by_one += part.found_by_one;
     found_by_two += part.found_by_two;
   }
+  [[nodiscard]] double share_near_finds() const { return near_finds.share(missed_near_finds + 1); }
+  [[nodiscard]] double share_elsewhere() const {
+    const double ones = static_cast<double>(found_by_one) + 1, twos = static_cast<double>(found_by_two) + 1;
+    return elsewhere.share(std::max(1.0, ones * ones / (2 * twos)));
+  }
   [[nodiscard]] EstimatedSum expected() const {
-    const auto ones = static_cast<double>(found_by_one), twos = static_cast<double>(found_by_two);
-    const EstimatedSum near = near_finds.sum_of(missed_near_finds + 1),
-                       far = elsewhere.sum_of((ones + 1) * (ones + 1) / (2 * (twos + 1)));
-    return {near.squared + std::max(far.squared, elsewhere.largest),
-            near.variance + std::max(far.variance, elsewhere.largest * elsewhere.largest)};
+    const EstimatedSum near = near_finds.estimate(share_near_finds()), far = elsewhere.estimate(share_elsewhere());
+    return {near.squared + far.squared, near.variance + far.variance};
   }
 };
 
@@ -95,7 +98,9 @@ struct SampledParts {
   double certified = 0;   ///< bounded
   double undetected = 0;  ///< errors of features that no sample has found yet
   SuspectedErrors suspected;
+  double brightest = 0;  ///< channel of a sample, as far as the sums show it
   void add(const SampledParts& part) {
+    brightest = std::max(brightest, part.brightest);
     refined.add(part.refined);
     expected.add(part.expected);
     certified += part.certified;

@@ -100,7 +100,7 @@ void estimate_approximation_error(const CompiledScene& scene, const RenderSettin
   const std::vector<float>& rgb = rendered.image.rgb;
   const std::size_t pixels = rgb.size() / 3;
   const auto value = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
-  const std::vector<RadianceInterval> intervals = T::bounds(scene, in_parallel, control);
+  const std::vector<RadianceInterval> intervals = T::bounds(scene, {}, in_parallel, control);
   std::vector<float> bounds(pixels, 1.0F);
   for (std::size_t i = 0; i < intervals.size(); ++i)
     bounds[i] = squared_distance_bound(intervals[i], value(i), display);

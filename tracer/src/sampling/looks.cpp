@@ -97,8 +97,8 @@ void LookPool::begin_epoch() {
 
 EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
   const auto count = static_cast<double>(looks);
-  // What is unseen is the less likely, the more has been found.
-  const double finds = sum_ > 0 ? sum_ * sum_ / squares_ : 0;
+  // The number of finds, if each were as large as the bounds allow: the more has been found, the less is unseen.
+  const double finds = bounds > 0 ? std::max(0.0, sum_) / bounds : 0;
   const double unseen = bounds * unseen_share(count) * std::max(0.0, 1 - finds);
   if (looks == 0) return {.squared = unseen, .variance = 0};
   // The largest error counts once more: a few finds do not show how much larger others are.

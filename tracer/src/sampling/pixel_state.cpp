@@ -133,17 +133,26 @@ double effective_hits(const PixelState& pixel) {
   return squares > 0 ? squared_sum / squares : 0;
 }
 
-double missed_error(const Color& value, const RadianceInterval& interval, double share,
+double missed_error(const Color& value, const RadianceInterval& interval, double brightest, double share,
                     const DisplayTransform& display) {
   double brighter = 0, darker = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const double own = value.*channels[i], level = display.level(own);
-    const double high = std::max(own, std::min(double{interval.high[i]}, 1e30)),
-                 low = std::min(own, double{interval.low[i]});
+    const double high = std::max(own, std::isfinite(interval.high[i]) ? double{interval.high[i]} : brightest);
+    const double low = std::min(own, double{interval.low[i]});
     brighter += std::pow(display.level(own + share * (high - own)) - level, 2);
     darker += std::pow(level - display.level(own - share * (own - low)), 2);
   }
   return std::max(brighter, darker);
+}
+
+double brightest_sample(const PixelState& pixel) {
+  double brightest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double sum = pixel.half[0].*channels[i] + pixel.half[1].*channels[i];
+    brightest = std::max({brightest, pixel.pilot.*channels[i], sum > 0 ? pixel.squares[i] / sum : 0});
+  }
+  return brightest;
 }
 
 FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {

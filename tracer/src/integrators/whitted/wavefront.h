@@ -141,9 +141,9 @@ class Wavefront {
   [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const { return state_.omitted; }
   [[nodiscard]] const GBuffer& gbuffer() const { return state_.gbuffer; }
   [[nodiscard]] const RenderStatistics& statistics() const { return state_.statistics; }
-  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const InParallel& in_parallel,
-                                              const RenderControl& control) {
-    return bound_pixels(scene, in_parallel, control);
+  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const Approximations& approximate,
+                                              const InParallel& in_parallel, const RenderControl& control) {
+    return bound_pixels(scene, approximate, in_parallel, control);
   }
 
  private:
