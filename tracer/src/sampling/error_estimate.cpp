@@ -152,17 +152,21 @@ class VarianceUpdate {
     constexpr double quiet = 1e-3;
     const PixelState& pixel = pixels_[place];
     SuspectedErrors result;
-    if (std::isnan(of_one_[place]) || !pixel.edge) return result;
-    const double count = pixel.count();
+    if (std::isnan(of_one_[place])) return result;
+    const double count = pixel.count(), share = missed_share(count);
+    const bool found = of_one_[place] > quiet * pixel.bound || deviates(pixel, quiet);
+    if (!pixel.edge) {
+      if (!found) result.on_surfaces = {pixel.bound / 3 * share * share, 1};
+      return result;
+    }
     const bool alone = !(neighborhood_.neighbors(x, y).sum > quiet * pixel.bound);
-    if (of_one_[place] > quiet * pixel.bound || deviates(pixel, quiet)) {
+    if (found) {
       const double hits = alone ? effective_hits(pixel) : 0;
       result.missed_near_finds = 1 / (count + 1);
       result.found_by_one = hits > 0.5 && hits < 1.5 ? 1 : 0;
       result.found_by_two = hits >= 1.5 && hits < 2.5 ? 1 : 0;
       return result;
     }
-    const double share = missed_share(count);
     const double error = bounds_.empty() ? pixel.bound * share * share
                                          : missed_error(pixel.mean(), bounds_[place], brightest_, share, display_);
     (alone ? result.elsewhere : result.near_finds) = {error, 1};

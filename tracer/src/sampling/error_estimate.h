@@ -52,6 +52,9 @@ struct EstimatedSum {
 /// - Elsewhere they may contain small features like those that were found alone. If f1 of these were hit by one sample
 ///   and f2 by two, at least f1^2 / (2 f2) were hit by none (Chao 1984, "Nonparametric estimation of the number of
 ///   classes in a population"). One is added to f1 and f2, and one feature is suspected in any case.
+///
+/// What a smooth surface reflects or transmits may contain anything, too, if its interval is wide. One of these pixels
+/// is suspected to have missed a part, of any height within the interval (1 / 3 of its square in the mean).
 struct SuspectedErrors {
   struct Pixels {
     double sum = 0;
@@ -69,13 +72,14 @@ struct SuspectedErrors {
       return {share * sum, count > 0 ? share * sum * sum / static_cast<double>(count) : 0};
     }
   };
-  Pixels near_finds, elsewhere;
+  Pixels near_finds, elsewhere, on_surfaces;
   double missed_near_finds = 0;                    ///< sum of 1 / (n + 1)
   std::size_t found_by_one = 0, found_by_two = 0;  ///< alone
 
   void add(const SuspectedErrors& part) {
     near_finds.add(part.near_finds);
     elsewhere.add(part.elsewhere);
+    on_surfaces.add(part.on_surfaces);
     missed_near_finds += part.missed_near_finds;
     found_by_one += part.found_by_one;
     found_by_two += part.found_by_two;
@@ -86,8 +90,9 @@ struct SuspectedErrors {
     return elsewhere.share(std::max(1.0, ones * ones / (2 * twos)));
   }
   [[nodiscard]] EstimatedSum expected() const {
-    const EstimatedSum near = near_finds.estimate(share_near_finds()), far = elsewhere.estimate(share_elsewhere());
-    return {near.squared + far.squared, near.variance + far.variance};
+    const EstimatedSum near = near_finds.estimate(share_near_finds()), far = elsewhere.estimate(share_elsewhere()),
+                       inside = on_surfaces.estimate(on_surfaces.share(1));
+    return {near.squared + far.squared + inside.squared, near.variance + far.variance + inside.variance};
   }
 };
 
