@@ -7,6 +7,12 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
+#if defined(WHITTLE_AVX2)
+#define WHITTLE_EMBREE_ISA "isa=avx2,"
+#else
+#define WHITTLE_EMBREE_ISA ""
+#endif
+
 namespace tracer {
 namespace {
 
@@ -114,7 +120,8 @@ bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
 /// core, relative to one primitive per leaf: with two, spheres 0.97 to 0.99, meshes 0.93 to 1.02, a lattice of
 /// cylinders 1.06; with four, 0.96 to 1.06, and 1.09.
 const char* device_settings(const GeometrySet& set) {
-  return set.quadrics.empty() ? "object_accel_max_leaf_size=2" : "object_accel_max_leaf_size=1";
+  return set.quadrics.empty() ? WHITTLE_EMBREE_ISA "object_accel_max_leaf_size=2"
+                              : WHITTLE_EMBREE_ISA "object_accel_max_leaf_size=1";
 }
 
 std::size_t size(const SphereGeometry& spheres) { return spheres.x.size(); }

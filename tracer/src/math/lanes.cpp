@@ -3,7 +3,8 @@
 #include <cstddef>
 #include <cstring>
 
-#if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED) && defined(__x86_64__)
+#if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED) && !defined(WHITTLE_AVX2) && \
+    defined(__x86_64__)
 #define WHITTLE_COMPRESSES
 #include <immintrin.h>
 #endif

@@ -11,8 +11,8 @@
 
 /// Marks functions with such loops: one clone per instruction set is compiled and selected at load time. The binary
 /// runs on any x86-64-v2 machine. No clone may contract a*b+c (-ffp-contract=off), so all are bit-identical. Disabled
-/// with sanitizers, which start after the resolvers run.
-#if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED)
+/// with sanitizers, which start after the resolvers run, and in a build for AVX2 alone.
+#if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED) && !defined(WHITTLE_AVX2)
 #define WHITTLE_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define WHITTLE_WIDE
