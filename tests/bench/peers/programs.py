@@ -57,28 +57,28 @@ def number(pattern, text):
 class Whittle:
     name = "whittle"
 
-    def __init__(self, scene, directory):
-        self.directory = directory
+    def __init__(self, scene, directory, binaries=BIN):
+        self.directory, self.binaries = directory, binaries
         (directory / "scene.json").write_text(json.dumps(scene, separators=(",", ":")))
 
     def run(self, threads=os.cpu_count()):
-        costs, text = timed([BIN / "whittle", "render", "scene.json", "-o", "whittle.tiff", "--threads", threads],
+        costs, text = timed([self.binaries / "whittle", "render", "scene.json", "-o", "whittle.tiff", "--threads", threads],
                             self.directory)
         return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.directory / "whittle.tiff", text)
 
 
 class PovRay:
-    """`bounding` 1: slabs, its default; 2: a BSP tree. One ray is traced through the center of each pixel."""
+    """`bounding` 1: slabs, its default; 2: a BSP tree. `sampling`: by default one ray through the center of each pixel."""
     name = "povray"
 
     def __init__(self, scene, directory, bounding=1):
         self.directory, self.bounding, self.size = directory, bounding, (scene.width, scene.height)
         povray.write_scene(scene, directory / "scene.pov")
 
-    def run(self, threads=os.cpu_count()):
+    def run(self, threads=os.cpu_count(), sampling=("-A",)):
         width, height = self.size
         costs, text = timed(["povray", "+Iscene.pov", "+Opovray.ppm", f"+W{width}", f"+H{height}", "-D", "-V", "+FP16",
-                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", "-A"], self.directory)
+                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", *sampling], self.directory)
         return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.directory / "povray.ppm", text)
 
 
@@ -89,9 +89,9 @@ class Tachyon:
         self.directory, self.options = directory, (tachyon.highlights(scene),)
         tachyon.write_scene(scene, directory / "scene.dat")
 
-    def run(self, threads=os.cpu_count()):
+    def run(self, threads=os.cpu_count(), sampling=()):
         costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", threads,
-                             *self.options], self.directory)
+                             *self.options, *sampling], self.directory)
         return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.directory / "tachyon.ppm", text)
 
 
