@@ -20,6 +20,9 @@ class Frontier(unittest.TestCase):
         found = frontier(points((1, 5), (4, 1), (3, 6), (2, 2), (2, 3)), "cpu_s")
         self.assertEqual([(point.error, point.cpu_s) for point in found], [(4, 1), (2, 2), (1, 5)])
 
+    def test_omits_costs_below_that_of_few_pixels(self):
+        self.assertEqual(frontier(points((4, -1), (3, 0), (2, 2)), "cpu_s"), points((2, 2)))
+
 
 class CostAtEqualError(unittest.TestCase):
     def test_of_a_power_law_is_exact(self):
@@ -58,6 +61,9 @@ class RatioAtEqualError(unittest.TestCase):
 
     def test_is_unknown_where_we_never_reach_the_error(self):
         self.assertIsNone(ratio_at(points((0.1, 1)), self.ours, 0.5, "cpu_s"))
+
+    def test_is_unknown_where_their_costs_are_too_short_to_measure(self):
+        self.assertIsNone(ratio_at(points((4, -1), (0.5, 0)), self.ours, 1, "cpu_s"))
 
     def test_has_a_geometric_mean_over_the_exact_ones(self):
         self.assertAlmostEqual(geometric_mean([Ratio(2, True), None, Ratio(8, True), Ratio(100, False)]), 4)

@@ -18,9 +18,10 @@ class Cost(NamedTuple):
 
 
 def frontier(points, field):
-    """The points that no other beats in both cost and error, from the cheapest to the most accurate."""
-    found = []
-    for point in sorted(points, key=lambda point: (getattr(point, field), point.error)):
+    """The points that no other beats in both cost and error, from the cheapest to the most accurate. Points that cost less
+    than an image of few pixels, which was subtracted, are too short to measure."""
+    found, measurable = [], [point for point in points if getattr(point, field) > 0]
+    for point in sorted(measurable, key=lambda point: (getattr(point, field), point.error)):
         if not found or point.error < found[-1].error:
             found.append(point)
     return found
@@ -50,11 +51,12 @@ class Ratio(NamedTuple):
 
 
 def ratio_at(points, ours, target, field):
-    """The Ratio at a true error of `target`; None if ours never reaches it."""
-    cost, base = cost_at(points, target, field), cost_at(ours, target, field)
-    if base is None:
+    """The Ratio at a true error of `target`; None if ours never reaches it, or if all of theirs are too short to measure."""
+    cost, base, theirs = cost_at(points, target, field), cost_at(ours, target, field), frontier(points, field)
+    if not base or not theirs:
         return None
-    return Ratio((cost.value if cost else max(getattr(point, field) for point in points)) / base.value, cost is not None)
+    dearest = max(getattr(point, field) for point in points)
+    return Ratio((cost.value if cost else dearest) / base.value, cost is not None)
 
 
 def geometric_mean(ratios):
