@@ -32,6 +32,13 @@ CorpusScene aligned_square(Canvas canvas, Random& random, double side) {
   return finished(flat);
 }
 
+/// A square on a ground that changes everywhere a little, so that most pixels have intervals of some width.
+CorpusScene square_on_gradient(Canvas canvas, Random& random, double side) {
+  FlatScene flat(canvas, {0.1, 0.1, 0.2}, {0.5, 0.6, 0.7});
+  flat.add(rectangle(random_place(canvas, random, 2 * side), side, side, random.in(0, std::numbers::pi)), white);
+  return finished(flat);
+}
+
 /// `count` triangles with an area of `area` pixels and an elongation of at most 100.
 CorpusScene small_triangles(Canvas canvas, Random& random, int count, double area, const Color& radiance) {
   FlatScene flat(canvas, dark);
@@ -133,6 +140,7 @@ std::vector<CorpusEntry> feature_entries() {
       {"bright specks", "square of 6 pixels", budgets, of(aligned_square, 6.0)},
       {"bright specks", "square of 2.5 pixels", targets, of(aligned_square, 2.5)},
       {"bright specks", "square of 1 pixel", targets, of(aligned_square, 1.0)},
+      {"bright specks", "square of 4 pixels on a gradient", targets, of(square_on_gradient, 4.0)},
       {"bright specks", "hot square of 0.3 pixels", budgets, of(squares, 1, 0.3, hot, View::direct)},
       {"bright specks", "six squares of 3 pixels", targets, of(squares, 6, 3.0, white, View::direct)},
       {"repeated validation", "10 squares of 0.8 pixels", targets, of(squares, 10, 0.8, white, View::direct)},

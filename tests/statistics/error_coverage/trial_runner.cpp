@@ -14,7 +14,7 @@ using namespace tracer;
 
 namespace {
 
-Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t threads) {
+Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t threads, Renderer renderer) {
   const auto start = std::chrono::steady_clock::now();
   RenderControl control;
   const auto compiled = compile(scene, control, assets);
@@ -25,7 +25,7 @@ Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t th
             return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
           },
       .threads = threads};
-  auto rendered = render(**compiled, settings, control);
+  auto rendered = renderer(**compiled, settings, control);
   if (!rendered) throw std::runtime_error(rendered.error().detail);
   return std::move(*rendered);
 }
@@ -127,11 +127,11 @@ TrialRunner::TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusSc
                          const ReferenceOptions& options)
     : entry_(entry), canvas_(canvas), scene_(scene), threads_(options.threads), truth_(truth_of(scene, options)) {}
 
-std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) const {
+std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, Renderer renderer) const {
   Scene scene = scene_.scene;
   scene.accuracy = accuracy_of(setting, scene.accuracy.approximate, seed);
   if (entry_.settings == SettingGroup::tiles) scene.output.layers = {Layer::error};
-  const Rendered rendered = render_scene(scene, scene_.assets, threads_);
+  const Rendered rendered = render_scene(scene, scene_.assets, threads_, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};
   trial.claimed = rendered.error.estimate;
   trial.proven = rendered.error.proven;

@@ -20,6 +20,11 @@ std::vector<Setting> settings_of(SettingGroup group, bool extended);
 /// A setting of the random grammar.
 Setting random_setting(oracle::Random& random);
 
+/// tracer::render, or the same with a fault.
+using Renderer = tracer::Result<tracer::Rendered, tracer::Failure> (*)(const tracer::CompiledScene&,
+                                                                       const tracer::RenderSettings&,
+                                                                       tracer::RenderControl&);
+
 /// Renders one scene repeatedly, each time with another seed.
 class TrialRunner {
  public:
@@ -27,7 +32,7 @@ class TrialRunner {
   TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, const ReferenceOptions& options);
 
   /// The trials of one render: of the image, and with the groups `files` and `tiles` of each file or of the worst tile.
-  std::vector<Trial> run(const Setting& setting, std::uint64_t seed) const;
+  std::vector<Trial> run(const Setting& setting, std::uint64_t seed, Renderer renderer = tracer::render) const;
 
  private:
   [[nodiscard]] std::vector<Trial> file_trials(const tracer::Rendered& rendered, const Trial& of_image) const;

@@ -164,6 +164,20 @@ TEST(Looks, AreNotTrustedIfTheyAreFewAndFindNothing) {
   EXPECT_DOUBLE_EQ(sum.estimate(10, bounds).squared, (70 + 2 * bounds) / 10);
 }
 
+TEST(Looks, HalveTheirAlphaInEachEpoch) {
+  std::vector<PixelState> pixels(1000);
+  LookPool pool;
+  double alpha = 0.0125;
+  for (int epoch = 0; epoch < 3; ++epoch, alpha /= 2) {
+    ConfidenceSequence sequence(alpha);
+    const LookDraws draws = pool.draw(pixels, 300, 0);
+    pool.add(draws, std::vector<FreshError>(draws.looks.size()));
+    for (std::size_t i = 0; i < draws.looks.size(); ++i) sequence.add(0);
+    EXPECT_NEAR(pool.proven() / (sequence.upper_bound() * draws.range), 1, 1e-9) << epoch;
+    pool.begin_epoch();
+  }
+}
+
 TEST(Looks, AreNoneWhereNoPixelIsOpen) {
   std::vector<PixelState> pixels(10);
   for (PixelState& pixel : pixels) pixel.certified = true;

@@ -78,7 +78,7 @@ std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   return *compile(scene, control);
 }
 
-template <template <class> class Sampler, class T>
+template <template <class...> class Sampler, class T>
 Rendered sampled(const CompiledScene& scene) {
   RenderControl control;
   return *Sampler<T>(scene, {.threads = 1}, control).run();

@@ -20,7 +20,8 @@
 
 namespace tracer {
 
-template <Tracer T>
+/// `Looks` is LookPool except in tests of what a faulty one does to the estimate.
+template <Tracer T, class Looks = LookPool>
 class AdaptiveSampler {
  public:
   AdaptiveSampler(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
@@ -122,8 +123,8 @@ class AdaptiveSampler {
   std::size_t look(std::size_t count) {
     const double affordable = deadline_.holdout_samples() / (2 * look_half);
     const LookDraws draws =
-        draw_looks(film_.pixels(), static_cast<std::size_t>(std::min(affordable, static_cast<double>(count))),
-                   look_stream_++, scene_.accuracy.seed);
+        looks_.draw(film_.pixels(), static_cast<std::size_t>(std::min(affordable, static_cast<double>(count))),
+                    scene_.accuracy.seed);
     if (draws.looks.empty()) return 0;
     const DisplayTransform display = film_.display();
     const std::vector<FreshError> errors = [&] {
@@ -389,8 +390,7 @@ class AdaptiveSampler {
   std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
   TracerPool<T> pool_;
   LookTracer<T> look_tracer_;
-  LookPool looks_;
-  std::uint64_t look_stream_ = 0;
+  Looks looks_;
   std::uint32_t round_ = 0;
   KnownErrors known_;
   ErrorEstimate error_;

@@ -65,6 +65,10 @@ class SummedLooks {
 /// own look leaves the pool; a pixel that was repaired because of its look stays, since it stands for others.
 class LookPool {
  public:
+  /// draw_looks() with other draws at each call.
+  LookDraws draw(std::span<PixelState> pixels, std::size_t count, std::uint64_t seed) {
+    return draw_looks(pixels, count, stream_++, seed);
+  }
   /// Adds the looks of one call of draw_looks(); `errors` are parallel to them.
   void add(const LookDraws& draws, std::span<const FreshError> errors);
   /// Starts the proof again, because pixels were refined.
@@ -81,6 +85,7 @@ class LookPool {
 
  private:
   static constexpr double alpha = 0.025;
+  std::uint64_t stream_ = 0;
   std::vector<Look> looks_;
   std::vector<LookError> errors_;
   double range_ = 0;  ///< largest weighted bound in this epoch
