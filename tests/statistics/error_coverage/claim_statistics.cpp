@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/binomial.h"
+
 namespace error_coverage {
 
 double Trial::truth() const { return std::sqrt(std::max(0.0, error.squared)); }
@@ -21,18 +23,6 @@ bool Trial::underclaimed() const { return truth_lower() > 0.1 && claimed < 0.1 *
 
 bool Trial::target_exceeded() const { return target && target_met && truth_lower() > *target + error_resolution; }
 
-double binomial_upper_tail(std::uint64_t trials, std::uint64_t failures, double probability) {
-  if (failures == 0) return 1;
-  const auto n = static_cast<double>(trials);
-  double tail = 0;
-  for (std::uint64_t i = failures; i <= trials; ++i) {
-    const auto k = static_cast<double>(i);
-    tail += std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) + k * std::log(probability) +
-                     (n - k) * std::log1p(-probability));
-  }
-  return std::min(1.0, tail);
-}
-
 void ClaimStatistics::add(const Trial& trial) {
   ++trials;
   broken += trial.broken() ? 1 : 0;
@@ -50,11 +40,13 @@ double ClaimStatistics::close_share() const {
   return trials == 0 ? 1 : static_cast<double>(close) / static_cast<double>(trials);
 }
 
-double ClaimStatistics::p_value() const { return binomial_upper_tail(trials, broken, 1 - claimed_confidence); }
+double ClaimStatistics::p_value() const {
+  return static_cast<double>(statistics::binomial_tail(trials, broken, 1 - claimed_confidence));
+}
 
 bool ClaimStatistics::rejected() const {
   const auto rare = [&](std::uint64_t failures) {
-    return binomial_upper_tail(trials, failures, 1 - claimed_confidence) < significance;
+    return statistics::Coverage{trials, failures}.rejected(claimed_confidence);
   };
   return underclaimed > 0 || rare(broken) || rare(disproved);
 }

@@ -43,14 +43,8 @@ struct Trial {
 inline constexpr double error_resolution = 0.005;
 /// Probability of the claims.
 inline constexpr double claimed_confidence = 0.95;
-/// Counts of broken claims that are less probable than this are rejected.
-inline constexpr double significance = 1e-3;
 /// Required share of close claims.
 inline constexpr double close_share_min = 0.85;
-
-/// Probability that at least `failures` of `trials` independent events of `probability` occur; the terms are summed.
-/// 0 < probability < 1.
-double binomial_upper_tail(std::uint64_t trials, std::uint64_t failures, double probability);
 
 struct ClaimStatistics {
   std::uint64_t trials = 0, broken = 0, disproved = 0, close = 0, underclaimed = 0, target_exceeded = 0;

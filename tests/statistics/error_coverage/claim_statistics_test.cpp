@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
+#include "tests/support/binomial.h"
 #include "tests/support/random.h"
 
 namespace {
@@ -39,12 +41,29 @@ tracer::DisplayImage gray(double value, double noise, Random& random) {
   return image;
 }
 
-TEST(BinomialUpperTail, EqualsTheClosedForms) {
-  EXPECT_NEAR(binomial_upper_tail(10, 10, 0.3), std::pow(0.3, 10), 1e-15);
-  EXPECT_NEAR(binomial_upper_tail(50, 1, 0.05), 1 - std::pow(0.95, 50), 1e-12);
-  EXPECT_NEAR(binomial_upper_tail(3, 2, 0.5), 0.5, 1e-12);
-  EXPECT_EQ(binomial_upper_tail(7, 0, 0.05), 1);
-  EXPECT_EQ(binomial_upper_tail(7, 8, 0.05), 0);
+/// By Pascal's rule: the probability of exactly k failures in n tries, one try after the other.
+std::vector<long double> distribution(std::uint64_t trials, long double p) {
+  std::vector<long double> chance{1};
+  for (std::uint64_t n = 0; n < trials; ++n) {
+    chance.push_back(0);
+    for (std::size_t k = chance.size() - 1; k > 0; --k) chance[k] = chance[k] * (1 - p) + chance[k - 1] * p;
+    chance[0] *= 1 - p;
+  }
+  return chance;
+}
+
+TEST(BinomialTail, EqualsTheSumOverPascalsRule) {
+  for (const std::uint64_t trials : {1u, 5u, 25u, 1000u})
+    for (const long double p : {0.001L, 0.05L, 0.5L, 0.9L}) {
+      const auto chance = distribution(trials, p);
+      long double tail = 0;
+      for (std::uint64_t k = trials + 1; k-- > 0;) {
+        tail += chance[k];
+        if (tail < 1e-300L) continue;  // Pascal's rule has left the normal numbers behind
+        EXPECT_NEAR(static_cast<double>(statistics::binomial_tail(trials, k, p) / tail), 1, 1e-12)
+            << trials << " " << k;
+      }
+    }
 }
 
 TEST(ClaimStatistics, RejectsFromTheCountThatIsRarerThanAThousandth) {

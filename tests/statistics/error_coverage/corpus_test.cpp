@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "tests/statistics/error_coverage/truth.h"
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
+#include "tracer/requirements.h"
 #include "tracer/src/sampling/looks.h"
 #include "tracer/validate.h"
 
@@ -60,6 +62,87 @@ TEST(ErrorCorpus, HasValidScenesWithExactImagesOfTheirSize) {
       EXPECT_EQ(scene.exact->width, scene.scene.image.width);
     }
   }
+}
+
+/// Scenes of all entries, at 160 x 120.
+const std::vector<tracer::Scene>& all_scenes() {
+  static const std::vector<tracer::Scene> scenes = [] {
+    std::vector<tracer::Scene> built;
+    for (const CorpusEntry& entry : corpus(WHITTLE_SOURCE_DIR)) {
+      Random random(1);
+      built.push_back(entry.build({160, 120}, random).scene);
+    }
+    return built;
+  }();
+  return scenes;
+}
+
+TEST(ErrorCorpus, HasEveryRequirement) {
+  for (const tracer::RequirementName& requirement : tracer::requirement_names) {
+    if (requirement.needed == &tracer::Requirements::layers) continue;  // the runner requests them
+    EXPECT_TRUE(std::ranges::any_of(all_scenes(), [&](const tracer::Scene& scene) {
+      return requirements(scene).*requirement.needed;
+    })) << requirement.name;
+  }
+}
+
+/// Alternatives 0 .. count - 1 that no scene of the corpus has; `add` inserts those of one scene.
+using Alternatives = std::set<std::size_t>;
+template <class Add>
+Alternatives missing(std::size_t count, const Add& add) {
+  Alternatives found, result;
+  for (const tracer::Scene& scene : all_scenes()) add(scene, found);
+  for (std::size_t i = 0; i < count; ++i)
+    if (!found.contains(i)) result.insert(i);
+  return result;
+}
+
+template <class Enum>
+std::size_t index_of(Enum value) {
+  return static_cast<std::size_t>(value);
+}
+
+TEST(ErrorCorpus, HasEveryShapeLightAndTexture) {
+  const auto add_shapes = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Object& object : scene.objects) found.insert(object.shape.index());
+  };
+  const auto add_lights = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Light& light : scene.lights) found.insert(light.source.index());
+  };
+  const auto add_attenuations = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Light& light : scene.lights) found.insert(index_of(light.attenuation.kind));
+  };
+  const auto add_textures = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Texture& texture : scene.textures) found.insert(texture.pattern.index());
+  };
+  EXPECT_EQ(missing(std::variant_size_v<tracer::Shape>, add_shapes), Alternatives{});
+  EXPECT_EQ(missing(std::variant_size_v<tracer::LightSource>, add_lights), Alternatives{});
+  EXPECT_EQ(missing(3, add_attenuations), Alternatives{});
+  EXPECT_EQ(missing(std::variant_size_v<decltype(tracer::Texture::pattern)>, add_textures), Alternatives{});
+}
+
+TEST(ErrorCorpus, HasEveryMaterialCameraBackgroundAndOverflow) {
+  const auto add_models = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Material& material : scene.materials) found.insert(index_of(material.model));
+  };
+  const auto add_transparencies = [](const tracer::Scene& scene, Alternatives& found) {
+    for (const tracer::Material& material : scene.materials) found.insert(index_of(material.transparency));
+  };
+  const auto add_cameras = [](const tracer::Scene& scene, Alternatives& found) {
+    found.insert(index_of(scene.camera.type));
+  };
+  const auto add_backgrounds = [](const tracer::Scene& scene, Alternatives& found) {
+    const tracer::Background& background = scene.background;
+    found.insert(background.cube ? 0 : background.environment ? 1 : background.gradient ? 2 : 3);
+  };
+  const auto add_overflows = [](const tracer::Scene& scene, Alternatives& found) {
+    found.insert(index_of(scene.output.overflow));
+  };
+  EXPECT_EQ(missing(3, add_models), Alternatives{});
+  EXPECT_EQ(missing(3, add_transparencies), Alternatives{});
+  EXPECT_EQ(missing(3, add_cameras), Alternatives{});
+  EXPECT_EQ(missing(4, add_backgrounds), Alternatives{});
+  EXPECT_EQ(missing(3, add_overflows), Alternatives{});
 }
 
 TEST(ErrorCorpus, RepeatsAndVariesRandomScenes) {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/statistics/binomial.h"
+#include "tests/support/binomial.h"
 #include "tests/support/random.h"
 
 namespace tracer {

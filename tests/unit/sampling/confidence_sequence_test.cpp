@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/statistics/binomial.h"
+#include "tests/support/binomial.h"
 #include "tests/support/random.h"
 
 namespace tracer {

@@ -1,4 +1,4 @@
-#include "tests/statistics/binomial.h"
+#include "tests/support/binomial.h"
 
 #include <cmath>
 
