@@ -30,7 +30,6 @@ class ShadowShaft {
       for (std::uint32_t k = 0; k < planes.point.size() && !ended(); ++k) add({geometry_.plane_geometry(), k});
       if (!ended()) gather();
     } else {
-      if (found_ == nullptr && known.count > pixel_occluders_max) return {0, bounds_.transmittance_max};
       // A shaft is worth its planes for several triangles.
       const bool many = known.count > 3 && geometry_.kind_of(known.primitives[0].geometry) == GeometryKind::triangles;
       const ConvexRegion region = many ? this->region() : ConvexRegion();
@@ -53,7 +52,6 @@ class ShadowShaft {
 
  private:
   /// Limits of the work for one light: more are rarely hidden behind one blocker.
-  static constexpr std::uint8_t pixel_occluders_max = 8;
   static constexpr int partial_max = 4, tests_max = 48, stack_size = 64;
 
   /// Dark, or given up. Lists of occluders for parts of the patch are worth more work.

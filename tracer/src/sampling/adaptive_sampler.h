@@ -11,6 +11,7 @@
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
+#include "tracer/src/sampling/error_goal.h"
 #include "tracer/src/sampling/film.h"
 #include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/pilot.h"
@@ -32,6 +33,7 @@ class AdaptiveSampler {
         deadline_(settings, target_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
         film_(scene, in_parallel_),
+        goal_(target_, film_.size()),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
@@ -66,8 +68,6 @@ class AdaptiveSampler {
   static constexpr std::uint32_t batch_rays = 4096, batch_rays_with_deadline = 1024;
   /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
   static constexpr double round_overhead_ms_per_pixel = 150e-6;
-  /// Errors below this are invisible: levels.
-  static constexpr double invisible_error = 0.1;
   static constexpr std::uint32_t fresh_light_points = 1;  ///< points per area light of fresh samples; see pilot.h
   /// Fresh samples are point samples: the effect of filtering textures over the pixel is an error that they measure.
   static constexpr double fresh_share = 0;
@@ -88,7 +88,7 @@ class AdaptiveSampler {
   }
 
   void refine() {
-    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_), certified_error());
+    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_), goal_.certified());
     set_costs();
     if (!control_.cancelled() && !deadline_.over()) sample_features();
     deadline_.reserve_time_for([&] {
@@ -97,12 +97,13 @@ class AdaptiveSampler {
     });
     look(first_looks);
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
+      if (round_ > 1 && goal_.unseen_is_large(known_.unseen)) look(looks_min - looks_.count());
       const bool enough = round_ > 1 || target_.samples_min == 1;
-      if (enough && target_reached() && !any_unsafe(film_.pixels(), bound_max())) {
+      if (enough && target_reached() && !any_unsafe(film_.pixels(), goal_.bound_max())) {
         if (look(looks_wanted()) == 0) break;
         continue;
       }
-      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, goal(), target_);
+      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, allocation_goal(), target_);
       if (target_.tile_error)
         raise_in_tiles(film_.pixels(), film_.width(), film_.excess_tiles(*target_.tile_error), target_, allocation);
       if (scene_.output.overflow == Output::Overflow::scale) film_.raise_brightest(target_, allocation);
@@ -132,17 +133,19 @@ class AdaptiveSampler {
       return look_tracer_.squared_errors(draws.looks, mean_, display);
     }();
     looks_.add(draws, errors);
-    update_estimate();
-    // Before the first round, the pixels that are found are those that it refines anyway.
-    for (std::size_t i = 0; round_ > 0 && i < errors.size(); ++i)
-      film_.raise_variance(draws.looks[i].place, errors[i].squared);
+    if (round_ == 0) {  // the first round refines the pixels that are found anyway
+      update_estimate();
+      return draws.looks.size();
+    }
+    estimate_with_looks();
+    for (std::size_t i = 0; i < errors.size(); ++i) film_.raise_variance(draws.looks[i].place, errors[i].squared);
     return draws.looks.size();
   }
 
   /// Number of further looks at an image whose estimate reaches the target: until that is proven, but only for a part
   /// of the work so far.
   [[nodiscard]] std::size_t looks_wanted() const {
-    if (target_reached() && looks_.proven() <= proven_goal()) return 0;
+    if (target_reached() && looks_.proven() <= goal_.proven()) return 0;
     const double rays_per_sample = static_cast<double>(pool_.statistics().rays.total()) /
                                    static_cast<double>(std::max<std::uint64_t>(1, pool_.statistics().samples));
     const double affordable =
@@ -172,7 +175,8 @@ class AdaptiveSampler {
     SummedLooks sum;
     for (std::size_t i = 0; i < errors.size(); ++i) sum.add(errors[i].squared * draws.looks[i].weight);
     known_.sampled = SampledParts{}.estimated(sum.estimate(errors.size(), draws.range));
-    estimate(display);
+    measure_fixed_parts(display);
+    summarize();
   }
 
   /// Samples features that are too small for the pilots, and adds what is visible to the film.
@@ -258,22 +262,31 @@ class AdaptiveSampler {
 
   void update_estimate() {
     const DisplayTransform display = film_.display();
-    const SampledParts parts =
-        update_variances({film_.pixels(), film_.width(), film_.bounds()}, display, looks_.errors(), in_parallel_);
-    known_.sampled = parts.estimated(looks_.estimate(film_.pixels()));
-    known_.certified = parts.certified;
-    estimate(display);
+    parts_ = update_variances({film_.pixels(), film_.width(), film_.bounds()}, display, looks_.errors(), in_parallel_);
+    measure_fixed_parts(display);
+    estimate_with_looks();
   }
 
-  void estimate(const DisplayTransform& display) {
-    ErrorParts parts{.sampled = known_.sampled, .omitted = film_.omitted_error(display)};
-    if (scene_.output.overflow == Output::Overflow::scale) parts.tone = film_.tone_error();
-    known_.fixed = known_.certified + parts.omitted.both + parts.tone;
-    parts.proven = known_.proven;
-    error_ = error_estimate(parts, film_.size());
+  /// Measures what only samples of the image change.
+  void measure_fixed_parts(const DisplayTransform& display) {
+    known_.omitted = film_.omitted_error(display);
+    known_.tone = scene_.output.overflow == Output::Overflow::scale ? film_.tone_error() : 0;
+    known_.fixed = parts_.certified + known_.omitted.both + known_.tone;
+    known_.worst_tile = film_.tile_errors().worst();
+  }
+
+  void estimate_with_looks() {
+    const EstimatedSum looks = looks_.estimate(film_.pixels());
+    known_.sampled = parts_.estimated(looks);
+    known_.unseen = looks.unseen;
+    summarize();
+  }
+
+  void summarize() {
+    error_ = error_estimate({known_.sampled, known_.omitted, known_.tone, known_.proven}, film_.size());
     error_.target = target_.target_error;
     error_.tile_target = target_.tile_error;
-    error_.worst_tile = std::hypot(film_.tile_errors().worst(), std::sqrt(known_.fixed / channels()));
+    error_.worst_tile = std::hypot(known_.worst_tile, std::sqrt(known_.fixed / goal_.channels()));
     known_.first = std::max(known_.first, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
@@ -290,25 +303,9 @@ class AdaptiveSampler {
     return deadline_.set() && error_.estimate <= invisible_error;
   }
 
-  /// Target error; without one, an error that is invisible.
-  [[nodiscard]] double wanted_error() const {
-    return target_.target_error.value_or(target_.tile_error.value_or(invisible_error));
-  }
-  [[nodiscard]] double channels() const { return 3 * static_cast<double>(film_.size()); }
-  /// In squared code values, summed over the channels and pixels.
-  [[nodiscard]] double squared_target() const { return channels() * wanted_error() * wanted_error(); }
-  /// Bound of the squared error of a pixel that needs no further samples: a level in each channel, or the target.
-  [[nodiscard]] double certified_error() const { return 3 * std::pow(std::min(1.0, wanted_error()), 2); }
-  /// Error of the pilots, in the same unit, that leaves the refined pixels half of the target.
-  [[nodiscard]] double proven_goal() const { return squared_target() / 2; }
-
-  /// Bound of open pixels that are cheaper to refine than to validate: to prove that pixels with a sum of bounds B have
-  /// errors of at most E takes 3 B / E looks.
-  [[nodiscard]] double bound_max() const { return proven_goal() * refined_half / (3.0 * look_half); }
-
-  [[nodiscard]] AllocationGoal goal() {
+  [[nodiscard]] AllocationGoal allocation_goal() {
     AllocationGoal goal{0, deadline_.affordable(pool_.statistics().rays.total())};
-    goal.bound_max = bound_max();
+    goal.bound_max = goal_.bound_max();
     if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
     // Margins for the uncertainty of the estimate and for predictions that were too low.
     const double margin =
@@ -317,8 +314,8 @@ class AdaptiveSampler {
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
     const double correction = known_.sampled.squared > predicted ? predicted / known_.sampled.squared : 1;
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
-    const double left = squared_target() - known_.fixed;
-    goal.squared_error = (left > 0.1 * squared_target() ? left : known_.fixed) * margin * correction;
+    const double left = goal_.squared() - known_.fixed;
+    goal.squared_error = (left > 0.1 * goal_.squared() ? left : known_.fixed) * margin * correction;
     return goal;
   }
 
@@ -345,8 +342,8 @@ class AdaptiveSampler {
     const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
     if (!theorem) return;
     known_.proven =
-        known_.certified + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
-    estimate(film_.display());
+        parts_.certified + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
+    summarize();
   }
 
   [[nodiscard]] ErrorEstimate::Limit limit() const {
@@ -354,7 +351,7 @@ class AdaptiveSampler {
     if (target_.target_error || target_.tile_error) {
       if (targets_reached(error_)) return target;
       if (deadline_.set() && deadline_.over()) return time_budget;
-      return known_.fixed > squared_target() ? fixed_parts : samples_max;
+      return known_.fixed > goal_.squared() ? fixed_parts : samples_max;
     }
     if (!deadline_.set()) return samples_max;
     return deadline_.over() ? time_budget : error_.estimate <= invisible_error ? invisible : samples_max;
@@ -384,6 +381,7 @@ class AdaptiveSampler {
     for_each_tile(count, settings_.threads, work);
   };
   Film film_;
+  ErrorGoal goal_;
   const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
   PreviewTiles preview_;
   Pilots<T> pilots_;
@@ -392,6 +390,7 @@ class AdaptiveSampler {
   LookTracer<T> look_tracer_;
   Looks looks_;
   std::uint32_t round_ = 0;
+  SampledParts parts_;  ///< error after the last round
   KnownErrors known_;
   ErrorEstimate error_;
 };

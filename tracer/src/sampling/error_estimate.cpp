@@ -159,7 +159,8 @@ class VarianceUpdate {
       if (!found) result.on_surfaces = {pixel.bound / 3 * share * share, 1};
       return result;
     }
-    const bool alone = !(neighborhood_.neighbors(x, y).sum > quiet * pixel.bound);
+    const double around = neighborhood_.neighbors(x, y).sum;
+    const bool alone = !(around > quiet * pixel.bound);
     if (found) {
       const double hits = alone ? effective_hits(pixel) : 0;
       result.missed_near_finds = 1 / (count + 1);
@@ -167,8 +168,16 @@ class VarianceUpdate {
       result.found_by_two = hits >= 1.5 && hits < 2.5 ? 1 : 0;
       return result;
     }
-    const double error = bounds_.empty() ? pixel.bound * share * share
-                                         : missed_error(pixel.mean(), bounds_[place], brightest_, share, display_);
+    double error = pixel.bound * share * share;
+    if (!bounds_.empty()) {
+      RadianceInterval interval = bounds_[place];
+      for (float& high : interval.high)  // a part of what was found is not brighter than that
+        if (!alone || !std::isfinite(high)) high = std::min(high, film_value(brightest_));
+      error = missed_error(pixel.mean(), interval, share, display_);
+    }
+    // An edge of height h at a random position has the variance h^2 / 6. Its neighbors have two or three pixels of it.
+    constexpr double squared_heights = 3;
+    if (!alone) error = std::min(error, squared_heights * around * share * share);
     (alone ? result.elsewhere : result.near_finds) = {error, 1};
     return result;
   }

@@ -42,6 +42,7 @@ struct LookError {
 struct EstimatedSum {
   double squared = 0;   ///< may be negative by chance
   double variance = 0;  ///< variance of `squared`
+  double unseen = 0;    ///< part of `squared` that further looks may exclude
 };
 
 /// Errors of refined edge pixels whose samples all agree: something in them may have been missed. Their number follows
@@ -147,10 +148,13 @@ struct ErrorParts {
 /// Squared errors in code values, summed over pixels and channels, and what the report needs beside the estimate.
 struct KnownErrors {
   SampledError sampled;
-  double certified = 0;  ///< bounds of certified pixels
-  double fixed = 0;      ///< everything that samples cannot lower
+  OmittedError omitted;
+  double tone = 0;
+  double fixed = 0;   ///< everything that samples cannot lower
+  double unseen = 0;  ///< looks may lower it
   double proven = std::numeric_limits<double>::infinity();
-  double first = 0;  ///< estimate before the first round, in levels
+  double worst_tile = 0;  ///< levels, without the fixed parts
+  double first = 0;       ///< estimate before the first round, in levels
   double certified_share = 0;
 };
 

@@ -100,11 +100,12 @@ EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
   // The number of finds, if each were as large as the bounds allow: the more has been found, the less is unseen.
   const double finds = bounds > 0 ? std::max(0.0, sum_) / bounds : 0;
   const double unseen = bounds * unseen_share(count) * std::max(0.0, 1 - finds);
-  if (looks == 0) return {.squared = unseen, .variance = 0};
+  if (looks == 0) return {.squared = unseen, .variance = 0, .unseen = unseen};
   // The largest error counts once more: a few finds do not show how much larger others are.
   const double mean = sum_ / count;
   return {.squared = mean + unseen,
-          .variance = (squares_ + largest_ * largest_ - count * mean * mean) / (count * count)};
+          .variance = (squares_ + largest_ * largest_ - count * mean * mean) / (count * count),
+          .unseen = unseen};
 }
 
 EstimatedSum LookPool::estimate(std::span<const PixelState> pixels) const {

@@ -133,12 +133,12 @@ double effective_hits(const PixelState& pixel) {
   return squares > 0 ? squared_sum / squares : 0;
 }
 
-double missed_error(const Color& value, const RadianceInterval& interval, double brightest, double share,
+double missed_error(const Color& value, const RadianceInterval& interval, double share,
                     const DisplayTransform& display) {
   double brighter = 0, darker = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const double own = value.*channels[i], level = display.level(own);
-    const double high = std::max(own, std::isfinite(interval.high[i]) ? double{interval.high[i]} : brightest);
+    const double high = std::max(own, double{interval.high[i]});
     const double low = std::min(own, double{interval.low[i]});
     brighter += std::pow(display.level(own + share * (high - own)) - level, 2);
     darker += std::pow(level - display.level(own - share * (own - low)), 2);

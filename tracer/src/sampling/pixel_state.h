@@ -162,9 +162,9 @@ double effective_hits(const PixelState& pixel);
 /// Root mean square of the fraction p of a pixel that `count` samples have missed: E[p^2] = 2 / ((n + 2) (n + 3)) for a
 /// uniform prior (Laplace's rule of succession).
 inline double missed_share(double count) { return std::sqrt(2 / ((count + 2) * (count + 3))); }
-/// Squared error of the pixel `value` without a part of `share` that is as dark or as bright as the interval allows; as
-/// bright as `brightest` if its upper end is infinite.
-double missed_error(const Color& value, const RadianceInterval& interval, double brightest, double share,
+/// Squared error of the pixel `value` without a part of `share` that is as dark or as bright as the finite interval
+/// allows.
+double missed_error(const Color& value, const RadianceInterval& interval, double share,
                     const DisplayTransform& display);
 /// The brightest channel of a sample, if the others are black; less if they are not.
 double brightest_sample(const PixelState& pixel);
