@@ -61,6 +61,8 @@ std::string serialized(const Reply& reply, const std::string& request_id, bool k
   header("Date", date_now());
   header("X-Request-Id", request_id);
   header("X-Content-Type-Options", "nosniff");
+  // Pages of other sites cannot show images (Fetch, section 3.7).
+  header("Cross-Origin-Resource-Policy", "same-origin");
   for (const auto& [name, value] : reply.headers) header(name, value);
   if (!reply.content_type.empty()) header("Content-Type", reply.content_type);
   if (reply.status != 204 && reply.status != 304 && !reply.stream) {  // a stream ends with the connection

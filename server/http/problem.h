@@ -57,6 +57,8 @@ inline constexpr Failure overloaded{"overloaded", 503, "Too many requests are wa
 // Answered by handlers.
 inline constexpr Failure misdirected_request{"misdirected_request", 421, "The request is for another host",
                                              Level::warning};
+inline constexpr Failure cross_site_request{"cross_site_request", 403, "The request comes from a page of another site",
+                                            Level::warning};
 inline constexpr Failure unauthenticated{"unauthenticated", 401, "An API key is required", Level::warning};
 inline constexpr Failure forbidden{"forbidden", 403, "The API key does not allow this", Level::warning};
 inline constexpr Failure not_json{"not_json", 400, "The body is not valid JSON"};

@@ -68,6 +68,50 @@ TEST(Access, AcceptsOnlyNamesOfThisMachineWithoutKeys) {
   }
 }
 
+http::RequestHead head_of(const std::string& method, const std::string& name, const std::string& value) {
+  http::RequestHead head;
+  head.method = method;
+  head.path = "/v1/jobs/1/cancel";
+  head.headers = {{"host", "localhost:8080"}, {name, value}};
+  return head;
+}
+
+TEST(Access, RefusesChangesByPagesOfOtherSitesWithoutKeys) {
+  const std::vector<std::pair<std::string, std::string>> foreign{
+      {"sec-fetch-site", "cross-site"},
+      {"sec-fetch-site", "same-site"},
+      {"sec-fetch-site", "new"},
+      {"origin", "http://evil.example"},
+      {"origin", "http://localhost:3000"},
+      {"origin", "http://localhost"},
+      {"origin", "null"},
+      {"origin", "localhost:8080"},
+      {"origin", "http://127.0.0.1:8080"},
+      {"origin", "http://localhost:8080.evil"},
+  };
+  for (const auto& [name, value] : foreign) {
+    for (const char* method : {"POST", "PUT", "PATCH", "DELETE"}) {
+      const auto refusal = http::refusal(head_of(method, name, value), nullptr);
+      ASSERT_TRUE(refusal) << method << ' ' << name << ": " << value;
+      EXPECT_EQ(refusal->failure, http::failures::cross_site_request);
+    }
+    for (const char* method : {"GET", "HEAD", "OPTIONS"}) {
+      EXPECT_FALSE(http::refusal(head_of(method, name, value), nullptr)) << method << ' ' << name << ": " << value;
+    }
+  }
+}
+
+TEST(Access, AcceptsChangesByItsOwnPagesAndPrograms) {
+  const std::vector<std::pair<std::string, std::string>> own{{"sec-fetch-site", "same-origin"},
+                                                             {"sec-fetch-site", "none"},
+                                                             {"origin", "http://localhost:8080"},
+                                                             {"origin", "https://LOCALHOST:8080"},
+                                                             {"user-agent", "curl"}};
+  for (const auto& [name, value] : own) {
+    EXPECT_FALSE(http::refusal(head_of("POST", name, value), nullptr)) << name << ": " << value;
+  }
+}
+
 TEST(Access, SetsTheOwnerOfARequestToTheNameOfItsKey) {
   const keys::CreatedKey made = keys::create("ann", {Scope::jobs_read});
   const keys::KeyRing ring(*keys::parse(made.line));

@@ -162,6 +162,27 @@ class WithoutKeys(OneDaemon):
             self.assertEqual(self.daemon.request("GET", "/metrics", headers={"Host": host}, port=self.daemon.health_port).status,
                              421)
 
+    def test_a_page_of_another_site_changes_nothing(self):
+        job = json_of(self.daemon.request("POST", "/v1/jobs", scene(job={"run_after": "2099-01-01T00:00:00Z"})))
+        own = f"http://127.0.0.1:{self.daemon.port}"
+        for headers in ({"Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "same-site"}, {"Origin": "https://evil.example.com"},
+                        {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site", "Origin": own}):
+            for path in (job["links"]["cancel"], job["links"]["self"] + "/retry", "/v1/render"):
+                self.assert_problem(self.daemon.request("POST", path, headers=headers), 403, "cross_site_request")
+            self.assert_problem(self.daemon.request("DELETE", job["links"]["self"], headers=headers), 403, "cross_site_request")
+            self.assertEqual(self.daemon.request("GET", job["links"]["self"], headers=headers).status, 200)
+        self.assertEqual(json_of(self.daemon.get(job["links"]["self"]))["state"], "queued")
+        reply = self.daemon.request("POST", job["links"]["cancel"], headers={"Sec-Fetch-Site": "same-origin", "Origin": own})
+        self.assertEqual((reply.status, json_of(reply)["state"]), (202, "cancelled"))
+
+    def test_pages_of_other_sites_cannot_show_its_replies(self):
+        job = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {"Prefer": "wait=60"}))
+        for path in (job["links"]["image"], job["links"]["preview"], "/v1/jobs", "/none"):
+            for method in ("GET", "HEAD"):
+                reply = self.daemon.request(method, path)
+                self.assertEqual(reply.headers["Cross-Origin-Resource-Policy"], "same-origin", path)
+        self.assertEqual(self.daemon.health("/metrics").headers["Cross-Origin-Resource-Policy"], "same-origin")
+
     def test_this_machine_is_served_under_its_names(self):
         for host in ("localhost", "LocalHost:8080", "127.0.0.1", "127.1.2.3:80", "[::1]", "[::1]:8080"):
             self.assertEqual(self.daemon.request("GET", "/v1/version", headers={"Host": host}).status, 200, host)

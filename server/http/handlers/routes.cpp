@@ -39,12 +39,36 @@ Problem unauthenticated(const RequestHead& head) {
   return {failures::unauthenticated, "send the header Authorization: Bearer KEY"};
 }
 
+/// Origin is "SCHEME://HOST[:PORT]", or "null" for pages without one (RFC 6454, section 7). A proxy may add TLS, so the
+/// scheme does not count.
+bool is_origin_of(std::string_view origin, std::string_view host) {
+  const std::size_t scheme_end = origin.find("://");
+  return scheme_end != std::string_view::npos && lowered(origin.substr(scheme_end + 3)) == lowered(host);
+}
+
+/// A request that a browser sends for a page of another site, with a method that may change something. Browsers send it
+/// without a question to this service if it has no body (CSRF); they set both headers, and pages cannot.
+std::optional<Problem> cross_site_problem(const RequestHead& head, std::string_view host) {
+  if (head.method == "GET" || head.method == "HEAD" || head.method == "OPTIONS") return std::nullopt;
+  const auto site = head.header("sec-fetch-site");
+  if (site && *site != "same-origin" && *site != "none") {
+    return Problem{
+        failures::cross_site_request,
+        "without keys, requests of pages of other sites are refused; Sec-Fetch-Site is " + std::string(*site)};
+  }
+  const auto origin = head.header("origin");
+  if (!origin || is_origin_of(*origin, host)) return std::nullopt;
+  return Problem{failures::cross_site_request,
+                 "without keys, requests of pages of other sites are refused; Origin is " + std::string(*origin)};
+}
+
 }  // namespace
 
 std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* ring) {
   if (ring == nullptr) {
     const std::string host(head.header("host").value_or(""));
-    if (host.empty() || is_this_machine(host)) return std::nullopt;  // HTTP/1.0 has no Host; browsers do not use it
+    // HTTP/1.0 has no Host; browsers do not use it.
+    if (host.empty() || is_this_machine(host)) return cross_site_problem(head, host);
     return Problem{failures::misdirected_request,
                    "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
   }
