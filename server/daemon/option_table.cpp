@@ -74,6 +74,9 @@ constexpr std::array table{
            "size of all documents of a batch, each complete; 10,000 scenes of 26 KiB"),
     number("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
            "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
+    number("key_running_jobs", "0", &C::key_running_jobs, 0, 64,
+           "jobs of an API key that run at once; 0 is one less than run at once in total, so that the next job of "
+           "another key need not wait for the end of one"),
     number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * tebi,
            "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
     number("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,

@@ -198,6 +198,7 @@ worker::SupervisorSettings supervisor_settings(const Config& config, const Stora
   settings.executable = worker::default_executable();
   settings.slots = static_cast<int>(config.jobs);
   settings.threads = static_cast<int>(config.threads);
+  if (!config.keys.empty()) settings.owner_slots = static_cast<int>(config.key_running_jobs);
   settings.files = {config.assets, storage.uploads_directory, config.objects, config.triangles};
   settings.wall_time = std::chrono::seconds(config.wall_time_s);
   settings.job_memory_bytes = config.job_memory_bytes;

@@ -25,6 +25,7 @@ struct Request {
   Body body;
   std::string route;                    ///< the pattern that matched; empty if none did
   std::string owner;                    ///< name of the API key; empty without keys
+  int owner_weight = 1;                 ///< weight of the API key
   std::string remote;                   ///< address of the peer, from the socket
   std::vector<std::string> parameters;  ///< percent-decoded values of the {names} of the pattern, in order
 };

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -41,14 +42,18 @@ const Key* find_hash(const std::vector<Key>& keys, std::string_view sha256) {
 /// The error of the line, or empty.
 std::string read_line(const std::string& line, Key& key) {
   std::istringstream words(line);
-  std::string name, scopes, sha256, rest;
-  words >> name >> scopes >> sha256;
-  if (sha256.empty() || words >> rest) return "must be NAME SCOPE[,SCOPE] SHA256";
+  std::string name, scopes, sha256, weight = "1", rest;
+  words >> name >> scopes >> sha256 >> weight;
+  if (sha256.empty() || words >> rest) return "must be NAME SCOPE[,SCOPE] SHA256 [WEIGHT]";
   if (!is_name(name)) return "the name must be 1 to 64 of A-Z a-z 0-9 . _ -";
   const auto read = parse_scopes(scopes);
   if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + scopes + "\"";
   if (!tracer::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
   key = {name, *read, sha256};
+  const auto [end, error] = std::from_chars(weight.data(), weight.data() + weight.size(), key.weight);
+  const bool is_number = error == std::errc() && end == weight.data() + weight.size();
+  if (!is_number || key.weight < 1 || key.weight > weight_max)
+    return "the weight must be 1.." + std::to_string(weight_max) + ", got \"" + weight + "\"";
   return {};
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 /// The API keys and their scopes, stored as hashes.
 ///
-/// The file has a line for each key, "NAME SCOPE[,SCOPE] SHA256"; '#' begins a comment. A key has 256 random bits, so a
-/// plain SHA-256 is safe against guessing. Two lines may share a name, for rotation; the name identifies the owner of
-/// jobs and quotas.
+/// The file has a line for each key, "NAME SCOPE[,SCOPE] SHA256 [WEIGHT]"; '#' begins a comment. A key has 256 random
+/// bits, so a plain SHA-256 is safe against guessing. Two lines may share a name, for rotation; the name identifies the
+/// owner of jobs and quotas.
 
 #include <memory>
 #include <mutex>
@@ -19,10 +19,13 @@ namespace keys {
 enum class Scope { jobs_read, jobs_write, admin };
 std::string_view name_of(Scope scope);  ///< "jobs:read"
 
+constexpr int weight_max = 100;
+
 struct Key {
   std::string name;           ///< 1..64 of A-Z a-z 0-9 . _ -
   std::vector<Scope> scopes;  ///< at least one
   std::string sha256;         ///< hash of the key, 64 hex digits
+  int weight = 1;             ///< 1..weight_max: share of its jobs in the slots, see queue::Job
 
   /// `admin` allows everything.
   [[nodiscard]] bool allows(Scope scope) const;

@@ -62,6 +62,7 @@ struct Job {
   std::string id;  ///< UUIDv7, so ids sort by creation
   JobKind kind = JobKind::render;
   std::string owner;  ///< name of the API key; empty without keys
+  int weight = 1;     ///< turns of the owner for each turn of an owner with weight 1, see JobTransitions::claim
   std::string name;
   std::string batch;    ///< id of the batch it belongs to; empty: none
   int batch_index = 0;  ///< position in the batch, from 0
@@ -85,7 +86,7 @@ struct Job {
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
   std::string accuracy;             ///< as requested by the document: JSON text written by api::, opaque here
-  bool large = false;               ///< may take long (api::is_large)
+  bool large = false;               ///< may take long (api::is_large), or has taken long
   std::vector<std::string> assets;  ///< sha256 of the uploads that the document names; kept as long as the job
   std::string report;               ///< JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;
@@ -143,6 +144,7 @@ struct Submission {
   api::Document parsed = {};  ///< its result of api::parse_scene
   std::string accuracy = {};  ///< see Job
   std::string owner = {};     ///< name of the API key; empty without keys
+  int weight = 1;             ///< see Job
   /// Identifies the images: sha256 of the canonical document, the files and the build. Empty: not in the result cache.
   std::string content_key = {};
   std::optional<Idempotency> idempotency = std::nullopt;

@@ -56,9 +56,17 @@ struct Claim {
 
 /// Return of a running job to the queue.
 struct Release {
-  bool counts = false;   ///< the attempt was a real failure; otherwise it is not counted
-  bool suspect = false;  ///< see Job; once set it stays
-  std::optional<std::int64_t> not_before = std::nullopt;  ///< see Job
+  bool counts = false;        ///< the attempt was a real failure; otherwise it is not counted
+  bool suspect = false;       ///< see Job; once set it stays
+  bool large = false;         ///< see Job; once set it stays
+  std::int64_t pause_ms = 0;  ///< the job is not claimed again within this time
+};
+
+/// Jobs that a claim may return.
+struct ClaimFilter {
+  bool suspects = false;                   ///< only suspects when true, never suspects when false
+  bool small = false;                      ///< only jobs that are not large
+  std::vector<std::string> busy_owners{};  ///< owners that run as many jobs as they may: none of theirs
 };
 
 enum class ReleaseOutcome {
@@ -186,8 +194,8 @@ class JobStatistics {
   virtual std::int64_t count(JobState state) = 0;
   virtual OwnerUsage owner_usage(const std::string& owner) = 0;
   virtual QueueDepth depth() = 0;
-  /// Number of jobs that would be claimed before this one, counted up to `limit`; empty where it is not queued or has
-  /// a not_before.
+  /// Number of jobs that would be claimed before this one if all were claimed now, one after the other, and owners had
+  /// no running jobs; counted up to `limit`. Empty where it is not queued or has a not_before.
   virtual std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) = 0;
 };
 
@@ -196,12 +204,15 @@ class JobTransitions {
  public:
   virtual ~JobTransitions() = default;
 
-  /// The next job to run: least rank (rank_of), then oldest, of those without not_before (run_maintenance clears it in
-  /// time) whose deadline is later than `now`. It becomes running under `boot_id` until `lease_until`, attempt + 1.
-  /// `suspects`: only suspects when true, never suspects when false. `small`: only jobs that are not large. Power loss
-  /// may undo a claim; the job is then queued, as it is after any end of the daemon that claimed it.
-  virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                     bool suspects, bool small) = 0;
+  /// The next job to run, of those that pass the filter, have no not_before (run_maintenance clears it in time) and a
+  /// deadline later than `now`. It becomes running under the terms, attempt + 1. Power loss may undo a claim; the job
+  /// is then queued, as it is after any end of the daemon that claimed it.
+  ///
+  /// First the owner is chosen: the one with the fewest running jobs for its weight, so that an owner without any is
+  /// next; of equal ones the one with the least pass (stride scheduling, Waldspurger and Weihl 1995). A claim increases
+  /// the pass of its owner by 1 / weight, and the pass of an owner that was idle counts as that of the latest claim, so
+  /// that idle time gives no credit. Then the owner's job: least rank (rank_of), then oldest.
+  virtual std::optional<Claim> claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter) = 0;
   /// Extends the leases that still hold to `until`, also those that have ended and were not taken back yet. Returns the
   /// others: their jobs have ended or were released. One small write for all of them.
   virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) = 0;

@@ -89,6 +89,7 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.id = context_.ids.next();
   job.kind = submission.kind;
   job.owner = submission.owner;
+  job.weight = submission.weight;
   job.name = request.name;
   job.created_at = context_.clock();
   job.max_attempts = request.max_attempts;

@@ -77,11 +77,11 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
 
 // JobLifecycle, for the runner
 
-std::optional<Claim> JobLifecycle::claim(bool suspects, bool small) {
+std::optional<Claim> JobLifecycle::claim(const ClaimFilter& filter) {
   if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
   const std::int64_t now = context_.clock();
-  const std::int64_t lease_until = now + context_.settings.lease_ms;
-  auto claim = context_.stores.transitions.claim(context_.boot_id, now, lease_until, suspects, small);
+  const ClaimTerms terms{context_.boot_id, now + context_.settings.lease_ms};
+  auto claim = context_.stores.transitions.claim(terms, now, filter);
   if (claim) context_.notifications.notify_claimed(*claim);
   return claim;
 }
@@ -127,15 +127,11 @@ bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended,
   return true;
 }
 
-bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,
-                           std::int64_t pause_ms) {
+bool JobLifecycle::release(const std::string& id, std::int64_t fence, const Release& release) {
   context_.running.clear_progress(id);
   context_.waiters.on_stopped(id);
-  const std::int64_t now = context_.clock();
-  Release how{counts, suspect};
-  if (pause_ms > 0) how.not_before = now + pause_ms;
   auto announcement = std::make_unique<Announcement>(context_.notifications, std::vector{id});
-  const ReleaseOutcome outcome = context_.stores.transitions.release(id, fence, now, how);
+  const ReleaseOutcome outcome = context_.stores.transitions.release(id, fence, context_.clock(), release);
   context_.running.end_lease(id, fence);
   if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued
   if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);

@@ -156,7 +156,7 @@ class JobLifecycle {
   // ---- for the runner. As JobTransitions, with this daemon's boot id and clock.
 
   /// Empty while the disk has no space for a result.
-  std::optional<Claim> claim(bool suspects, bool small = false);
+  std::optional<Claim> claim(const ClaimFilter& filter = {});
   struct Image {
     std::string name;        ///< "image.png"
     std::string media_type;  ///< "image/png"
@@ -166,8 +166,7 @@ class JobLifecycle {
   bool succeed(const std::string& id, std::int64_t fence, const std::string& report, const std::vector<Image>& images);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
-  /// The job is not claimed again within `pause_ms`.
-  bool release(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::int64_t pause_ms = 0);
+  bool release(const std::string& id, std::int64_t fence, const Release& release);
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void set_progress(const std::string& id, double fraction);
   /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.

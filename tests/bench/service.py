@@ -18,15 +18,19 @@ OPTIONS = ("--log-level", "warning", "--queued-jobs", "10000000", "--key-queued-
 
 
 class Service(Served):
-    """The daemon of one build on free ports. Its output is not checked, so that it may be an older version."""
+    """The daemon of one build on free ports, with an API key for each name. Its output is not checked, so that it may be
+    an older version."""
 
-    def __init__(self, directory):
+    def __init__(self, directory, keys=()):
         self.data = pathlib.Path(tempfile.mkdtemp(prefix="whittle-load-"))
+        self.keys = [subprocess.run([directory / "whittled", "--new-key", name, "--keys", self.data / "keys"], check=True,
+                                    capture_output=True, text=True).stdout.strip() for name in keys]
+        with_keys = ("--keys", self.data / "keys") if keys else ()
         environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
         with open(self.data / "log", "wb") as log:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen([directory / "whittled", "--listen", "127.0.0.1:0", "--health-listen",
-                                             "127.0.0.1:0", "--data", self.data / "data", *OPTIONS],
+                                             "127.0.0.1:0", "--data", self.data / "data", *OPTIONS, *with_keys],
                                             stdout=subprocess.PIPE, stderr=log, env=environment, start_new_session=True)
         self.port, self.health_port = self.read_port(), self.read_port()
 

@@ -62,7 +62,7 @@ TEST_P(JobStoreConformance, InsertsNothingOfABatchUnderAUsedKey) {
 }
 
 TEST_P(JobStoreConformance, CancellingABatchCancelsItsJobsThatHaveNotEnded) {
-  const std::string other = submit([](Job& job) { job.priority = 0; });
+  const std::string other = submit([](Job& job) { job.owner = "ann", job.priority = 0; });
   store().insert(batch_of(3), now);
   const Claim done = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});

@@ -79,7 +79,7 @@ TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
 
 TEST_P(JobStoreConformance, ClaimsAReleasedJobAfterItsPause) {
   const Placed job = place(JobState::running);
-  store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .not_before = now + 5});
+  store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .pause_ms = 5});
   reopen();
   EXPECT_EQ(find(job.id).not_before, now + 5);
   EXPECT_FALSE(store().run_maintenance(now + 4, kept_ms, 10).due);

@@ -120,7 +120,7 @@ TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
   const int before = sync_count;
   for (int i = 0; i < 20; ++i) {  // fewer than fill the log, whose checkpoint syncs
     ASSERT_TRUE(queue.submission.submit({.document = "{}", .durable = false}));
-    const Claim claim = queue.lifecycle.claim(false).value();
+    const Claim claim = queue.lifecycle.claim().value();
     ASSERT_TRUE(
         queue.lifecycle.succeed(claim.job.id, claim.fence, "{}",
                                 {{"image.png", "image/png", small.fd()}, {"image.exr", "image/x-exr", large.fd()}}));

@@ -33,7 +33,10 @@ class TestStore {
 
   auto claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until, bool suspects,
              bool small = false) {
-    return all_.transitions.claim(boot_id, now, lease_until, suspects, small);
+    return all_.transitions.claim({boot_id, lease_until}, now, {.suspects = suspects, .small = small});
+  }
+  auto claim(const queue::ClaimTerms& terms, std::int64_t now, const queue::ClaimFilter& filter) {
+    return all_.transitions.claim(terms, now, filter);
   }
   auto renew(const std::vector<queue::Lease>& leases, std::int64_t until) {
     return all_.transitions.renew(leases, until);
@@ -106,9 +109,9 @@ class ForwardingJobStore : public queue::JobStore {
 class ForwardingTransitions : public queue::JobTransitions {
  public:
   explicit ForwardingTransitions(queue::JobTransitions& target) : target_(target) {}
-  std::optional<queue::Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                    bool suspects, bool small) override {
-    return target_.claim(boot_id, now, lease_until, suspects, small);
+  std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
+                                    const queue::ClaimFilter& filter) override {
+    return target_.claim(terms, now, filter);
   }
   std::vector<queue::Lease> renew(const std::vector<queue::Lease>& leases, std::int64_t until) override {
     return target_.renew(leases, until);

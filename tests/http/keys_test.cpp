@@ -28,6 +28,16 @@ TEST(Keys, HashesWithSha256) {
   EXPECT_NE(keys::find(*read, "abc"), nullptr);
 }
 
+TEST(Keys, HaveAWeight) {
+  const auto read = keys::parse("a admin " + zeros + "\nb admin " + std::string(64, '1') + " 100 # a hundred turns");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->front().weight, 1);
+  EXPECT_EQ(read->back().weight, 100);
+  for (const char* weight : {"0", "-1", "101", "1.5", "x", "99999999999", "2 2"}) {
+    EXPECT_FALSE(keys::parse("a admin " + zeros + " " + weight)) << weight;
+  }
+}
+
 TEST(Keys, AllowsItsScopesAndAdminAll) {
   const keys::Key reader{"r", {Scope::jobs_read}, zeros}, admin{"a", {Scope::admin}, zeros};
   EXPECT_TRUE(reader.allows(Scope::jobs_read));

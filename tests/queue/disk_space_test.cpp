@@ -42,7 +42,7 @@ TEST_F(DiskSpaceTest, RunsAcceptedJobsButAcceptsNoOthersWithScarceSpace) {
   batch.jobs.emplace_back();
   EXPECT_FALSE(queue.submission.submit_batch(std::move(batch)));
   EXPECT_EQ(store.count(JobState::queued), 1);
-  const Claim claim = queue.lifecycle.claim(false).value();
+  const Claim claim = queue.lifecycle.claim().value();
   const MemoryFile image("image");
   EXPECT_TRUE(queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", image.fd()}}));
 }
@@ -50,10 +50,10 @@ TEST_F(DiskSpaceTest, RunsAcceptedJobsButAcceptsNoOthersWithScarceSpace) {
 TEST_F(DiskSpaceTest, ClaimsNothingWithoutSpace) {
   ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   space.state = State::none;
-  EXPECT_FALSE(queue.lifecycle.claim(false));
-  EXPECT_FALSE(queue.lifecycle.claim(true));
+  EXPECT_FALSE(queue.lifecycle.claim());
+  EXPECT_FALSE(queue.lifecycle.claim({.suspects = true}));
   space.state = State::scarce;
-  EXPECT_TRUE(queue.lifecycle.claim(false));
+  EXPECT_TRUE(queue.lifecycle.claim());
 }
 
 TEST_F(DiskSpaceTest, RepeatsTheReplyOfAnEarlierRequestWithoutSpace) {

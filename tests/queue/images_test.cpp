@@ -51,8 +51,8 @@ class ImagesTest : public testing::Test {
 
 TEST_F(ImagesTest, KeepsImagesUntilTheLastJobThatNamesThemIsRemoved) {
   const std::string first = submit(), second = submit();
-  EXPECT_TRUE(succeed(*queue.lifecycle.claim(false), "abc"));
-  EXPECT_TRUE(succeed(*queue.lifecycle.claim(false), "abc"));
+  EXPECT_TRUE(succeed(*queue.lifecycle.claim(), "abc"));
+  EXPECT_TRUE(succeed(*queue.lifecycle.claim(), "abc"));
   const Artifact artifact = find(first).job.artifacts.at(0);
   EXPECT_EQ(artifact.sha256, abc_sha256);
   EXPECT_EQ(artifact.bytes, 3u);
@@ -64,15 +64,15 @@ TEST_F(ImagesTest, KeepsImagesUntilTheLastJobThatNamesThemIsRemoved) {
 
 TEST_F(ImagesTest, DeletesTheImagesOfALateResult) {
   const std::string id = submit();
-  const Claim late = *queue.lifecycle.claim(false);
-  queue.lifecycle.release(id, late.fence, false, false);
+  const Claim late = *queue.lifecycle.claim();
+  queue.lifecycle.release(id, late.fence, {});
   EXPECT_FALSE(succeed(late, "abc"));
   EXPECT_EQ(open_abc(), nullptr);
 }
 
 TEST_F(ImagesTest, DeletesTheImagesOfAResultThatCouldNotBeStored) {
   const std::string id = submit();
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   transitions.failing = true;
   EXPECT_THROW(succeed(claim, "abc"), StoreFailure);
   EXPECT_EQ(open_abc(), nullptr);
@@ -87,7 +87,7 @@ TEST_F(ImagesTest, RemovalKeepsTheImageOfAJobThatFinishesWithTheSameBytes) {
   const auto finish_and_remove = [&] {
     while (!stop) {
       if (!queue.submission.submit({.document = "{}"})) continue;
-      const auto claim = queue.lifecycle.claim(false);
+      const auto claim = queue.lifecycle.claim();
       if (!claim || !succeed(*claim, "abc")) continue;
       if (queue.queries.open(find(claim->job.id).job.artifacts.at(0)) == nullptr) ++missing;
       queue.lifecycle.remove(claim->job.id);

@@ -40,15 +40,15 @@ class QueueObserverTest : public testing::Test {
 TEST_F(QueueObserverTest, ReportsEveryTransition) {
   queue.notifications.observe(&observer);
   submit();
-  Claim claim = *queue.lifecycle.claim(false);
+  Claim claim = *queue.lifecycle.claim();
   queue.lifecycle.set_progress(claim.job.id, 0.5);
-  queue.lifecycle.release(claim.job.id, claim.fence, false, false);
-  claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.release(claim.job.id, claim.fence, {});
+  claim = *queue.lifecycle.claim();
   EXPECT_TRUE(succeed(claim, "image"));
   queue.lifecycle.remove(claim.job.id);
   queue.lifecycle.cancel(submit());
   submit();
-  claim = *queue.lifecycle.claim(false);
+  claim = *queue.lifecycle.claim();
   queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "", {}});
   EXPECT_EQ(observer.calls,
             "queued running 0.500000 queued running succeeded settled removed queued cancelled settled queued running "
@@ -58,7 +58,7 @@ TEST_F(QueueObserverTest, ReportsEveryTransition) {
 TEST_F(QueueObserverTest, CallsWaitersBetweenTheTwoNotificationsOfAnEnd) {
   queue.notifications.observe(&observer);
   queue.waiters.when_ended(submit(), [&] { observer.calls += "waiter "; });
-  EXPECT_TRUE(succeed(*queue.lifecycle.claim(false), "image"));
+  EXPECT_TRUE(succeed(*queue.lifecycle.claim(), "image"));
   EXPECT_EQ(observer.calls, "queued running succeeded waiter settled ");
 }
 
@@ -102,7 +102,7 @@ class InterruptedQueueTest : public testing::Test {
  protected:
   Claim submit_and_claim() {
     (void)queue.submission.submit({.document = "{}"});
-    return queue.lifecycle.claim(false).value();
+    return queue.lifecycle.claim().value();
   }
 
   std::function<void()> between = [] {};
@@ -125,12 +125,12 @@ class InterruptedQueueTest : public testing::Test {
 TEST_F(InterruptedQueueTest, ReportsQueuedBeforeRunning) {
   queue.notifications.observe(&observer);
   std::optional<Claim> claim;
-  between = [&] { std::jthread([&] { claim = queue.lifecycle.claim(false); }); };
+  between = [&] { std::jthread([&] { claim = queue.lifecycle.claim(); }); };
   ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   ASSERT_TRUE(claim);
   EXPECT_EQ(observer.calls, "queued running ");
   const Claim first = *claim;
-  EXPECT_TRUE(queue.lifecycle.release(first.job.id, first.fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(first.job.id, first.fence, {}));
   EXPECT_EQ(observer.calls, "queued running queued running ");
 }
 
@@ -147,7 +147,7 @@ TEST_F(InterruptedQueueTest, ReportsTheEndOfAReleasedJobOnce) {
   const Claim claim = submit_and_claim();
   queue.notifications.observe(&observer);
   between = [&] { EXPECT_EQ(queue.lifecycle.cancel(claim.job.id), CancelOutcome::cancelled); };
-  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, {}));
   EXPECT_EQ(observer.calls, "queued cancelled settled ");
 }
 
@@ -157,22 +157,22 @@ TEST_F(InterruptedQueueTest, CallsTheWaitersOfAReleasedJobThatWasDeletedMeanwhil
   queue.waiters.when_ended(claim.job.id, [&] { called = true; });
   queue.lifecycle.cancel(claim.job.id);
   between = [&] { temporary.store.remove(claim.job.id); };  // by another daemon
-  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, {}));
   EXPECT_TRUE(called);
 }
 
 TEST_F(QueueObserverTest, ReportsTheCancelOfAReleasedJob) {
   submit();
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   queue.lifecycle.cancel(claim.job.id);
   queue.notifications.observe(&observer);
-  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, {}));
   EXPECT_EQ(observer.calls, "cancelled settled ");
 }
 
 TEST_F(QueueObserverTest, ReportsNothingForRejectedCalls) {
   submit();
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   queue.notifications.observe(&observer);
   EXPECT_FALSE(queue.lifecycle.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
   EXPECT_FALSE(queue.lifecycle.finish_cancel(claim.job.id, claim.fence + 1));

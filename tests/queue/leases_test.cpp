@@ -12,7 +12,7 @@ class LeaseTest : public testing::Test {
  protected:
   Claim run_one() {
     (void)queue.submission.submit({.document = "{}"});
-    return queue.lifecycle.claim(false).value();
+    return queue.lifecycle.claim().value();
   }
   JobState state(const Claim& claim) { return store.find(claim.job.id)->state; }
 
@@ -69,7 +69,7 @@ TEST_F(LeaseTest, QueuesAJobAgainAfterItsLeaseAndIgnoresItsLateResult) {
   EXPECT_EQ(state(first), JobState::queued);
   EXPECT_EQ(queue.queries.progress(first.job.id), 0);
   EXPECT_GT(runner.wakes, wakes) << "the runner is notified";
-  const Claim second = queue.lifecycle.claim(false).value();
+  const Claim second = queue.lifecycle.claim().value();
   EXPECT_EQ(second.job.id, first.job.id);
   EXPECT_FALSE(queue.lifecycle.succeed(first.job.id, first.fence, "{}", {}));
   EXPECT_TRUE(queue.lifecycle.succeed(second.job.id, second.fence, "{}", {}));
@@ -108,16 +108,16 @@ TEST(Leases, CostOneWriteForAllRunningJobs) {
   queue.lifecycle.renew_leases();
   EXPECT_EQ(transitions.renewals, 0);
   std::vector<Claim> claims;
-  for (int i = 0; i < 5; ++i) claims.push_back(queue.lifecycle.claim(false).value());
+  for (int i = 0; i < 5; ++i) claims.push_back(queue.lifecycle.claim().value());
   queue.lifecycle.renew_leases();
   EXPECT_EQ(transitions.renewals, 1);
   EXPECT_EQ(transitions.largest, 5u);
   queue.lifecycle.succeed(claims[0].job.id, claims[0].fence, "{}", {});
   queue.lifecycle.fail(claims[1].job.id, claims[1].fence, {"internal", "", {}});
-  queue.lifecycle.release(claims[2].job.id, claims[2].fence, true, false);
+  queue.lifecycle.release(claims[2].job.id, claims[2].fence, {.counts = true});
   queue.lifecycle.cancel(claims[3].job.id);
   queue.lifecycle.finish_cancel(claims[3].job.id, claims[3].fence);
-  queue.lifecycle.release(claims[4].job.id, claims[4].fence, true, false);
+  queue.lifecycle.release(claims[4].job.id, claims[4].fence, {.counts = true});
   queue.lifecycle.renew_leases();
   EXPECT_EQ(transitions.renewals, 1) << "all have ended or were given back";
 }

@@ -73,7 +73,7 @@ class SubmitTest : public testing::Test {
     return result;
   }
   bool run_one(const std::string& image) {
-    const auto claim = queue.lifecycle.claim(false);
+    const auto claim = queue.lifecycle.claim();
     if (!claim) return false;
     const MemoryFile file(image);
     return queue.lifecycle.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
@@ -186,7 +186,7 @@ TEST_F(SubmitTest, CancelsABatchWithTooManyFailedJobs) {
   batch.max_failed = 1;
   const std::string id = queue.submission.submit_batch(std::move(batch))->state.batch.id;
   for (const std::int64_t left : {2, 0}) {
-    const Claim claim = *queue.lifecycle.claim(false);
+    const Claim claim = *queue.lifecycle.claim();
     queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "x", {}});
     EXPECT_EQ(store.count(JobState::queued), left);
   }
@@ -250,7 +250,7 @@ TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
 TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
   Queue files_only{stores, temporary.large_artifacts, ids, [this] { return now.load(); }, no_log(), settings};
   ASSERT_TRUE(files_only.submission.submit(submission("key")));
-  const Claim claim = files_only.lifecycle.claim(false).value();
+  const Claim claim = files_only.lifecycle.claim().value();
   const MemoryFile file("abc");
   files_only.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
   const Artifact image = files_only.queries.find(claim.job.id)->job.artifacts.at(0);

@@ -96,7 +96,7 @@ class QueueTest : public testing::Test {
 
 TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   const std::string id = submit();
-  const auto claim = queue.lifecycle.claim(false);
+  const auto claim = queue.lifecycle.claim();
   int called = 0;
   for (int i = 0; i < 2; ++i) queue.waiters.request_preview(id, 64, [&] { ++called; });
   const std::uint64_t token = queue.waiters.request_preview(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
@@ -106,7 +106,7 @@ TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   EXPECT_EQ(called, 2);
   EXPECT_EQ(*queue.waiters.preview(id, 64).png, "image");
   queue.waiters.request_preview(id, 64, [&] { ++called; });
-  EXPECT_TRUE(queue.lifecycle.release(id, claim->fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(id, claim->fence, {}));
   EXPECT_EQ(called, 3) << "it waits again";
   EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
   queue.waiters.add_preview(id, 64, "late");
@@ -153,7 +153,7 @@ TEST_F(QueueTest, RegistersAWebhookBeforeItsJobIsStored) {
   parsed.job.webhook = api::Webhook{"http://a/"};
   const std::string first = queue.submission.submit({.document = "{}", .parsed = parsed})->view.job.id,
                     second = submit();
-  succeed(*queue.lifecycle.claim(false), "image");
+  succeed(*queue.lifecycle.claim(), "image");
   queue.lifecycle.cancel(second);
   EXPECT_EQ(listener.calls, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
   listener.failing = true;
@@ -171,7 +171,7 @@ TEST_F(QueueTest, RejectsAndDoesNotStoreJobsAboveTheLimit) {
   EXPECT_EQ(refused.error().limit, 10);
   EXPECT_EQ(refused.error().value, 10);
   EXPECT_EQ(store.count(JobState::queued), 10);
-  queue.lifecycle.claim(false);
+  queue.lifecycle.claim();
   EXPECT_TRUE(queue.submission.submit({.document = "{}"})) << "a running job does not wait";
 }
 
@@ -201,7 +201,7 @@ TEST_F(QueueTest, ProgressGrowsWhileAJobRunsAndIsOneWhenItSucceeded) {
   EXPECT_EQ(find(id).progress, 0);
   queue.lifecycle.set_progress(id, 0.9);
   EXPECT_EQ(find(id).progress, 0) << "it does not run";
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   queue.lifecycle.set_progress(id, 0.5);
   queue.lifecycle.set_progress(id, 0.25);
   EXPECT_EQ(find(id).progress, 0.5);
@@ -213,11 +213,11 @@ TEST_F(QueueTest, ProgressGrowsWhileAJobRunsAndIsOneWhenItSucceeded) {
 
 TEST_F(QueueTest, AReleasedJobStartsAgainAtProgressZero) {
   const std::string id = submit();
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   queue.lifecycle.set_progress(id, 0.5);
-  queue.lifecycle.release(id, claim.fence, true, false);
+  queue.lifecycle.release(id, claim.fence, {.counts = true});
   EXPECT_EQ(find(id).progress, 0);
-  queue.lifecycle.claim(false);
+  queue.lifecycle.claim();
   EXPECT_EQ(find(id).progress, 0);
 }
 
@@ -230,7 +230,7 @@ TEST_F(QueueTest, CancellingAQueuedJobDoesNotNotifyTheRunner) {
 
 TEST_F(QueueTest, CancellingARunningJobNotifiesTheRunner) {
   const std::string id = submit();
-  const Claim claim = *queue.lifecycle.claim(false);
+  const Claim claim = *queue.lifecycle.claim();
   EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::cancelling);
   EXPECT_EQ(runner.cancelled, std::vector<std::string>{id});
   EXPECT_TRUE(find(id).job.cancel_requested);
@@ -240,7 +240,7 @@ TEST_F(QueueTest, CancellingARunningJobNotifiesTheRunner) {
 
 TEST_F(QueueTest, CancellingAFinishedOrUnknownJobChangesNothing) {
   const std::string id = submit();
-  succeed(*queue.lifecycle.claim(false), "abc");
+  succeed(*queue.lifecycle.claim(), "abc");
   EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::already_ended);
   EXPECT_EQ(find(id).job.state, JobState::succeeded);
   EXPECT_EQ(queue.lifecycle.cancel("nobody"), CancelOutcome::unknown);
@@ -248,18 +248,18 @@ TEST_F(QueueTest, CancellingAFinishedOrUnknownJobChangesNothing) {
 
 TEST_F(QueueTest, CallsAWaiterOnceForEveryWayAJobEnds) {
   const std::vector<std::pair<std::string, std::function<void(const std::string&)>>> ends = {
-      {"succeed", [&](auto&) { succeed(*queue.lifecycle.claim(false), "abc"); }},
+      {"succeed", [&](auto&) { succeed(*queue.lifecycle.claim(), "abc"); }},
       {"fail",
        [&](auto& id) {
-         queue.lifecycle.fail(id, queue.lifecycle.claim(false)->fence, {"internal", "x", {}});
+         queue.lifecycle.fail(id, queue.lifecycle.claim()->fence, {"internal", "x", {}});
        }},
       {"cancel queued", [&](auto& id) { queue.lifecycle.cancel(id); }},
-      {"finish_cancel", [&](auto& id) { queue.lifecycle.finish_cancel(id, queue.lifecycle.claim(false)->fence); }},
+      {"finish_cancel", [&](auto& id) { queue.lifecycle.finish_cancel(id, queue.lifecycle.claim()->fence); }},
       {"release of a cancelled one",
        [&](auto& id) {
-         const Claim claim = *queue.lifecycle.claim(false);
+         const Claim claim = *queue.lifecycle.claim();
          queue.lifecycle.cancel(id);
-         queue.lifecycle.release(id, claim.fence, false, false);
+         queue.lifecycle.release(id, claim.fence, {});
        }},
       {"remove", [&](auto& id) { queue.lifecycle.remove(id); }},
   };
@@ -281,7 +281,7 @@ TEST_F(QueueTest, DoesNotCallAWaiterWhenTheJobGoesBackToTheQueue) {
   const std::string id = submit();
   int calls = 0;
   queue.waiters.when_ended(id, [&] { ++calls; });
-  queue.lifecycle.release(id, queue.lifecycle.claim(false)->fence, true, false);
+  queue.lifecycle.release(id, queue.lifecycle.claim()->fence, {.counts = true});
   EXPECT_EQ(calls, 0);
 }
 
@@ -336,7 +336,7 @@ TEST_F(QueueTest, ReportsTheReasonOfNotBeingReady) {
 
 TEST_F(QueueTest, RecoversTheRunningJobsOfADeadDaemon) {
   const std::string id = submit();
-  queue.lifecycle.claim(false);
+  queue.lifecycle.claim();
   Queue next(store.all(), temporary.artifacts, ids, system_clock(), no_log(), {});
   EXPECT_EQ(next.queries.find(id)->job.state, JobState::queued);
   EXPECT_EQ(next.queries.find(id)->job.attempt, 0);

@@ -6,10 +6,12 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/queue/queue.h"
@@ -53,11 +55,14 @@ class FailingTransitions final : public ForwardingTransitions {
     if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
     return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
   }
-  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until, bool suspects,
-                                    bool small) override {
+  std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
+                                    const queue::ClaimFilter& filter) override {
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
-    return ForwardingTransitions::claim(boot, now, lease_until, suspects, small);
+    std::optional<queue::Claim> claim = ForwardingTransitions::claim(terms, now, filter);
+    if (!filter.busy_owners.empty() && after_limited_claim) std::exchange(after_limited_claim, nullptr)();
+    return claim;
   }
+  std::function<void()> after_limited_claim;  ///< called once, within a claim that excludes owners
   std::atomic<int> failures = 0, claim_failures = 0;
 };
 

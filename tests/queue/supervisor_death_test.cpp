@@ -68,8 +68,8 @@ TEST_F(SupervisorTest, RunsSuspectsOneAtATimeBeforeAllOthers) {
 
 TEST_F(SupervisorTest, RunsSuspectsOfAnEarlierDaemonAlone) {
   const std::string suspect = submit("wait " + path("go"));
-  const queue::Claim claim = *queue.lifecycle.claim(false);
-  queue.lifecycle.release(suspect, claim.fence, false, true);
+  const queue::Claim claim = *queue.lifecycle.claim();
+  queue.lifecycle.release(suspect, claim.fence, {.suspect = true});
   const std::string other = submit("");
   start();
   ASSERT_TRUE(reaches(suspect, JobState::running));

@@ -181,6 +181,7 @@ Answer measure(Request& request, const ApiContext& context) {
   queue::Submission submission;
   submission.kind = queue::JobKind::measure;
   submission.owner = request.owner;
+  submission.weight = request.owner_weight;
   submission.accuracy = api::write_accuracy(measurement->document.scene.accuracy);
   submission.document = std::move(*body);
   submission.parsed = std::move(measurement->document);

@@ -90,6 +90,7 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
       return problem_reply({failures::forbidden, detail}, request.id);
     }
     request.owner = key->name;
+    request.owner_weight = key->weight;
     return handler(request);
   };
 }

@@ -74,6 +74,7 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
   queue::Submission submission;
   submission.owner = request.owner;
+  submission.weight = request.owner_weight;
   submission.content_key = content_key_of(scene, context);
   submission.accuracy = api::write_accuracy(scene.parsed.scene.accuracy);
   submission.document = std::move(scene.document);

@@ -64,14 +64,15 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
-      " kind, accuracy, large)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      " kind, accuracy, large, weight)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
       job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
-      std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large});
+      std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
+      std::int64_t{job.weight});
   database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
   insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
@@ -114,7 +115,7 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy, large, artifacts_synced FROM jobs WHERE id = ?",
+      " batch_index, kind, accuracy, large, artifacts_synced, weight FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
   queue::Job job;
@@ -148,6 +149,7 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
   job.accuracy = row.text(28);
   job.large = row.integer(29) != 0;
   job.artifacts_synced = row.integer(30) != 0;
+  job.weight = static_cast<int>(row.integer(31));
   read_labels(database, job);
   read_assets(database, job);
   if (job.state == queue::JobState::succeeded) {
@@ -220,7 +222,12 @@ queue::Claim claim_job(Database& database, const std::string& id, const queue::C
       now, terms.boot_id, terms.lease_until, id);
   Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
   fence.row();
-  return {read_job(database, id).value(), {}, fence.integer(0)};
+  queue::Claim claim{read_job(database, id).value(), {}, fence.integer(0)};
+  database.change("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))",
+                  claim.job.owner);
+  database.change("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
+                  std::int64_t{claim.job.weight}, claim.job.owner);
+  return claim;
 }
 
 std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,

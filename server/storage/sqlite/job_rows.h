@@ -35,6 +35,9 @@ void insert_reply(Database& database, const queue::KeptReply& kept);
 /// None if it has expired.
 std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
 
+/// Growth of an owner's pass by a claim with weight 1: all weights up to 10 divide it.
+inline constexpr std::int64_t pass_of_turn = 2520;
+
 /// Without the document. Precondition: the job is queued.
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
 /// Claims a queued job that may run if no other job waits.

@@ -109,6 +109,81 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
   return query.texts();
 }
 
+// ---- position in the queue
+
+constexpr const char* waiting_of_owner =
+    "SELECT rank, id FROM jobs INDEXED BY jobs_waiting"
+    " WHERE suspect = ?1 AND owner = ?2 AND state = 'queued' AND not_before IS NULL ORDER BY rank, id";
+
+/// Jobs of one owner that are claimed before its pass reaches that of another claim.
+struct Turns {
+  std::string owner;
+  std::int64_t pass = 0, weight = 1;
+
+  /// Number of claims at a lower pass than `end`.
+  [[nodiscard]] std::int64_t before(std::int64_t end) const {
+    const std::int64_t each = pass_of_turn / weight;
+    return end <= pass ? 0 : (end - pass + each - 1) / each;
+  }
+};
+
+/// All owners of waiting jobs; the weight is that of their first.
+std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
+  std::vector<Turns> turns;
+  Query row = database.query(
+      "SELECT owner_usage.owner, max(owner_usage.pass, (SELECT pass FROM latest_pass)), next.weight"
+      " FROM owner_usage CROSS JOIN jobs AS next ON next.id = (SELECT id FROM jobs INDEXED BY jobs_waiting"
+      "   WHERE suspect = ? AND owner = owner_usage.owner AND state = 'queued' AND not_before IS NULL"
+      "   ORDER BY rank, id LIMIT 1) WHERE queued_jobs > 0",
+      suspect);
+  while (row.row()) turns.push_back({row.text(0), row.integer(1), row.integer(2)});
+  return turns;
+}
+
+std::int64_t count_waiting(Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit) {
+  Query count =
+      database.query("SELECT count(*) FROM (" + std::string(waiting_of_owner) + " LIMIT ?3)", suspect, owner, limit);
+  count.row();
+  return count.integer(0);
+}
+
+std::optional<std::int64_t> read_queue_position(Database& database, const std::string& id, std::int64_t limit) {
+  std::string owner;
+  std::int64_t suspect = 0, rank = 0;
+  {
+    Query job = database.query(
+        "SELECT owner, suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
+    if (!job.row()) return std::nullopt;
+    owner = job.text(0), suspect = job.integer(1), rank = job.integer(2);
+  }
+  std::int64_t own = 0;
+  {
+    Query before = database.query(
+        "SELECT count(*) FROM (SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE suspect = ?1 AND owner = ?2"
+        " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5)",
+        suspect, owner, rank, id, limit);
+    before.row();
+    own = before.integer(0);
+  }
+  const std::vector<Turns> turns = read_turns(database, suspect);
+  std::int64_t pass = 0, position = own;
+  for (const Turns& other : turns)
+    if (other.owner == owner) pass = other.pass + own * (pass_of_turn / other.weight);
+  for (const Turns& other : turns) {
+    if (other.owner == owner || position >= limit) continue;
+    const std::int64_t before = other.before(pass);
+    position += count_waiting(database, suspect, other.owner, std::min(before, limit));
+    if (other.before(pass + 1) == before) continue;
+    // Both have a turn at the same pass: the lower rank is first.
+    Query next = database.query(std::string(waiting_of_owner) + " LIMIT 1 OFFSET ?3", suspect, other.owner, before);
+    if (next.row() && std::pair(next.integer(0), next.text(1)) < std::pair(rank, id)) ++position;
+  }
+  if (suspect == 0) {  // suspects run before all others
+    for (const Turns& other : read_turns(database, 1)) position += count_waiting(database, 1, other.owner, limit);
+  }
+  return std::min(position, limit);
+}
+
 // ---- stores
 
 class SqliteJobStore final : public queue::JobStore {
@@ -242,20 +317,8 @@ class SqliteStatistics final : public queue::JobStatistics {
   }
 
   std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) override {
-    return connections_.reader.run([&](Database& database) -> std::optional<std::int64_t> {
-      Query job =
-          database.query("SELECT suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
-      if (!job.row()) return std::nullopt;
-      // Suspects run before all others.
-      Query before = database.query(
-          "SELECT (SELECT count(*) FROM (SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued'"
-          "   AND not_before IS NULL AND suspect = ?1 AND (rank, id) < (?2, ?3) LIMIT ?4))"
-          " + iif(?1, 0, (SELECT count(*) FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued'"
-          "   AND not_before IS NULL AND suspect = 1))",
-          job.integer(0), job.integer(1), id, limit);
-      before.row();
-      return std::min(before.integer(0), limit);
-    });
+    return connections_.reader.run(
+        [&](Database& database) -> std::optional<std::int64_t> { return read_queue_position(database, id, limit); });
   }
 
  private:

@@ -13,7 +13,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 8;
+constexpr std::int64_t jobs_schema_version = 9;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -23,6 +23,7 @@ CREATE TABLE jobs (
   id TEXT NOT NULL PRIMARY KEY,
   kind TEXT NOT NULL CHECK (kind IN ('render', 'measure')),
   owner TEXT NOT NULL,
+  weight INTEGER NOT NULL CHECK (weight > 0),
   name TEXT NOT NULL,
   batch_id TEXT,
   batch_index INTEGER NOT NULL,
@@ -58,8 +59,8 @@ CREATE TABLE jobs (
   lease_until INTEGER                -- end of the latest claim
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX jobs_by_state ON jobs (state, id);
-CREATE INDEX jobs_waiting ON jobs (suspect, rank, id) WHERE state = 'queued' AND not_before IS NULL;
-CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
+CREATE INDEX jobs_waiting ON jobs (suspect, owner, rank, id) WHERE state = 'queued' AND not_before IS NULL;
+CREATE INDEX small_jobs_waiting ON jobs (suspect, owner, rank, id)
   WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
 CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
@@ -141,12 +142,17 @@ INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), (
 CREATE TABLE owner_usage (
   owner TEXT NOT NULL PRIMARY KEY,
   queued_jobs INTEGER NOT NULL,
-  artifact_bytes INTEGER NOT NULL
+  running_jobs INTEGER NOT NULL DEFAULT 0,
+  artifact_bytes INTEGER NOT NULL DEFAULT 0,
+  pass INTEGER NOT NULL DEFAULT 0    -- see JobTransitions::claim
 ) STRICT, WITHOUT ROWID;
+-- The pass at which the latest claim was made.
+CREATE TABLE latest_pass (pass INTEGER NOT NULL) STRICT;
+INSERT INTO latest_pass VALUES (0);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
 CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
-  INSERT INTO owner_usage VALUES (new.owner, new.state = 'queued', 0)
+  INSERT INTO owner_usage (owner, queued_jobs) VALUES (new.owner, new.state = 'queued')
     ON CONFLICT DO UPDATE SET queued_jobs = queued_jobs + excluded.queued_jobs;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
@@ -155,8 +161,8 @@ CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
     WHEN old.state <> new.state OR old.priority <> new.priority BEGIN
   UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
   UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
-  UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued')
-    WHERE owner = new.owner;
+  UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued'),
+    running_jobs = running_jobs + (new.state = 'running') - (old.state = 'running') WHERE owner = new.owner;
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;

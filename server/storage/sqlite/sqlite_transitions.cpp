@@ -50,27 +50,52 @@ queue::RetryOutcome retry_job(Database& database, const std::string& id, std::in
   return queue::RetryOutcome::queued;
 }
 
+/// A part of a statement: jobs of one owner that may be claimed at ?2, least rank first.
+std::string waiting_jobs(const queue::ClaimFilter& filter, const std::string& owner) {
+  const std::string index = filter.small ? "small_jobs_waiting WHERE large = 0 AND" : "jobs_waiting WHERE";
+  return "SELECT id FROM jobs INDEXED BY " + index + " suspect = ?1 AND owner = " + owner +
+         " AND state = 'queued' AND not_before IS NULL AND (deadline IS NULL OR deadline > ?2) ORDER BY rank, id";
+}
+
+/// The next job to claim, and whether it is the only one; none if no job passes the filter.
+struct NextJob {
+  std::string id;
+  bool is_last = false;
+};
+std::optional<NextJob> find_next_job(Database& database, const queue::ClaimFilter& filter, std::int64_t now) {
+  NextJob next;
+  std::string owner, busy_owners = " ";  // names have no blanks
+  for (const std::string& busy : filter.busy_owners) busy_owners.append(busy).append(" ");
+  {
+    Query first = database.query(
+        "SELECT next.id, next.owner FROM owner_usage CROSS JOIN jobs AS next ON next.id = (" +
+            waiting_jobs(filter, "owner_usage.owner") +
+            " LIMIT 1) WHERE queued_jobs > 0 AND instr(?3, ' ' || owner_usage.owner || ' ') = 0"
+            " ORDER BY running_jobs * 1.0 / next.weight, max(owner_usage.pass, (SELECT pass FROM latest_pass)),"
+            " next.rank, next.id LIMIT 2",
+        std::int64_t{filter.suspects}, now, busy_owners);
+    if (!first.row()) return std::nullopt;
+    next.id = first.text(0);
+    owner = first.text(1);
+    if (first.row()) return next;  // a job of another owner waits
+  }
+  Query second =
+      database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects}, now, owner);
+  next.is_last = !second.row();
+  return next;
+}
+
 class SqliteTransitions final : public queue::JobTransitions {
  public:
   explicit SqliteTransitions(Connections& connections) : connections_(connections) {}
 
-  std::optional<queue::Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                    bool suspects, bool small) override {
+  std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
+                                    const queue::ClaimFilter& filter) override {
     const auto work = [&](Database& database) -> std::optional<queue::Claim> {
-      std::string id;
-      bool is_last = false;
-      {
-        const std::string waiting = small ? "small_jobs_waiting WHERE large = 0" : "jobs_waiting WHERE true";
-        Query next = database.query("SELECT id FROM jobs INDEXED BY " + waiting +
-                                        " AND suspect = ? AND state = 'queued' AND not_before IS NULL"
-                                        " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 2",
-                                    std::int64_t{suspects}, now);
-        if (!next.row()) return std::nullopt;
-        id = next.text(0);
-        is_last = !next.row();
-      }
-      queue::Claim claim = claim_job(database, id, {boot_id, lease_until}, now);
-      claim.is_last = is_last;
+      const std::optional<NextJob> next = find_next_job(database, filter, now);
+      if (!next) return std::nullopt;
+      queue::Claim claim = claim_job(database, next->id, terms, now);
+      claim.is_last = next->is_last;
       return claim;
     };
     std::optional<queue::Claim> claim = connections_.writer.run(work, Synced::with_next);
@@ -127,13 +152,15 @@ class SqliteTransitions final : public queue::JobTransitions {
 
   queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
                                 const queue::Release& release) override {
+    std::optional<std::int64_t> not_before;
+    if (release.pause_ms > 0) not_before = now + release.pause_ms;
     return connections_.writer.run([&](Database& database) {
       Query released = database.query(std::string(released_columns) +
-                                          " attempt = attempt - ?2, suspect = max(suspect, ?3),"
-                                          " not_before = iif(cancel_requested, NULL, ?4)"
-                                          " WHERE id = ?5 AND fence = ?6 AND state = 'running' RETURNING state",
+                                          " attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
+                                          " not_before = iif(cancel_requested, NULL, ?5)"
+                                          " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
                                       now, std::int64_t{!release.counts}, std::int64_t{release.suspect},
-                                      release.not_before, id, fence);
+                                      std::int64_t{release.large}, not_before, id, fence);
       if (!released.row()) return queue::ReleaseOutcome::stale;
       return released.text(0) == "queued" ? queue::ReleaseOutcome::queued : queue::ReleaseOutcome::cancelled;
     });

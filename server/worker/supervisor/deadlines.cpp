@@ -9,6 +9,7 @@ void Deadlines::add(const queue::Job& job, Time now) {
   const std::string limit_s = std::to_string(std::chrono::duration<double>(settings_.wall_time).count());
   times.stop_at = now + settings_.wall_time;
   times.overdue = {"timed_out", "An attempt took longer than the limit wall_time_s of " + limit_s + " s.", {}};
+  if (!job.large && settings_.slots > 1) times.slow_at = now + settings_.small_job_time;
   if (!job.deadline) return;
   const auto until_deadline = std::chrono::milliseconds(*job.deadline - *job.started_at);
   if (until_deadline >= settings_.wall_time) return;
@@ -24,6 +25,16 @@ std::vector<Deadlines::Overdue> Deadlines::take_overdue(Time now) {
     overdue.push_back({id, times.overdue});
   }
   return overdue;
+}
+
+std::vector<std::string> Deadlines::take_slow(Time now) {
+  std::vector<std::string> ids;
+  for (auto& [id, times] : jobs_) {
+    if (!times.slow_at || now < *times.slow_at) continue;
+    times.slow_at.reset();
+    ids.push_back(id);
+  }
+  return ids;
 }
 
 bool Deadlines::stop(const std::string& id, Time now) {
@@ -79,6 +90,7 @@ Deadlines::Time Deadlines::next(Time now, bool worker_ready) const {
     if (times.reported && times.replace_at > now) consider(times.replace_at);
     if (!worker_ready) continue;
     consider(times.stop_at);
+    consider(times.slow_at);
     consider(times.kill_at);
   }
   return next;

@@ -31,6 +31,9 @@ class Deadlines {
   /// Jobs whose time is over, each once.
   std::vector<Overdue> take_overdue(Time now);
 
+  /// Small jobs that have taken longer than small_job_time, each once. None if there is a single slot.
+  std::vector<std::string> take_slow(Time now);
+
   /// The job is to stop. True for its first call: the worker has to be informed.
   bool stop(const std::string& id, Time now);
   /// Stopped jobs whose end is to be reported although the worker still runs them.
@@ -50,7 +53,7 @@ class Deadlines {
 
  private:
   struct JobTimes {
-    std::optional<Time> stop_at;
+    std::optional<Time> stop_at, slow_at;
     queue::Problem overdue;  ///< the reason if stop_at is reached
     std::optional<Time> report_at, kill_at;
     Time replace_at{};

@@ -43,32 +43,31 @@ JobDispatcher::Time JobDispatcher::next_claim(Time now) const {
   return claims_paused_until_ > now ? claims_paused_until_ : Time::max();
 }
 
-/// One slot is never given to a large job, so that small images need not wait for the end of large ones.
 bool JobDispatcher::has_slot(ClaimKind kind) const {
   const auto slots = static_cast<std::size_t>(settings_.slots);
-  // One claim at a time until one leaves jobs behind: a single job does not occupy all threads.
-  if (claims_.count > 0 && !claims_.more_wait) return false;
+  // One claim at a time until one leaves jobs behind: a single job does not occupy all threads. Also if owners have a
+  // limit, which several claims could exceed.
+  if (claims_.count > 0 && (!claims_.more_wait || settings_.owner_slots < settings_.slots)) return false;
   // Finished images wait in memory for the store; the limit makes the worker wait for a slow store.
   const std::size_t pending_max = slots + static_cast<std::size_t>(settings_.store_threads);
-  if (running_.size() + claims_.count >= slots || outcomes_.pending() >= pending_max) return false;
-  if (kind == ClaimKind::small || slots == 1) return true;
-  const auto large =
-      std::count_if(running_.begin(), running_.end(), [](const auto& entry) { return entry.second.large; });
-  return static_cast<std::size_t>(large) + claims_.large_count < slots - 1;
+  if (slots_.running.size() + claims_.count >= slots || outcomes_.pending() >= pending_max) return false;
+  return kind == ClaimKind::small || slots_.has_slot_for_large(claims_.large_count);
 }
 
 void JobDispatcher::start_claim(ClaimKind kind) {
   ++claims_.count;
   if (kind == ClaimKind::any) ++claims_.large_count;
-  executor_.run([this, kind, notifications = notifications_.load()] {
-    run_claim({.kind = kind, .notifications = notifications});
+  executor_.run([this, kind, notifications = notifications_.load(), busy = slots_.busy_owners()] {
+    run_claim({.kind = kind, .notifications = notifications, .busy_owners = busy});
   });
 }
 
 /// Any thread.
 void JobDispatcher::run_claim(ClaimResult result) noexcept {
   try {
-    result.claim = queue_.lifecycle.claim(result.kind == ClaimKind::suspect, result.kind == ClaimKind::small);
+    result.claim = queue_.lifecycle.claim({.suspects = result.kind == ClaimKind::suspect,
+                                           .small = result.kind == ClaimKind::small,
+                                           .busy_owners = result.busy_owners});
   } catch (const std::exception& failure) {
     result.failed = true;
     log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
@@ -100,7 +99,9 @@ void JobDispatcher::offer_slot(Time now) {
   const bool none_wait = claims_.none_left == notifications_ && claims_.none_left_small == notifications_;
   const bool may_claim = process_.state() == WorkerState::ready && !deadlines_.draining() &&
                          now >= claims_paused_until_ && !suspects_first_ && !suspects_available_;
-  offering_slot_ = none_wait && may_claim && claims_.count == 0 && has_slot(ClaimKind::any);
+  // The owner of the next submission is unknown, so no owner may be at its limit.
+  offering_slot_ =
+      none_wait && may_claim && claims_.count == 0 && has_slot(ClaimKind::any) && slots_.busy_owners().empty();
   slot_offered_ = offering_slot_;
 }
 
@@ -113,7 +114,10 @@ void JobDispatcher::withdraw_slot() {
 void JobDispatcher::on_claimed(ClaimResult& result) {
   --claims_.count;
   if (result.kind == ClaimKind::any || result.kind == ClaimKind::submitted) --claims_.large_count;
-  const bool none_left = !result.claim || result.claim->is_last;
+  // Jobs of an owner that is below its limit again are left.
+  const bool none_left = (!result.claim || result.claim->is_last) &&
+                         std::all_of(result.busy_owners.begin(), result.busy_owners.end(),
+                                     [&](const std::string& owner) { return slots_.is_busy(owner); });
   if (result.failed) {
     claims_paused_until_ = Time::clock::now() + settings_.store_pause;
   } else {
@@ -125,9 +129,9 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
     if (early_cancels_.erase(job.id) > 0) {
       outcomes_.cancel(job.id, fence);
     } else if (result.failed || deadlines_.draining() || process_.state() != WorkerState::ready) {
-      release(job.id, fence, false, job.suspect, {});
-    } else if (running_.contains(job.id)) {  // it was retried before the worker has stopped its previous attempt
-      release(job.id, fence, false, job.suspect, settings_.retry.pause);
+      release(job.id, fence, {.suspect = job.suspect});
+    } else if (slots_.running.contains(job.id)) {  // it was retried before the worker has stopped its previous attempt
+      release(job.id, fence, {.suspect = job.suspect, .pause_ms = settings_.retry.pause.count()});
     } else {
       start_job(result);
     }
@@ -138,6 +142,7 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
     if (result.kind == ClaimKind::any) claims_.none_left = result.notifications;
     if (result.kind == ClaimKind::any || result.kind == ClaimKind::small)
       claims_.none_left_small = result.notifications;
+    if (!result.busy_owners.empty()) claims_.owners_excluded = true;
   }
   if (claims_.count == 0) early_cancels_.clear();
 }
@@ -145,12 +150,13 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
 void JobDispatcher::start_job(ClaimResult& result) {
   const queue::Job& job = result.claim->job;
   RunningJob running;
+  running.owner = job.owner;
   running.large = job.large;
   running.fence = result.claim->fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
-  running_.emplace(job.id, running);
-  running_count_ = static_cast<int>(running_.size());
+  slots_.running.emplace(job.id, running);
+  running_count_ = static_cast<int>(slots_.running.size());
   deadlines_.add(job, Time::clock::now());
   process_.send(std::move(result.assignment));
   log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
@@ -159,8 +165,8 @@ void JobDispatcher::start_job(ClaimResult& result) {
 // ---- running jobs
 
 void JobDispatcher::cancel(const std::string& id) {
-  const auto found = running_.find(id);
-  if (found == running_.end()) {
+  const auto found = slots_.running.find(id);
+  if (found == slots_.running.end()) {
     if (claims_.count > 0) early_cancels_.insert(id);
     return;
   }
@@ -169,8 +175,8 @@ void JobDispatcher::cancel(const std::string& id) {
 }
 
 void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
-  const auto found = running_.find(lease.job_id);
-  if (found == running_.end() || found->second.fence != lease.fence) return;
+  const auto found = slots_.running.find(lease.job_id);
+  if (found == slots_.running.end() || found->second.fence != lease.fence) return;
   log_(LogLevel::warning, "lease_lost", {{"job_id", lease.job_id}});
   found->second.lease_lost = true;
   ++notifications_;  // the job may be queued again
@@ -182,12 +188,22 @@ void JobDispatcher::stop(const std::string& id) {
 }
 
 void JobDispatcher::check_deadlines(Time now) {
+  for (const std::string& id : deadlines_.take_slow(now)) {
+    RunningJob& job = slots_.running.at(id);
+    job.large = true;
+    job.large_since = now;
+    log_(LogLevel::info, "job_became_large", {{"job_id", id}});
+  }
+  if (auto* const surplus = slots_.surplus_large_job()) {
+    surplus->second.yields_slot = true;
+    stop(surplus->first);
+  }
   for (const Deadlines::Overdue& overdue : deadlines_.take_overdue(now)) {
-    RunningJob& job = running_.at(overdue.job_id);
+    RunningJob& job = slots_.running.at(overdue.job_id);
     if (!job.cancel_requested) job.stopped_for = overdue.problem;
     stop(overdue.job_id);
   }
-  for (const std::string& id : deadlines_.take_reportable(now)) report_stopped(id, running_.at(id));
+  for (const std::string& id : deadlines_.take_reportable(now)) report_stopped(id, slots_.running.at(id));
   if (process_.state() == WorkerState::ready && deadlines_.worker_must_end(now, process_.standby_ready())) {
     process_.end("did not stop a job", true);
   }
@@ -196,22 +212,23 @@ void JobDispatcher::check_deadlines(Time now) {
 void JobDispatcher::report_stopped(const std::string& id, const RunningJob& job) {
   if (job.lease_lost) return;
   if (job.cancel_requested) return outcomes_.cancel(id, job.fence);
+  if (!job.stopped_for) return release(id, job.fence, {.large = true});  // it yields its slot
   retry_or_fail(id, job, *job.stopped_for);
 }
 
 void JobDispatcher::request_preview(const std::string& id, std::uint32_t side) {
-  if (running_.contains(id)) process_.send(pack(PreviewRequest{id, side}));
+  if (slots_.running.contains(id)) process_.send(pack(PreviewRequest{id, side}));
 }
 
 // ---- messages of the worker
 
 void JobDispatcher::on_message(Message& message) {
   if (const auto* progress = std::get_if<Progress>(&message)) {
-    if (progress->tiles_total == 0 || !running_.contains(progress->job_id)) return;
+    if (progress->tiles_total == 0 || !slots_.running.contains(progress->job_id)) return;
     queue_.lifecycle.set_progress(
         progress->job_id, static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total));
   } else if (auto* preview = std::get_if<PreviewResponse>(&message)) {
-    if (running_.contains(preview->job_id))
+    if (slots_.running.contains(preview->job_id))
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
   } else if (auto* finished = std::get_if<Finished>(&message)) {
     on_finished(*finished);
@@ -223,15 +240,19 @@ void JobDispatcher::on_message(Message& message) {
 }
 
 /// None if the job does not run in the worker any more.
-std::optional<JobDispatcher::RunningJob> JobDispatcher::take(const std::string& id, std::int64_t fence) {
-  const auto found = running_.find(id);
-  if (found == running_.end() || found->second.fence != fence) {
+std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_t fence) {
+  const auto found = slots_.running.find(id);
+  if (found == slots_.running.end() || found->second.fence != fence) {
     log_(LogLevel::warning, "stale_result", {{"job_id", id}});
     return std::nullopt;
   }
+  if (claims_.owners_excluded && slots_.is_busy(found->second.owner)) {  // jobs of this owner may be claimed again
+    claims_.owners_excluded = false;
+    ++notifications_;
+  }
   RunningJob job = std::move(found->second);
-  running_.erase(found);
-  running_count_ = static_cast<int>(running_.size());
+  slots_.running.erase(found);
+  running_count_ = static_cast<int>(slots_.running.size());
   deadlines_.remove(id);
   process_.reset_restart_pause();
   return job;
@@ -253,21 +274,23 @@ void JobDispatcher::on_finished(Finished& message) {
 void JobDispatcher::on_cancelled(const Cancelled& message) {
   const auto job = take(message.job_id, message.fence);
   if (!job) return;
-  if (job->cancel_requested || job->stopped_for || job->lease_lost) return report_stopped(message.job_id, *job);
+  if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
+    return report_stopped(message.job_id, *job);
   retry_or_fail(message.job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
 }
 
 int JobDispatcher::on_worker_exit(const WorkerExit& exit) {
   std::vector<InFlightJob> jobs;
   std::string ids;
-  for (const auto& [id, job] : running_) {
+  for (const auto& [id, job] : slots_.running) {
     jobs.push_back({id, job.fence, job.attempt, job.max_attempts, job.cancel_requested, deadlines_.is_reported(id)});
     ids += (ids.empty() ? "" : " ") + id;
   }
   log_(exit.planned_shutdown ? LogLevel::info : LogLevel::error, "worker_ended",
        {{"pid", std::to_string(exit.pid)}, {"reason", exit.reason}, {"job_ids", ids}});
-  running_.clear();
+  slots_.running.clear();
   running_count_ = 0;
+  ++notifications_;  // no owner is at its limit any more
   deadlines_.clear();
   const auto decisions = decide(jobs, exit.reason, exit.planned_shutdown, exit.code);
   int interrupted = 0;
@@ -283,22 +306,22 @@ void JobDispatcher::resolve_in_flight_job(const InFlightJob& job, const CrashDec
                                           const std::string& code) {
   switch (decision.action) {
     case CrashDecision::Action::release:
-      return release(job.job_id, job.fence, false, false, {});
+      return release(job.job_id, job.fence, {});
     case CrashDecision::Action::release_as_suspect:
-      return release(job.job_id, job.fence, false, true, {});
+      return release(job.job_id, job.fence, {.suspect = true});
     case CrashDecision::Action::count_attempt: {
       const auto pause = retry_pause(code, job.attempt, job.max_attempts, settings_.retry);
-      return release(job.job_id, job.fence, true, true, pause.value_or(settings_.retry.pause_max));
+      const std::int64_t pause_ms = pause.value_or(settings_.retry.pause_max).count();
+      return release(job.job_id, job.fence, {.counts = true, .suspect = true, .pause_ms = pause_ms});
     }
     case CrashDecision::Action::fail:
       return outcomes_.fail(job.job_id, job.fence, decision.problem);
   }
 }
 
-void JobDispatcher::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,
-                            std::chrono::milliseconds pause) {
-  if (suspect) suspects_first_ = true;
-  outcomes_.release(id, fence, counts, suspect, pause, [this] { ++notifications_; });
+void JobDispatcher::release(const std::string& id, std::int64_t fence, const queue::Release& release) {
+  if (release.suspect) suspects_first_ = true;
+  outcomes_.release(id, fence, release, [this] { ++notifications_; });
 }
 
 /// A job that ran out of memory runs alone in its next attempt.
@@ -307,7 +330,7 @@ void JobDispatcher::retry_or_fail(const std::string& id, const RunningJob& job, 
   if (!pause) return outcomes_.fail(id, job.fence, problem);
   log_(LogLevel::warning, "attempt_failed",
        {{"job_id", id}, {"attempt", std::to_string(job.attempt)}, {"code", problem.code}, {"detail", problem.detail}});
-  release(id, job.fence, true, problem.code == "out_of_memory", *pause);
+  release(id, job.fence, {.counts = true, .suspect = problem.code == "out_of_memory", .pause_ms = pause->count()});
 }
 
 }  // namespace worker

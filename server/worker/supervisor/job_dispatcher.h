@@ -4,15 +4,16 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "server/queue/queue.h"
 #include "server/worker/supervisor/deadlines.h"
 #include "server/worker/supervisor/failure_policy.h"
+#include "server/worker/supervisor/job_slots.h"
 #include "server/worker/supervisor/outcome_writer.h"
 #include "server/worker/supervisor/worker_process.h"
 
@@ -56,23 +57,15 @@ class JobDispatcher {
   int on_worker_exit(const WorkerExit& exit);
 
   /// No job runs, is being claimed or is being stored.
-  [[nodiscard]] bool idle() const { return running_.empty() && claims_.count == 0 && outcomes_.pending() == 0; }
+  [[nodiscard]] bool idle() const { return slots_.running.empty() && claims_.count == 0 && outcomes_.pending() == 0; }
 
  private:
-  struct RunningJob {
-    std::int64_t fence = 0;
-    int attempt = 1, max_attempts = 1;
-    bool cancel_requested = false;              ///< by its owner
-    bool large = false;                         ///< see queue::Job
-    bool lease_lost = false;                    ///< the queue ignores its outcome
-    std::optional<queue::Problem> stopped_for;  ///< by the supervisor
-  };
-
   /// `submitted`: by a submission that has taken a slot.
   enum class ClaimKind { any, small, suspect, submitted };
   struct ClaimResult {
     ClaimKind kind = ClaimKind::any;
-    std::uint64_t notifications = 0;  ///< when the claim began
+    std::uint64_t notifications = 0;         ///< when the claim began
+    std::vector<std::string> busy_owners{};  ///< the same
     std::optional<queue::Claim> claim{};
     Packet assignment{};
     bool failed = false;
@@ -90,7 +83,7 @@ class JobDispatcher {
   void on_finished(Finished& message);
   void on_cancelled(const Cancelled& message);
   void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const std::string& code);
-  void release(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::chrono::milliseconds pause);
+  void release(const std::string& id, std::int64_t fence, const queue::Release& release);
   void retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem);
 
   queue::Queue& queue_;
@@ -108,12 +101,13 @@ class JobDispatcher {
   std::atomic<bool> slot_offered_ = false;
   bool offering_slot_ = false;  ///< since offer_slot
 
-  std::map<std::string, RunningJob> running_;
+  JobSlots slots_{settings_};
   struct {
     std::size_t count = 0, large_count = 0;  ///< in progress; those that may return large jobs
     bool more_wait = false;                  ///< after the latest claim
     /// Values of notifications_ after which no job, or no small job, was left.
     std::optional<std::uint64_t> none_left, none_left_small;
+    bool owners_excluded = false;  ///< from a claim that left none
   } claims_;
   std::set<std::string> early_cancels_;  ///< cancelled during claims that may return them
   bool suspects_first_ = false;          ///< suspects may be queued; they run before all other jobs

@@ -126,12 +126,11 @@ void OutcomeWriter::cancel(const std::string& id, std::int64_t fence) {
   });
 }
 
-void OutcomeWriter::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,
-                            std::chrono::milliseconds pause, std::function<void()> on_released) {
-  const auto task = [this, id, fence, counts, suspect, pause] {
-    executor_.run_with_retry(0, "release", [&] {
-      log_outcome("job_released", id, queue_.lifecycle.release(id, fence, counts, suspect, pause.count()));
-    });
+void OutcomeWriter::release(const std::string& id, std::int64_t fence, const queue::Release& release,
+                            std::function<void()> on_released) {
+  const auto task = [this, id, fence, release] {
+    executor_.run_with_retry(0, "release",
+                             [&] { log_outcome("job_released", id, queue_.lifecycle.release(id, fence, release)); });
   };
   run(task, std::move(on_released));
 }

@@ -65,8 +65,8 @@ class OutcomeWriter {
   void succeed(Finished finished, std::function<void(const queue::Problem&)> on_failure);
   void fail(const std::string& id, std::int64_t fence, const queue::Problem& problem);
   void cancel(const std::string& id, std::int64_t fence);
-  /// The job returns to the queue. `counts`: the attempt counts as a failure.
-  void release(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::chrono::milliseconds pause,
+  /// The job returns to the queue.
+  void release(const std::string& id, std::int64_t fence, const queue::Release& release,
                std::function<void()> on_released);
 
   [[nodiscard]] std::size_t pending() const { return pending_; }

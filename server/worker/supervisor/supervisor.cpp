@@ -20,6 +20,7 @@ using Clock = std::chrono::steady_clock;
 SupervisorSettings with_defaults(SupervisorSettings settings) {
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::thread::hardware_concurrency());
   if (settings.slots <= 0) settings.slots = std::max(1, threads) + 1;
+  if (settings.owner_slots <= 0) settings.owner_slots = std::max(1, settings.slots - 1);
   if (settings.store_threads <= 0) settings.store_threads = std::max(16, settings.slots);
   return settings;
 }

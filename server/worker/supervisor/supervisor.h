@@ -17,6 +17,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -33,6 +34,11 @@ struct SupervisorSettings {
   /// slots, large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends.
   /// 0: threads + 1, because small jobs are mostly sequential.
   int slots = 0;
+  /// Jobs of one owner that run at once, so that the slots are not all occupied by jobs of one owner. 0: slots - 1.
+  int owner_slots = std::numeric_limits<int>::max();
+  /// A job that takes longer is large from then on. If it takes the last slot then, it is stopped and queued again,
+  /// and the attempt does not count. Small jobs take some seconds at most (api::is_large).
+  std::chrono::milliseconds small_job_time{10'000};
   int threads = 0;  ///< see Options
   FileSettings files;
   /// Geometry and images that a worker keeps for the next jobs, in addition to job_memory_bytes.
