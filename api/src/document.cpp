@@ -12,6 +12,7 @@
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/request.h"
 #include "api/src/reader/sections.h"
+#include "tracer/sha256.h"
 
 namespace api {
 namespace {
@@ -103,8 +104,7 @@ std::vector<tracer::Issue> validated(Reading& reading) {
 // their bytes and that -0.0 is kept. Both members of a duplicate name are written, in their order. Recursion is as deep
 // as the value, which DocumentLimits::depth bounds.
 
-/// Without the members `omitted` of an object; empty: with all.
-void append_value(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted = {});
+void append_value(std::string& text, json::Tape& tape, json::Node* node);
 
 void append_string(std::string& text, std::string_view value) { text += nlohmann::json(value).dump(); }
 
@@ -118,11 +118,10 @@ void append_array(std::string& text, json::Tape& tape, json::Node* node) {
   text += ']';
 }
 
-void append_object(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted) {
+void append_object(std::string& text, json::Tape& tape, json::Node* node) {
   std::vector<json::Node*> keys;
   json::Node* key = node + 1;
-  for (std::uint32_t i = 0; i < node->size; ++i, key = tape.next(key + 1))
-    if (omitted.empty() || key->string() != omitted) keys.push_back(key);
+  for (std::uint32_t i = 0; i < node->size; ++i, key = tape.next(key + 1)) keys.push_back(key);
   std::stable_sort(keys.begin(), keys.end(),
                    [](const json::Node* a, const json::Node* b) { return a->string() < b->string(); });
   text += '{';
@@ -135,7 +134,7 @@ void append_object(std::string& text, json::Tape& tape, json::Node* node, std::s
   text += '}';
 }
 
-void append_value(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted) {
+void append_value(std::string& text, json::Tape& tape, json::Node* node) {
   if (node->kind == json::Kind::null) text += "null";
   if (node->kind == json::Kind::boolean) text += node->truth ? "true" : "false";
   if (node->kind == json::Kind::number) {
@@ -144,7 +143,21 @@ void append_value(std::string& text, json::Tape& tape, json::Node* node, std::st
   }
   if (node->kind == json::Kind::string) append_string(text, node->string());
   if (node->kind == json::Kind::array) append_array(text, tape, node);
-  if (node->kind == json::Kind::object) append_object(text, tape, node, omitted);
+  if (node->kind == json::Kind::object) append_object(text, tape, node);
+}
+
+/// Precondition: `root` is an object.
+Digests digests_of(json::Tape& tape, json::Node* root) {
+  Digests digests;
+  std::string text;
+  json::Node* key = root + 1;
+  for (std::uint32_t i = 0; i < root->size; ++i, key = tape.next(key + 1)) {
+    if (key->string() == "job") continue;
+    text.clear();
+    append_value(text, tape, key + 1);
+    digests.emplace(key->string(), tracer::sha256_hex(text));
+  }
+  return digests;
 }
 
 }  // namespace
@@ -162,15 +175,12 @@ tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape
   return std::move(reading.document);
 }
 
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, std::string* canonical) {
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests) {
   return read_request<Document>(bytes, limits.document, [&](json::Tape& tape, Document& document) {
     auto read = read_scene(tape, tape.root(), limits);
     if (!read) return std::move(read.error());
     document = std::move(*read);
-    if (canonical != nullptr) {
-      canonical->clear();
-      append_value(*canonical, tape, tape.root(), "job");
-    }
+    if (digests != nullptr) *digests = digests_of(tape, tape.root());
     return std::vector<tracer::Issue>();
   });
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <variant>
 
+#include "api/document.h"
 #include "tracer/requirements.h"
 
 namespace api {
@@ -75,11 +76,22 @@ bool takes_many_samples(const tracer::Scene& scene) {
 
 }  // namespace
 
-std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
+SceneContent content_of(const tracer::Scene& scene) {
+  const Counts counts(scene);
+  const bool named_files = std::any_of(scene.assets.begin(), scene.assets.end(), [](const tracer::Asset& asset) {
+    return !asset.name.starts_with(upload_prefix);
+  });
+  return {counts.objects * object_bytes + counts.triangles * triangle_bytes, counts.mesh_files, named_files};
+}
+
+std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content) {
   const std::uint64_t each =
       (scene.accuracy.adaptive ? adaptive_pixel_bytes : pixel_bytes) + scene.output.layers.size() * layer_pixel_bytes;
-  const Counts counts(scene);
-  return scene.image.window().pixels() * each + counts.objects * object_bytes + counts.triangles * triangle_bytes;
+  return scene.image.window().pixels() * each + content.memory_bytes;
+}
+
+std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
+  return estimated_memory_bytes(scene, content_of(scene));
 }
 
 std::optional<double> estimated_work(const tracer::Scene& scene) {
@@ -99,8 +111,10 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
   return estimated_memory_bytes(scene) + pixels * (adapting + measure_pixel_bytes);
 }
 
-bool is_large(const tracer::Scene& scene) {
-  return takes_many_samples(scene) || estimated_memory_bytes(scene) > 256u << 20 || Counts(scene).mesh_files;
+bool is_large(const tracer::Scene& scene, const SceneContent& content) {
+  return takes_many_samples(scene) || estimated_memory_bytes(scene, content) > 256u << 20 || content.mesh_files;
 }
+
+bool is_large(const tracer::Scene& scene) { return is_large(scene, content_of(scene)); }
 
 }  // namespace api

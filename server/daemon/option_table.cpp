@@ -71,7 +71,10 @@ constexpr std::array table{
     number("batch_jobs", "10000", &C::batch_jobs, 1, 100'000,
            "jobs of a batch, which are stored at once; ten minutes of film"),
     number("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * gibi,
-           "size of all documents of a batch, each complete; 10,000 scenes of 26 KiB"),
+           "size of the scene and all patches of a batch, which are stored at once; 10,000 patches of 26 KiB"),
+    number("batch_values", "20000000", &C::batch_values, 1000, 1'000'000'000,
+           "JSON values of all documents of a batch that are read completely, those that change materials, objects or "
+           "what they name; a batch takes some seconds"),
     number("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
            "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
     number("key_running_jobs", "0", &C::key_running_jobs, 0, 64,

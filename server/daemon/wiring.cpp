@@ -72,6 +72,7 @@ std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config
                            "queued_jobs",
                            "batch_jobs",
                            "batch_bytes",
+                           "batch_values",
                            "key_queued_jobs",
                            "key_artifact_bytes",
                            "wall_time_s",
@@ -246,7 +247,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
           .assets = storage.uploads,
           .clock = queue::system_clock(),
           .limits = limits,
-          .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes},
+          .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes, config.batch_values},
           .missing_files = [assets = config.assets, &uploads = storage.uploads](
                                const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
           .sha256 = tracer::sha256_hex,

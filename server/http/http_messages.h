@@ -87,6 +87,7 @@ struct Route {
   std::string pattern;  ///< "/v1/jobs/{id}": a name in braces matches one segment of the path
   Handler handler;
   std::vector<std::string> query;  ///< accepted query parameters; requests with others are refused
+  bool one_at_a_time = false;      ///< takes up to seconds: one thread handles the requests of all such routes
 };
 
 Reply problem_reply(const Problem& problem, const std::string& request_id);

@@ -3,6 +3,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -102,6 +103,13 @@ Answer route(const std::vector<Route>& routes, Request& request) {
   return reply;
 }
 
+bool is_one_at_a_time(const std::vector<Route>& routes, const RequestHead& head) {
+  const std::string path = percent_decoded(head.path).value_or(head.path);
+  return std::any_of(routes.begin(), routes.end(), [&](const Route& route) {
+    return route.one_at_a_time && route.method == head.method && match(route.pattern, path);
+  });
+}
+
 }  // namespace
 
 /// Threads that run handlers, behind a bounded queue.
@@ -109,10 +117,13 @@ class HandlerPool {
  public:
   /// Must not throw.
   using Task = std::function<void()>;
+  /// Requests of the last two take up to seconds. They use at most half of the threads (at least one) and of the queue,
+  /// so that short requests do not wait for them; and one of the last runs at a time.
+  enum Lane { ordinary, large_body, one_at_a_time };
 
   /// `waiting_max` is the length of the queue.
   HandlerPool(std::size_t threads, std::size_t waiting_max)
-      : large_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
+      : slow_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
   }
 
@@ -126,13 +137,14 @@ class HandlerPool {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  /// Returns false at once if the queue is full. Requests with a large body take up to a second to parse. They use at
-  /// most half of the threads (at least one), so that short requests do not wait for them.
-  bool submit(Task task, bool large_body) {
+  /// Returns false at once if the queue is full.
+  bool submit(Task task, Lane lane) {
     {
       const std::lock_guard lock(mutex_);
-      if (small_.size() + large_.size() >= waiting_max_) return false;
-      (large_body ? large_ : small_).push_back(std::move(task));
+      const std::size_t slow = lanes_[large_body].size() + lanes_[one_at_a_time].size();
+      if (lanes_[ordinary].size() + slow >= waiting_max_) return false;
+      if (lane != ordinary && slow >= std::max<std::size_t>(1, waiting_max_ / 2)) return false;
+      lanes_[lane].push_back(std::move(task));
     }
     changed_.notify_one();
     return true;
@@ -142,39 +154,49 @@ class HandlerPool {
   void resume(Task task) {
     {
       const std::lock_guard lock(mutex_);
-      small_.push_front(std::move(task));
+      lanes_[ordinary].push_front(std::move(task));
     }
     changed_.notify_one();
   }
 
  private:
+  [[nodiscard]] bool may_run(Lane lane) const {
+    if (lanes_[lane].empty()) return false;
+    if (lane == ordinary) return true;
+    return running_[large_body] + running_[one_at_a_time] < slow_max_ && (lane == large_body || running_[lane] == 0);
+  }
+
   void run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      const auto large_may_run = [&] { return !large_.empty() && large_running_ < large_max_; };
-      const auto all_taken = [&] { return small_.empty() && large_.empty(); };
-      changed_.wait(lock, [&] { return !small_.empty() || large_may_run() || (stopping_ && all_taken()); });
-      if (all_taken()) return;
-      const bool large = large_may_run();
-      std::deque<Task>& queue = large ? large_ : small_;
-      Task task = std::move(queue.front());
-      queue.pop_front();
-      large_running_ += large ? 1 : 0;
+      const auto all_taken = [&] {
+        return std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane.empty(); });
+      };
+      std::optional<Lane> next;
+      changed_.wait(lock, [&] {
+        for (const Lane lane : {ordinary, large_body, one_at_a_time})  // the last that may run is chosen
+          if (may_run(lane)) next = lane;
+        return next || (stopping_ && all_taken());
+      });
+      if (!next) return;
+      Task task = std::move(lanes_[*next].front());
+      lanes_[*next].pop_front();
+      ++running_[*next];
       lock.unlock();
       task();
-      task = nullptr;             // frees the request without the lock
-      if (large) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
+      task = nullptr;                         // frees the request without the lock
+      if (*next != ordinary) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
       lock.lock();
-      large_running_ -= large ? 1 : 0;
+      --running_[*next];
       if (stopping_) changed_.notify_all();
     }
   }
 
-  const std::size_t large_max_, waiting_max_;
+  const std::size_t slow_max_, waiting_max_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Task> small_, large_;
-  std::size_t large_running_ = 0;
+  std::array<std::deque<Task>, 3> lanes_;
+  std::array<std::size_t, 3> running_{};
   bool stopping_ = false;
   std::vector<std::thread> threads_;
 };
@@ -254,14 +276,18 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   pending->started = now;
   client.pending = pending;
   client.notified = false;
-  const bool large_body = pending->request.body.spooled();
+  const bool spooled = pending->request.body.spooled();
+  const auto lane = is_one_at_a_time(routes_, pending->request.head) ? HandlerPool::one_at_a_time
+                    : spooled                                        ? HandlerPool::large_body
+                                                                     : HandlerPool::ordinary;
   const bool accepted = pool_->submit(
       [this, pending] {
         post_answer(pending, guarded(pending->request, [&] { return route(routes_, pending->request); }));
       },
-      large_body);
+      lane);
   if (accepted) return;
-  const Problem problem{failures::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait"};
+  const Problem problem{failures::overloaded,
+                        "too many requests wait for a handler, at most " + std::to_string(settings_.waiting_max)};
   ReplyReady refused = ready(pending, problem_reply(problem, pending->request.id));
   start_reply(client, refused, now);
 }

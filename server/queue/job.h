@@ -85,10 +85,11 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
-  std::string accuracy;             ///< as requested by the document: JSON text written by api::, opaque here
-  bool large = false;               ///< may take long (api::is_large), or has taken long
-  std::vector<std::string> assets;  ///< sha256 of the uploads that the document names; kept as long as the job
-  std::string report;               ///< JSON text written by api::, opaque here; empty until the job succeeded
+  std::string accuracy;  ///< as requested by the document: JSON text written by api::, opaque here
+  bool large = false;    ///< may take long (api::is_large), or has taken long
+  /// The sha256 of the uploads that the document names; kept as long as the job. Those of a batch are in CommonScene.
+  std::vector<std::string> assets;
+  std::string report;  ///< JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;
   std::vector<Artifact> artifacts;
   bool artifacts_synced = true;  ///< false: power loss may have deleted or truncated them
@@ -140,11 +141,14 @@ struct Idempotency {
 
 struct Submission {
   JobKind kind = JobKind::render;
-  std::string document = {};  ///< kept verbatim
-  api::Document parsed = {};  ///< its result of api::parse_scene
-  std::string accuracy = {};  ///< see Job
-  std::string owner = {};     ///< name of the API key; empty without keys
-  int weight = 1;             ///< see Job
+  std::string document = {};  ///< kept verbatim; in a batch its patch (api::apply_patch)
+  api::JobRequest job = {};
+  std::uint32_t width = 0, height = 0;
+  bool large = false;
+  std::vector<std::string> assets = {};  ///< see Job
+  std::string accuracy = {};             ///< see Job
+  std::string owner = {};                ///< name of the API key; empty without keys
+  int weight = 1;                        ///< see Job
   /// Identifies the images: sha256 of the canonical document, the files and the build. Empty: not in the result cache.
   std::string content_key = {};
   std::optional<Idempotency> idempotency = std::nullopt;
@@ -165,6 +169,12 @@ struct Batch {
   int size = 0;                   ///< number of jobs at first
 };
 
+/// The document that the jobs of a batch have in common. It is kept as long as one of their documents.
+struct CommonScene {
+  std::string document;
+  std::vector<std::string> assets;  ///< sha256 of the uploads that the jobs name
+};
+
 /// A batch and the states of its jobs that were not removed.
 struct BatchState {
   Batch batch;
@@ -172,7 +182,8 @@ struct BatchState {
 };
 
 struct BatchSubmission {
-  std::vector<Submission> jobs;  ///< at least one; without idempotency of their own
+  std::vector<Submission> jobs;  ///< at least one; without assets and idempotency of their own
+  CommonScene scene;
   std::string name, owner;
   std::optional<int> max_failed;
   std::optional<Idempotency> idempotency;

@@ -52,6 +52,8 @@ struct Claim {
   std::string document;
   std::int64_t fence = 0;
   bool is_last = false;  ///< no other job of the requested kind can be claimed now
+  /// The scene of the batch, of which `document` is a patch (api::apply_patch).
+  std::optional<std::string> scene = std::nullopt;
 };
 
 /// Return of a running job to the queue.
@@ -84,8 +86,8 @@ struct KeptReply {
 };
 
 struct NewJob {
-  Job job;  ///< queued, or succeeded with the report and artifacts of an equal one
-  std::string document;
+  Job job;               ///< queued, or succeeded with the report and artifacts of an equal one
+  std::string document;  ///< with InsertRequest::scene its patch
 };
 
 /// The owner of a claim and the end of its lease.
@@ -99,6 +101,7 @@ struct InsertRequest {
   std::vector<NewJob> jobs;
   std::optional<Batch> batch = std::nullopt;  ///< contains the jobs
   std::optional<KeptReply> reply = std::nullopt;
+  std::optional<CommonScene> scene = std::nullopt;  ///< common to the documents, which are patches of it
   bool durable = true;
   /// Claims the job (the only one) if it may run and no other job waits. One transaction and two thread switches less
   /// are a tenth of the time of a small job.
@@ -178,7 +181,7 @@ class JobStore {
   virtual std::optional<Job> find(const std::string& id) = 0;
   /// The newest succeeded job with this content key that expires after `expires_after` or never.
   virtual std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) = 0;
-  virtual std::optional<std::string> document(const std::string& id) = 0;
+  virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted
   /// At most `limit` (>= 1) jobs older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   /// Changes all fields or none. With `revision`: only while the job has that one.

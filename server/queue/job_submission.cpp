@@ -1,8 +1,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/document.h"
-#include "api/estimate.h"
 #include "server/queue/queue.h"
 
 namespace queue {
@@ -12,14 +10,6 @@ using Announcement = JobNotifications::PendingAnnouncement;
 
 ReplyKey key_of(const std::string& owner, const std::optional<Idempotency>& idempotency) {
   return idempotency ? ReplyKey{owner, idempotency->route, idempotency->key} : ReplyKey{};
-}
-
-std::vector<std::string> uploads_of(const tracer::Scene& scene) {
-  std::vector<std::string> hashes;
-  for (const tracer::Asset& asset : scene.assets) {
-    if (asset.name.starts_with(api::upload_prefix)) hashes.push_back(asset.name.substr(api::upload_prefix.size()));
-  }
-  return hashes;
 }
 
 /// Rejected where the earlier request under the same key was another one.
@@ -84,7 +74,7 @@ class JobSubmission::QuotaReservation {
 };
 
 Job JobSubmission::job_of(const Submission& submission) {
-  const api::JobRequest& request = submission.parsed.job;
+  const api::JobRequest& request = submission.job;
   Job job;
   job.id = context_.ids.next();
   job.kind = submission.kind;
@@ -100,11 +90,11 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.expires_in_s = request.expires_in_s;
   job.webhook = request.webhook;
   job.labels = request.labels;
-  job.width = submission.parsed.scene.image.window().width();
-  job.height = submission.parsed.scene.image.window().height();
+  job.width = submission.width;
+  job.height = submission.height;
   job.accuracy = submission.accuracy;
-  job.large = job.kind == JobKind::measure || api::is_large(submission.parsed.scene);
-  job.assets = uploads_of(submission.parsed.scene);
+  job.large = submission.large;
+  job.assets = submission.assets;
   if (request.cache != api::CacheUse::off) job.content_key = submission.content_key;
   return job;
 }
@@ -128,7 +118,7 @@ bool JobSubmission::finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bo
 
 NewJob JobSubmission::new_job(Submission submission, ArtifactPins::Pinned& pinned) {
   NewJob fresh{job_of(submission), std::move(submission.document)};
-  const bool may_use = submission.parsed.job.cache == api::CacheUse::use && !fresh.job.content_key.empty();
+  const bool may_use = submission.job.cache == api::CacheUse::use && !fresh.job.content_key.empty();
   if (may_use) finish_from_cache(fresh.job, pinned, submission.durable);
   return fresh;
 }
@@ -217,6 +207,7 @@ tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmi
   const Batch batch{context_.ids.next(), submission.owner,      submission.name,
                     context_.clock(),    submission.max_failed, size};
   request.batch = batch;
+  request.scene = std::move(submission.scene);
   BatchState state{batch, {}};
   for (Submission& job : submission.jobs) {
     NewJob& fresh = request.jobs.emplace_back(new_job(std::move(job), pinned));

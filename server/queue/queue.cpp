@@ -4,6 +4,8 @@
 #include <exception>
 #include <utility>
 
+#include "api/batch.h"
+
 namespace queue {
 namespace {
 
@@ -82,7 +84,12 @@ std::optional<Claim> JobLifecycle::claim(const ClaimFilter& filter) {
   const std::int64_t now = context_.clock();
   const ClaimTerms terms{context_.boot_id, now + context_.settings.lease_ms};
   auto claim = context_.stores.transitions.claim(terms, now, filter);
-  if (claim) context_.notifications.notify_claimed(*claim);
+  if (!claim) return claim;
+  if (claim->scene) {  // a patch that does not apply was not accepted; the worker reports it as bad_scene
+    claim->document = api::apply_patch(*claim->scene, claim->document).value_or(claim->document);
+    claim->scene.reset();
+  }
+  context_.notifications.notify_claimed(*claim);
   return claim;
 }
 

@@ -51,6 +51,30 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   EXPECT_FALSE(store().find_batch(id_of(0)));
 }
 
+TEST_P(JobStoreConformance, KeepsTheSceneOfABatchAsLongAsOneOfItsDocuments) {
+  const std::string upload(64, 'a');
+  InsertRequest request = batch_of(3);
+  request.scene = CommonScene{"scene", {upload}};
+  request.jobs[0].job.expires_at = now + 5;
+  store().insert(request, now);
+  submit([](Job& job) { job.owner = "ann"; });
+  reopen();
+  const Claim first = claim();
+  EXPECT_EQ(first.document, "document 0");
+  EXPECT_EQ(first.scene, "scene");
+  store().succeed(first.job.id, first.fence, now, "{}", {});
+  EXPECT_EQ(store().run_maintenance(now + 5, 1000, 10).expired, 1);
+  EXPECT_TRUE(store().is_asset_referenced(upload));
+  EXPECT_EQ(claim().scene, "scene") << "of another job";
+  store().remove(id_of(2));
+  EXPECT_TRUE(store().is_asset_referenced(upload));
+  store().succeed(id_of(1), 1, now, "{}", {});
+  store().remove(id_of(1));
+  EXPECT_FALSE(store().is_asset_referenced(upload));
+  EXPECT_TRUE(store().find(id_of(0))) << "expired, without a document";
+  EXPECT_EQ(claim().scene, std::nullopt) << "submitted alone";
+}
+
 TEST_P(JobStoreConformance, InsertsNothingOfABatchUnderAUsedKey) {
   InsertRequest admission = batch_of(2);
   const KeptReply reply{{"ann", "POST /v1/batches", "k"}, "hash", {202, "", "{}"}, now + 10};

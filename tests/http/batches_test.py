@@ -7,6 +7,7 @@ import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
 from tests.http.events_test import Stream
+from tests.support.whittle import SCENES
 
 FAR = "2099-01-01T00:00:00Z"
 PAST = "2001-01-01T00:00:00Z"
@@ -144,6 +145,36 @@ class Batches(OneDaemon):
         self.assertIn("(with /camera/fov = 300)", detail)
         self.assertEqual(json_of(self.daemon.get("/v1/jobs?limit=1")), before)
 
+    def test_of_a_sweep_that_sets_a_value_and_a_part_of_it_is_refused(self):
+        problem = self.assert_problem(self.submit({"scene": scene(), "sweep": {"/camera": [7], "/camera/fov": [30]}}), 422,
+                                      "bad_scene")
+        self.assertEqual([(error["pointer"], error["code"]) for error in problem["errors"]], [("#/scene", "conflict")])
+
+    def test_is_cached_like_jobs_submitted_alone(self):
+        frames = [{"camera": {"fov": fov}} for fov in (31, 32)] + [{"objects": scene()["objects"][:1]}, {"name": None}]
+        alone = [scene(name="alone", camera={**scene()["camera"], "fov": 32}, job={"cache": "use"}),
+                 scene(name="alone", objects=scene()["objects"][:1], job={"cache": "use"})]
+        images = [self.daemon.request("POST", "/v1/jobs", document, {"Prefer": "wait=60"}) for document in alone]
+        batch = self.accepted({"scene": scene(name="alone", job={"cache": "use"}), "frames": frames})
+        self.assertEqual(batch["jobs"]["succeeded"], 2)
+        self.ended(batch)
+        jobs = self.jobs(batch)
+        for job, image in zip(jobs[1:3], images):
+            self.assertEqual(job["artifacts"][0]["sha256"], json_of(image)["artifacts"][0]["sha256"])
+        again = self.daemon.request("POST", "/v1/jobs", scene(name="alone", camera={**scene()["camera"], "fov": 31}, job={"cache": "use"}))
+        self.assertEqual(again.headers["X-Cache"], "hit")
+
+    def test_keeps_its_uploads(self):
+        data = (SCENES / "assets/tile.png").read_bytes()
+        upload = hashlib.sha256(data).hexdigest()
+        material = {"color": {"file": f"sha256:{upload}"}}
+        objects = [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": material}]
+        body = {"scene": scene(objects=objects), "frames": [{}, {"camera": {"fov": 30}}]}
+        problem = self.assert_problem(self.submit(body), 422, "bad_scene")
+        self.assertEqual([error["code"] for error in problem["errors"]], ["bad_asset"])
+        self.daemon.request("PUT", f"/v1/assets/{upload}", data)
+        self.assertEqual(self.ended(self.accepted(body))["state"], "succeeded")
+
     def test_under_the_same_key_is_submitted_once(self):
         body = {"name": "once", "scene": scene(name="once"), "frames": [{}, {}]}
         replies = []
@@ -179,12 +210,13 @@ class Batches(OneDaemon):
 class Limits(unittest.TestCase):
     def test_apply_to_the_batch_as_a_whole(self):
         waiting = scene(job={"run_after": FAR})
-        with Daemon("--queued-jobs", "2", "--batch-jobs", "3", "--batch-bytes", "2048") as daemon:
+        with Daemon("--queued-jobs", "2", "--batch-jobs", "3", "--batch-bytes", "4096", "--batch-values", "1000") as daemon:
             reply = daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": [{}] * 3})
             self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:queue_full"))
             self.assertEqual(json_of(daemon.get("/v1/jobs"))["items"], [])
             for frames, name in (([{}] * 4, "batch_jobs is 3"),
-                                 ([{"job": {"labels": {str(i): "x" * 250 for i in range(4)}}}] * 2, "batch_bytes is 2048")):
+                                 ([{"job": {"labels": {str(i): "x" * 250 for i in range(8)}}}] * 2, "batch_bytes is 4096"),
+                                 ([{"ambient": [1] * 400}] * 3, "batch_values is 1000")):
                 reply = daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": frames})
                 self.assertEqual(reply.status, 422, reply.body)
                 self.assertIn(name, reply.body.decode())

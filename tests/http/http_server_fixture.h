@@ -117,7 +117,10 @@ class HttpServerTest : public testing::Test {
  protected:
   void serve(const std::vector<std::pair<std::string, http::Handler>>& handlers) {
     std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
-    for (const auto& [path, handler] : handlers) routes.push_back({"GET", path, handler, {}});
+    for (const auto& [path, handler] : handlers) {
+      const bool one_at_a_time = std::find(slow_paths.begin(), slow_paths.end(), path) != slow_paths.end();
+      routes.push_back({"GET", path, handler, {}, one_at_a_time});
+    }
     settings.spool_directory = testing::TempDir();
     server = std::make_unique<http::HttpServer>(
         settings, routes, [this] { return std::to_string(++request_count); }, telemetry::Log(telemetry::Level::error));
@@ -131,6 +134,7 @@ class HttpServerTest : public testing::Test {
     return condition();
   }
 
+  std::vector<std::string> slow_paths;  ///< routes whose requests are handled one at a time
   http::HttpServerSettings settings;
   std::atomic<int> request_count = 0;
   std::unique_ptr<http::HttpServer> server;

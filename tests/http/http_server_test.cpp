@@ -1,5 +1,7 @@
 /// The HTTP server with handlers of the test: full queues, deferred replies, failing handlers and sources, drain.
 
+#include <deque>
+
 #include "server/queue/job_store.h"
 #include "tests/http/http_server_fixture.h"
 
@@ -30,6 +32,55 @@ TEST_F(HttpServerTest, AnswersOverloadedAtOnceIfTheHandlerQueueIsFull) {
   EXPECT_EQ(second.read_reply().body, "root");
   third.send_get("/");
   EXPECT_EQ(third.read_reply().body, "root") << "the connection of the refused request stays open";
+}
+
+TEST_F(HttpServerTest, HandlesSlowRoutesOneAtATime) {
+  Barrier barrier;
+  std::atomic<int> running = 0, running_max = 0;
+  const auto slow = [&](Request&) -> Answer {
+    running_max = std::max(running_max.load(), ++running);
+    barrier.wait();
+    --running;
+    return text("slow");
+  };
+  slow_paths = {"/a", "/b/{id}"};
+  serve({{"/a", slow}, {"/b/{id}", slow}});
+  std::deque<Client> clients;
+  for (const char* path : {"/a", "/b/1", "/%61", "/b/%32"}) clients.emplace_back(server->port()).send_get(path);
+  ASSERT_TRUE(eventually([&] { return request_count == 4; }));
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
+  Client other = client();
+  for (int i = 0; i < 100; ++i) {
+    other.send_get("/");
+    EXPECT_EQ(other.read_reply().body, "root");
+  }
+  EXPECT_EQ(running_max, 1);
+  barrier.open();
+  for (Client& each : clients) EXPECT_EQ(each.read_reply().body, "slow");
+  EXPECT_EQ(running_max, 1);
+}
+
+TEST_F(HttpServerTest, SlowRoutesTakeHalfOfTheQueue) {
+  Barrier barrier;
+  settings.handler_threads = 2;
+  settings.waiting_max = 4;
+  slow_paths = {"/slow"};
+  serve({{"/slow", [&](Request&) -> Answer {
+            barrier.wait();
+            return text("slow");
+          }}});
+  Client running = client(), first = client(), second = client(), third = client(), other = client();
+  running.send_get("/slow");
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
+  first.send_get("/slow");
+  second.send_get("/slow");
+  ASSERT_TRUE(eventually([&] { return request_count == 3; }));
+  third.send_get("/slow");
+  EXPECT_EQ(third.read_reply().status, 503);
+  other.send_get("/");
+  EXPECT_EQ(other.read_reply().body, "root");
+  barrier.open();
+  for (Client* each : {&running, &first, &second}) EXPECT_EQ(each->read_reply().body, "slow");
 }
 
 TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {

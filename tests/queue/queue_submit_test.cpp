@@ -165,8 +165,8 @@ TEST_F(SubmitTest, DeletesAReplyAfterItsTime) {
 
 TEST_F(SubmitTest, MaintenanceDeletesExpiredImagesThatNoOtherJobNames) {
   Submission kept = submission("key"), expiring = submission("key");
-  expiring.parsed.job.expires_in_s = 1;
-  expiring.parsed.job.cache = api::CacheUse::off;
+  expiring.job.expires_in_s = 1;
+  expiring.job.cache = api::CacheUse::off;
   const std::string first = queue.submission.submit(std::move(kept))->view.job.id;
   EXPECT_TRUE(run_one("abc"));
   const std::string second = queue.submission.submit(std::move(expiring))->view.job.id;

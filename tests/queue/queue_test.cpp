@@ -71,7 +71,7 @@ class QueueTest : public testing::Test {
   std::string submit(const std::string& name = "", const std::string& document = "{}") {
     Submission submission;
     submission.document = document;
-    submission.parsed.job.name = name;
+    submission.job.name = name;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
   bool succeed(const Claim& claim, const std::string& image) {
@@ -114,22 +114,29 @@ TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
 }
 
 TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
-  api::Document parsed;
   const api::Webhook webhook{"https://example.org/", {"failed"}};
-  parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
-  parsed.scene.image = {320, 200};
-  parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + std::string(64, 'a'), ""}};
-  const JobView view =
-      queue.submission
-          .submit(
-              {.kind = JobKind::measure, .document = "verbatim", .parsed = parsed, .accuracy = "{}", .owner = "ann"})
-          ->view;
+  const api::JobRequest request = {
+      "orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
+  const JobView view = queue.submission
+                           .submit({.kind = JobKind::measure,
+                                    .document = "verbatim",
+                                    .job = request,
+                                    .width = 320,
+                                    .height = 200,
+                                    .large = true,
+                                    .assets = {std::string(64, 'a')},
+                                    .accuracy = "{}",
+                                    .owner = "ann",
+                                    .weight = 7})
+                           ->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
   EXPECT_EQ(job.labels.at("batch"), "orbit");
   EXPECT_EQ(job.priority, 80);
   EXPECT_EQ(job.max_attempts, 5);
   EXPECT_EQ(job.owner, "ann");
+  EXPECT_EQ(job.weight, 7);
+  EXPECT_TRUE(job.large);
   EXPECT_EQ(job.kind, JobKind::measure);
   EXPECT_EQ(job.accuracy, "{}");
   EXPECT_EQ(job.run_after, 1'700'000'060'000);
@@ -138,7 +145,7 @@ TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
   EXPECT_EQ(job.expires_in_s, 3600);
   EXPECT_EQ(job.webhook, webhook);
   EXPECT_EQ(job.width, 320u);
-  EXPECT_EQ(job.assets, std::vector{std::string(64, 'a')}) << "uploads alone";
+  EXPECT_EQ(job.assets, std::vector{std::string(64, 'a')});
   EXPECT_EQ(job.height, 200u);
   EXPECT_EQ(job.created_at, 1'700'000'000'000);
   EXPECT_EQ(job.state, JobState::queued);
@@ -149,18 +156,17 @@ TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
 TEST_F(QueueTest, RegistersAWebhookBeforeItsJobIsStored) {
   RecordingListener listener(store);
   queue.notifications.set_completion_listener(&listener);
-  api::Document parsed;
-  parsed.job.webhook = api::Webhook{"http://a/"};
-  const std::string first = queue.submission.submit({.document = "{}", .parsed = parsed})->view.job.id,
-                    second = submit();
+  api::JobRequest request;
+  request.webhook = api::Webhook{"http://a/"};
+  const std::string first = queue.submission.submit({.document = "{}", .job = request})->view.job.id, second = submit();
   succeed(*queue.lifecycle.claim(), "image");
   queue.lifecycle.cancel(second);
   EXPECT_EQ(listener.calls, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
   listener.failing = true;
-  EXPECT_THROW((void)queue.submission.submit({.document = "{}", .parsed = parsed}), StoreFailure);
+  EXPECT_THROW((void)queue.submission.submit({.document = "{}", .job = request}), StoreFailure);
   EXPECT_EQ(store.count(JobState::queued), 0) << "its end would not be reported";
   queue.notifications.set_completion_listener(nullptr);
-  EXPECT_TRUE(queue.submission.submit({.document = "{}", .parsed = parsed}));
+  EXPECT_TRUE(queue.submission.submit({.document = "{}", .job = request}));
 }
 
 TEST_F(QueueTest, RejectsAndDoesNotStoreJobsAboveTheLimit) {

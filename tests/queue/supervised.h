@@ -94,14 +94,14 @@ class SupervisorTest : public testing::Test {
   std::string submit(const std::string& document, int max_attempts = 3) {
     queue::Submission submission;
     submission.document = document;
-    submission.parsed.job.max_attempts = max_attempts;
+    submission.job.max_attempts = max_attempts;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// One that api::is_large.
   std::string submit_large(const std::string& document) {
     queue::Submission submission;
     submission.document = document;
-    submission.parsed.scene.accuracy.samples = 1000;
+    submission.large = true;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// Failed at its deadline, but had begun: one that had not, on a busy machine, is followed by another with more time.
@@ -109,7 +109,7 @@ class SupervisorTest : public testing::Test {
     for (std::int64_t time_ms = 300;; time_ms *= 4) {
       queue::Submission submission;
       submission.document = document;
-      submission.parsed.job.deadline = queue::system_clock()() + time_ms;
+      submission.job.deadline = queue::system_clock()() + time_ms;
       const std::string id = queue.submission.submit(std::move(submission))->view.job.id;
       if (!reaches(id, queue::JobState::failed) || find(id).attempt > 0) return id;
     }

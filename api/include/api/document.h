@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -95,13 +96,15 @@ struct Refusal {
   std::vector<tracer::Issue> issues;
 };
 
+/// The sha256 of the canonical text of each member of a document except "job", by name. Canonical texts are equal for
+/// values with the same content in another order, with other blanks, escapes or spellings of numbers: members are
+/// sorted by the bytes of their names, and numbers are the shortest decimals that read back as the same double.
+using Digests = std::map<std::string, std::string, std::less<>>;
+
 /// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and about 1 GB).
 /// Accepts any bytes and never throws: if memory runs out, the document is `too_large`. Thread-safe.
 ///
-/// If `canonical` is given and the document is valid, it receives the canonical text: equal for documents with the same
-/// content in another order, with other blanks, escapes or spellings of numbers. The member "job" is omitted, members
-/// are sorted by the bytes of their names, and numbers are the shortest decimals that read back as the same double.
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits,
-                                              std::string* canonical = nullptr);
+/// If `digests` is given and the document is valid, it receives those of its members.
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests = nullptr);
 
 }  // namespace api

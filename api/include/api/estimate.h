@@ -8,11 +8,21 @@
 
 namespace api {
 
+/// The facts of a scene that its objects, materials and files determine.
+struct SceneContent {
+  std::uint64_t memory_bytes = 0;  ///< share of estimated_memory_bytes
+  bool mesh_files = false;         ///< there are meshes of files
+  bool named_files = false;        ///< there are files that are no uploads, so that the document does not identify them
+};
+SceneContent content_of(const tracer::Scene& scene);
+
 /// Bytes of memory for compiling, tracing and encoding, beyond those of an idle worker. The sum of measured parts
 /// (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 140 with adaptive sampling,
 /// and 30 for each layer; a triangle of a mesh 150; any other object 650, including the reading of the document. An
 /// instance counts as an object, its prototype once. The contents of files are unknown and count nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
+/// The same; `scene` needs no objects, as `content` is that of the complete scene.
+std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content);
 /// The same for a measurement of the scene: its sampling is always adaptive, and each pixel takes 150 bytes more for
 /// sums of the reference and for the images that are compared.
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
@@ -30,5 +40,6 @@ std::optional<double> estimated_work(const tracer::Scene& scene);
 /// if it is estimated to take more than 256 MiB, which takes a second to build; or if it has meshes of files, whose
 /// size is unknown. Some expensive scenes, such as facing mirrors, cannot be recognised before they are traced.
 bool is_large(const tracer::Scene& scene);
+bool is_large(const tracer::Scene& scene, const SceneContent& content);  ///< see estimated_memory_bytes
 
 }  // namespace api

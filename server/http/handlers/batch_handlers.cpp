@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <set>
 #include <utility>
 
 #include "api/estimate.h"
@@ -73,15 +74,23 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
                                                          const ApiContext& context) {
   queue::BatchSubmission submission;
   std::optional<Problem> problem;
-  const auto take = [&](std::string document, api::Document parsed, std::string canonical) {
-    const std::uint64_t memory_bytes = api::estimated_memory_bytes(parsed.scene);
-    if (!problem) problem = deployment_problem(parsed.scene, memory_bytes, "/scene", context);
-    submission.jobs.push_back(
-        submission_of(request, {std::move(document), std::move(parsed), std::move(canonical)}, context));
+  std::set<std::string> known_assets;
+  const auto take = [&](api::Frame frame) {
+    tracer::Scene& scene = frame.document.scene;
+    std::erase_if(scene.assets, [&](const tracer::Asset& asset) { return !known_assets.insert(asset.name).second; });
+    const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene, frame.content);
+    if (!problem) problem = deployment_problem(scene, memory_bytes, "/scene", context);
+    queue::Submission job = submission_of(
+        request, {std::move(frame.patch), std::move(frame.document), std::move(frame.digests), frame.content}, context);
+    std::vector<std::string>& uploads = submission.scene.assets;
+    uploads.insert(uploads.end(), job.assets.begin(), job.assets.end());
+    job.assets.clear();
+    submission.jobs.push_back(std::move(job));
   };
-  const auto parsed_batch = api::parse_batch(body, context.batch_limits, take);
+  auto parsed_batch = api::parse_batch(body, context.batch_limits, take);
   if (!parsed_batch) return problem_of(parsed_batch.error());
   if (problem) return *std::move(problem);
+  submission.scene.document = std::move(parsed_batch->scene);
   submission.name = parsed_batch->name;
   submission.max_failed = parsed_batch->max_failed;
   submission.owner = request.owner;

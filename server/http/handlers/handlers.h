@@ -93,7 +93,8 @@ Answer get_metrics(const Health& health);
 struct Scene {
   std::string document;
   api::Document parsed;
-  std::string canonical;  ///< see api::parse_scene
+  api::Digests digests;
+  api::SceneContent content;  ///< see api::content_of
 };
 /// Takes the body of a request that must be JSON. Problems: 411, 415.
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
@@ -103,6 +104,8 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
 /// estimate of api/estimate.h, `at` the JSON pointer of the scene in the document.
 std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
                                           const ApiContext& context);
+/// The sha256 of the uploads that a scene names.
+std::vector<std::string> uploads_of(const tracer::Scene& scene);
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
 /// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,

@@ -182,9 +182,14 @@ Answer measure(Request& request, const ApiContext& context) {
   submission.kind = queue::JobKind::measure;
   submission.owner = request.owner;
   submission.weight = request.owner_weight;
-  submission.accuracy = api::write_accuracy(measurement->document.scene.accuracy);
+  const tracer::Scene& scene = measurement->document.scene;
+  submission.accuracy = api::write_accuracy(scene.accuracy);
+  submission.width = scene.image.window().width();
+  submission.height = scene.image.window().height();
+  submission.large = true;
+  submission.assets = uploads_of(scene);
   submission.document = std::move(*body);
-  submission.parsed = std::move(measurement->document);
+  submission.job = std::move(measurement->document.job);
   return submit_and_reply(request, std::move(submission), context);
 }
 

@@ -23,13 +23,11 @@ bool is_idempotency_key(std::string_view text) {
 /// directory may change, and a time budget depends on the load of the machine.
 std::string content_key_of(const Scene& scene, const ApiContext& context) {
   const tracer::Scene& parsed = scene.parsed.scene;
-  const bool only_uploads = std::all_of(parsed.assets.begin(), parsed.assets.end(), [](const tracer::Asset& asset) {
-    return asset.name.starts_with(api::upload_prefix);
-  });
-  if (!only_uploads || (parsed.accuracy.adaptive && parsed.accuracy.adaptive->time_budget_ms)) return {};
+  if (scene.content.named_files || (parsed.accuracy.adaptive && parsed.accuracy.adaptive->time_budget_ms)) return {};
   std::string text(tracer::build());
   for (const tracer::Format format : parsed.output.formats) text.append(" ").append(tracer::name(format));
-  return context.sha256(text + "\n" + scene.canonical);
+  for (const auto& [name, sha256] : scene.digests) text.append("\n").append(name).append(" ").append(sha256);
+  return context.sha256(text);
 }
 
 }  // namespace
@@ -49,10 +47,11 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
   if (!body) return body.error();
   Scene scene;
   scene.document = std::move(*body);
-  auto parsed = api::parse_scene(scene.document, context.limits, &scene.canonical);
+  auto parsed = api::parse_scene(scene.document, context.limits, &scene.digests);
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
-  const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene.parsed.scene);
+  scene.content = api::content_of(scene.parsed.scene);
+  const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene.parsed.scene, scene.content);
   if (auto problem = deployment_problem(scene.parsed.scene, memory_bytes, "", context)) return *std::move(problem);
   return scene;
 }
@@ -71,14 +70,27 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
   return with_errors(failures::bad_scene, "in the document", std::move(issues));
 }
 
+std::vector<std::string> uploads_of(const tracer::Scene& scene) {
+  std::vector<std::string> hashes;
+  for (const tracer::Asset& asset : scene.assets) {
+    if (asset.name.starts_with(api::upload_prefix)) hashes.push_back(asset.name.substr(api::upload_prefix.size()));
+  }
+  return hashes;
+}
+
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
+  const tracer::Scene& parsed = scene.parsed.scene;
   queue::Submission submission;
   submission.owner = request.owner;
   submission.weight = request.owner_weight;
   submission.content_key = content_key_of(scene, context);
-  submission.accuracy = api::write_accuracy(scene.parsed.scene.accuracy);
+  submission.accuracy = api::write_accuracy(parsed.accuracy);
+  submission.width = parsed.image.window().width();
+  submission.height = parsed.image.window().height();
+  submission.large = api::is_large(parsed, scene.content);
+  submission.assets = uploads_of(parsed);
   submission.document = std::move(scene.document);
-  submission.parsed = std::move(scene.parsed);
+  submission.job = std::move(scene.parsed.job);
   return submission;
 }
 

@@ -55,7 +55,15 @@ void insert_labels(Database& database, const std::string& id, const std::map<std
   }
 }
 
-void insert_job(Database& database, const queue::Job& job, const std::string& document) {
+void insert_scene(Database& database, const std::string& id, const queue::CommonScene& scene) {
+  database.change("INSERT INTO scenes (id, document) VALUES (?, ?)", id, Blob{scene.document});
+  for (const std::string& sha256 : scene.assets) {
+    database.change("INSERT INTO scene_assets (sha256, scene_id) VALUES (?, ?)", sha256, id);
+  }
+}
+
+void insert_job(Database& database, const queue::Job& job, const std::string& document,
+                const std::optional<std::string>& scene_id) {
   std::optional<std::string> url, events, content_key, batch;
   if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
   if (!job.content_key.empty()) content_key = job.content_key;
@@ -73,7 +81,8 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
       std::int64_t{job.weight});
-  database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
+  database.change("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
+                  scene_id);
   insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
   for (const std::string& sha256 : job.assets) {
@@ -161,6 +170,13 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
 
 std::optional<std::string> read_document(Database& database, const std::string& id) {
   Query query = database.query("SELECT document FROM documents WHERE job_id = ?", id);
+  if (!query.row()) return std::nullopt;
+  return query.text(0);
+}
+
+std::optional<std::string> read_scene(Database& database, const std::string& id) {
+  Query query = database.query(
+      "SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?", id);
   if (!query.row()) return std::nullopt;
   return query.text(0);
 }

@@ -15,7 +15,10 @@ namespace storage::sqlite {
 std::string joined(const std::vector<std::string>& words);
 std::vector<std::string> split(const std::string& text);
 
-void insert_job(Database& database, const queue::Job& job, const std::string& document);
+/// The document is a patch of the scene of that id; null: a complete document.
+void insert_job(Database& database, const queue::Job& job, const std::string& document,
+                const std::optional<std::string>& scene_id);
+void insert_scene(Database& database, const std::string& id, const queue::CommonScene& scene);
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
 void insert_report(Database& database, const std::string& id, const std::string& report);
 void insert_problem(Database& database, const std::string& id, const queue::Problem& problem);
@@ -25,6 +28,8 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
 
 std::optional<queue::Job> read_job(Database& database, const std::string& id);
 std::optional<std::string> read_document(Database& database, const std::string& id);
+/// The scene that the document of a job patches; none if the document is complete.
+std::optional<std::string> read_scene(Database& database, const std::string& id);
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
 
 void insert_batch(Database& database, const queue::Batch& batch);

@@ -199,9 +199,11 @@ class SqliteJobStore final : public queue::JobStore {
         insert_reply(database, *request.reply);
       }
       if (request.batch) insert_batch(database, *request.batch);
+      std::optional<std::string> scene_id;
+      if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
       for (const auto& [job, document] : request.jobs) {
         assert(job.state == queue::JobState::queued || job.state == queue::JobState::succeeded);
-        insert_job(database, job, document);
+        insert_job(database, job, document, scene_id);
       }
       if (request.claim) result.claim = claim_if_alone(database, request.jobs.front().job.id, *request.claim, now);
       return result;

@@ -134,7 +134,12 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
 
   bool is_asset_referenced(const std::string& sha256) override {
     return connections_.reader.run([&](Database& database) {
-      return database.query("SELECT 1 FROM job_assets WHERE sha256 = ? LIMIT 1", sha256).row();
+      return database
+          .query(
+              "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
+              "1",
+              sha256)
+          .row();
     });
   }
 

@@ -13,7 +13,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 9;
+constexpr std::int64_t jobs_schema_version = 10;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -71,10 +71,14 @@ CREATE INDEX jobs_by_content ON jobs (content_key, id)
   WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
 CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
 
+-- The scenes that the documents of batches have in common, under the id of the batch.
+CREATE TABLE scenes (id TEXT NOT NULL PRIMARY KEY, document BLOB NOT NULL) STRICT;
 CREATE TABLE documents (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
-  document BLOB NOT NULL
+  document BLOB NOT NULL,              -- a patch where there is a scene
+  scene_id TEXT REFERENCES scenes
 ) STRICT;
+CREATE INDEX documents_by_scene ON documents (scene_id) WHERE scene_id IS NOT NULL;
 CREATE TABLE reports (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
   report TEXT NOT NULL
@@ -114,6 +118,12 @@ CREATE TABLE job_assets (
   PRIMARY KEY (job_id, position)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+CREATE TABLE scene_assets (
+  sha256 TEXT NOT NULL,
+  scene_id TEXT NOT NULL REFERENCES scenes ON DELETE CASCADE,
+  PRIMARY KEY (sha256, scene_id)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX assets_of_scene ON scene_assets (scene_id);
 CREATE TABLE batches (
   id TEXT NOT NULL PRIMARY KEY,
   owner TEXT NOT NULL,
@@ -174,6 +184,10 @@ CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN
 END;
 CREATE TRIGGER last_of_batch_deleted AFTER DELETE ON jobs WHEN old.batch_id IS NOT NULL BEGIN
   DELETE FROM batches WHERE id = old.batch_id AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = old.batch_id);
+END;
+CREATE TRIGGER last_document_of_scene_deleted AFTER DELETE ON documents WHEN old.scene_id IS NOT NULL BEGIN
+  DELETE FROM scenes WHERE id = old.scene_id AND NOT EXISTS
+    (SELECT 1 FROM documents INDEXED BY documents_by_scene WHERE scene_id = old.scene_id);
 END;
 CREATE TRIGGER artifact_inserted AFTER INSERT ON artifacts BEGIN
   UPDATE owner_usage SET artifact_bytes = artifact_bytes + new.bytes WHERE owner = new.owner;

@@ -103,8 +103,11 @@ class SqliteTransitions final : public queue::JobTransitions {
     const std::string id = claim->job.id;
     try {
       // Outside the writer, which a large document would delay; it exists as long as its job runs.
-      claim->document =
-          connections_.reader.run([&](Database& database) { return read_document(database, id).value(); });
+      connections_.reader.run([&](Database& database) {
+        claim->document = read_document(database, id).value();
+        claim->scene = read_scene(database, id);
+        return 0;
+      });
     } catch (...) {
       release(id, claim->fence, now, {});
       throw;
