@@ -1,5 +1,5 @@
 #pragma once
-/// What a requested error means for the parts of an image's error.
+/// The requested error, divided among the parts of an image's error.
 
 #include <algorithm>
 #include <cmath>
