@@ -101,22 +101,18 @@ class VarianceUpdate {
         [&](std::size_t place, std::size_t, std::size_t, SampledParts& sum) { measure(place, sum); });
     const auto refined =
         sum_of_blocks<OctaveMeans>([&](std::size_t place, std::size_t x, std::size_t y, OctaveMeans& means) {
-          if (!std::isnan(of_one_[place])) means.add(prediction(place, x, y), of_one_[place]);
+          if (!std::isnan(of_one_[place])) means.add(prediction(place, neighborhood_.neighbors(x, y)), of_one_[place]);
         });
     brightest_ = parts.brightest;
     const OctaveMeans pilots = means_of(looks);
     parts.add(sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts& sum) {
-      const double own = of_one_[place], predicted = prediction(place, x, y);
+      const Neighborhood::Neighbors neighbors = neighborhood_.neighbors(x, y);
+      const double own = of_one_[place], predicted = prediction(place, neighbors);
       predict(place, std::isnan(own) ? pilots.corrected(predicted) : refined.corrected_without(predicted, own));
-      pixels_[place].shown = shown(place, x, y);
-      sum.suspected.add(suspected(place, x, y));
+      pixels_[place].shown = shown(place, neighbors);
+      if (!std::isnan(own)) sum.suspected.add(suspected(place, neighbors));
     }));
-    const double near_finds = parts.suspected.share_near_finds(), elsewhere = parts.suspected.share_elsewhere();
-    sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
-      const SuspectedErrors own = suspected(place, x, y);
-      const double error = near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum;
-      pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(error));
-    });
+    raise_suspected(parts.suspected);
     for (const LookError& look : looks) predict_without_its_look(look, pilots);
     return parts;
   }
@@ -148,19 +144,31 @@ class VarianceUpdate {
     }
   }
 
-  [[nodiscard]] SuspectedErrors suspected(std::size_t place, std::size_t x, std::size_t y) const {
+  /// Predicts for each suspected pixel its part of the expected sum.
+  void raise_suspected(const SuspectedErrors& all) {
+    const double near_finds = all.share_near_finds(), elsewhere = all.share_elsewhere(),
+                 on_surfaces = all.on_surfaces.share(1);
+    sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
+      if (std::isnan(of_one_[place])) return;
+      const SuspectedErrors own = suspected(place, neighborhood_.neighbors(x, y));
+      const double error =
+          near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum + on_surfaces * own.on_surfaces.sum;
+      pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(error));
+    });
+  }
+
+  /// Precondition: the pixel is refined and measured.
+  [[nodiscard]] SuspectedErrors suspected(std::size_t place, const Neighborhood::Neighbors& neighbors) const {
     constexpr double quiet = 1e-3;
     const PixelState& pixel = pixels_[place];
     SuspectedErrors result;
-    if (std::isnan(of_one_[place])) return result;
     const double count = pixel.count(), share = missed_share(count);
     const bool found = of_one_[place] > quiet * pixel.bound || deviates(pixel, quiet);
     if (!pixel.edge) {
       if (!found) result.on_surfaces = {pixel.bound / 3 * share * share, 1};
       return result;
     }
-    const double around = neighborhood_.neighbors(x, y).sum;
-    const bool alone = !(around > quiet * pixel.bound);
+    const bool alone = !(neighbors.sum > quiet * pixel.bound);
     if (found) {
       const double hits = alone ? effective_hits(pixel) : 0;
       result.missed_near_finds = 1 / (count + 1);
@@ -177,7 +185,7 @@ class VarianceUpdate {
     }
     // An edge of height h at a random position has the variance h^2 / 6. Its neighbors have two or three pixels of it.
     constexpr double squared_heights = 3;
-    if (!alone) error = std::min(error, squared_heights * around * share * share);
+    if (!alone) error = std::min(error, squared_heights * neighbors.sum * share * share);
     (alone ? result.elsewhere : result.near_finds) = {error, 1};
     return result;
   }
@@ -189,10 +197,9 @@ class VarianceUpdate {
 
   /// A pixel's own estimate has few degrees of freedom: it is averaged with its neighbors and the prediction. What
   /// refined pixels found continues in neighbors that have only their pilot, as far as their bounds allow.
-  [[nodiscard]] float shown(std::size_t place, std::size_t x, std::size_t y) const {
+  [[nodiscard]] float shown(std::size_t place, const Neighborhood::Neighbors& neighbors) const {
     constexpr double own_weight = 3;
     const PixelState& pixel = pixels_[place];
-    const Neighborhood::Neighbors neighbors = neighborhood_.neighbors(x, y);
     if (std::isnan(of_one_[place]))
       return std::max(pixel.variance, std::min(static_cast<float>(neighbors.mean()), pixel.bound) / 4);
     const double of_one = (own_weight * of_one_[place] + neighbors.sum) / (own_weight + neighbors.count);
@@ -218,12 +225,11 @@ class VarianceUpdate {
   }
 
   [[nodiscard]] double prediction(std::size_t place) const {
-    return prediction(place, place % neighborhood_.columns(), place / neighborhood_.columns());
+    return prediction(place, neighborhood_.neighbors(place % neighborhood_.columns(), place / neighborhood_.columns()));
   }
   /// Variance of one sample of a pixel, from everything but its own fresh samples.
-  [[nodiscard]] double prediction(std::size_t place, std::size_t x, std::size_t y) const {
+  [[nodiscard]] double prediction(std::size_t place, const Neighborhood::Neighbors& neighbors) const {
     const PixelState& pixel = pixels_[place];
-    const Neighborhood::Neighbors neighbors = neighborhood_.neighbors(x, y);
     const double predicted = predicted_variance(pixel.contrast);
     if (pixel.refined()) return (neighbors.sum + predicted) / (neighbors.count + 1);
     return std::max(predicted, neighbors.mean() * neighbor_share);

@@ -147,10 +147,11 @@ double missed_error(const Color& value, const RadianceInterval& interval, double
 }
 
 double brightest_sample(const PixelState& pixel) {
-  double brightest = 0;
+  double brightest = max_component(pixel.pilot);
+  if (!pixel.refined()) return brightest;
   for (std::size_t i = 0; i < 3; ++i) {
     const double sum = pixel.half[0].*channels[i] + pixel.half[1].*channels[i];
-    brightest = std::max({brightest, pixel.pilot.*channels[i], sum > 0 ? pixel.squares[i] / sum : 0});
+    if (sum > 0) brightest = std::max(brightest, pixel.squares[i] / sum);
   }
   return brightest;
 }
