@@ -54,8 +54,8 @@ struct EstimatedSum {
 ///   and f2 by two, at least f1^2 / (2 f2) were hit by none (Chao 1984, "Nonparametric estimation of the number of
 ///   classes in a population"). One is added to f1 and f2, and one feature is suspected in any case.
 ///
-/// What a smooth surface reflects or transmits may contain anything, too, if its interval is wide. One of these pixels
-/// is suspected to have missed a part, of any height within the interval (1 / 3 of its square in the mean).
+/// A smooth surface with a wide interval may reflect or transmit anything. One of these pixels is suspected to have
+/// missed a part, of any height within the interval (1 / 3 of its square in the mean).
 struct SuspectedErrors {
   struct Pixels {
     double sum = 0;
