@@ -129,19 +129,6 @@ TEST(PixelBounds, OfAPenumbraReachFromDarkToLit) {
   EXPECT_EQ(dark + lit + either, 64u * 64);
 }
 
-/// Pixels of a smooth mesh that see several triangles: their edges are shared, so that no ray passes between them.
-TEST(PixelBounds, OfConnectedTrianglesAreNarrow) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0.3, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 20};  // triangles of about four pixels
-  scene.background.color = {1, 0, 0};
-  scenes::add(scene, scenes::icosphere(4, true), scenes::matte({0.5, 0.5, 0.5}));
-  scene.lights.push_back(scenes::point_light({3, 4, 6}));
-  const auto intervals = intervals_of(scene);
-  std::size_t narrow = 0;
-  for (const RadianceInterval& interval : intervals) narrow += width(interval) < 8.0f / 255 ? 1 : 0;
-  EXPECT_GT(narrow, intervals.size() * 90 / 100);
-}
-
 /// A triangle in the shadow of another, at the edge of it, and lit beside it.
 TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
   Scene scene = scenes::empty(64);

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "tracer/src/certify/mesh_patch.h"
+#include "tracer/src/certify/triangle_hit.h"
 
 namespace tracer {
 
@@ -59,33 +59,6 @@ std::optional<Occupancy::Cover> Occupancy::find_cover(const Beam& beam, const Pr
   if (nearest)
     std::erase_if(entries, [&](Entry entry) { return entry == nearest->entry || is_hidden(beam, *nearest, entry); });
   return nearest;
-}
-
-bool Occupancy::find_patch(const Beam& beam, const std::vector<Entry>& entries,
-                           std::vector<PrimitiveRef>& triangles) const {
-  triangles.clear();
-  std::vector<Cover> hits;
-  std::vector<Entry> others;
-  for (const Entry entry : entries) {
-    const std::optional<PrimitiveRef> primitive =
-        is_primitive(entry) ? std::optional(primitive_of(entry)) : std::nullopt;
-    if (!primitive || geometry_.kind_of(primitive->geometry) != GeometryKind::triangles) {
-      others.push_back(entry);
-      continue;
-    }
-    const BundleHit hit = triangle_plane_hit(geometry_.mesh(primitive->geometry), primitive->primitive, beam.rays);
-    if (hit.kind != BundleHit::Kind::cover || triangles.size() == patch_triangles_max) return false;
-    if (hit.back) {
-      others.push_back(entry);
-      continue;
-    }
-    hits.push_back(cover_of(beam, entry, *primitive, hit));
-    triangles.push_back(*primitive);
-  }
-  if (triangles.empty() || !covers(geometry_, triangles, beam)) return false;
-  return std::all_of(others.begin(), others.end(), [&](Entry other) {
-    return std::all_of(hits.begin(), hits.end(), [&](const Cover& hit) { return is_hidden(beam, hit, other); });
-  });
 }
 
 Occupancy::Cover Occupancy::cover_of(const Beam& beam, Entry entry, const PrimitiveRef& primitive,

@@ -42,10 +42,6 @@ class Occupancy {
   /// returned and removed, too. `self`, if any, is not hit.
   std::optional<Cover> find_cover(const Beam& beam, const PrimitiveRef& self, std::vector<Entry>& entries) const;
 
-  /// Sets `triangles` to the front faces among the entries. Returns true if every ray hits one of them and they hide
-  /// all other entries.
-  bool find_patch(const Beam& beam, const std::vector<Entry>& entries, std::vector<PrimitiveRef>& triangles) const;
-
  private:
   static Cover cover_of(const Beam& beam, Entry entry, const PrimitiveRef& primitive, const BundleHit& hit);
   /// True if every ray hits the cover before it can hit the entry: the box of the entry is beyond all hits, or the
@@ -53,7 +49,7 @@ class Occupancy {
   [[nodiscard]] bool is_hidden(const Beam& beam, const Cover& cover, Entry entry) const;
 
   static constexpr Entry plane_bit = 0x80000000u;
-  static constexpr std::size_t dense_entries_min = 16, patch_triangles_max = 48;
+  static constexpr std::size_t dense_entries_min = 16;
 
   static bool is_plane(Entry entry) { return (entry & plane_bit) != 0; }
   [[nodiscard]] const BoxTree::Node& node_of(Entry entry) const { return bounds_.tree.node(entry / BoxTree::width); }

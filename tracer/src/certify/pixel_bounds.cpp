@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "tracer/src/certify/block_radiance.h"
-#include "tracer/src/certify/mesh_patch.h"
 #include "tracer/src/certify/occupancy.h"
 #include "tracer/src/certify/shadow_range.h"
 #include "tracer/src/math/rounding.h"
@@ -57,13 +56,9 @@ class TileBounds {
   using Cover = Occupancy::Cover;
   static constexpr std::size_t entries_max = 64;
   static constexpr std::size_t levels = 7;  ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  /// Sides of blocks that connected triangles may cover together.
-  static constexpr std::uint32_t patch_side_max = 8, patch_side_min = 2;
   /// Blocks with about as many primitives as pixels are not divided: hardly one of their pixels would be narrow.
   static constexpr std::uint32_t dense_side_max = 4;
   static constexpr std::size_t dense_entries_min = 24;
-  static constexpr std::size_t few_triangles_max = 4;     ///< worth a precise test each
-  static constexpr std::size_t patch_triangles_max = 12;  ///< triangles in a pixel that are shaded one by one
 
   /// Precondition: they are linear.
   [[nodiscard]] CompiledCamera::LinearRays rays_of(const PixelBlock& block) const {
@@ -96,10 +91,6 @@ class TileBounds {
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
-    if (side <= patch_side_max && side >= patch_side_min && occupancy_.find_patch(beam, entries, patches_[level])) {
-      for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
-      return divide_patch(block, side, level, patches_[level]);
-    }
     if (side == 1 || (side <= dense_side_max && entries.size() > dense_entries_min)) {
       fill(block, all_of(beam.rays, !cover, entries), true);
       return;
@@ -148,65 +139,6 @@ class TileBounds {
     for_each_quarter(block, side, [&](const PixelBlock& quarter) {
       divide_surface(quarter, side / 2, level + 1, primitive, linear_side);
     });
-  }
-
-  /// Bounds the pixels of a block that connected triangles cover.
-  void divide_patch(const PixelBlock& block, std::uint32_t side, std::size_t level,
-                    const std::vector<PrimitiveRef>& around) {
-    const Beam beam(rays_of(block), positions_of(block), bounds_.tree.reach());
-    const RayBundle& rays = beam.rays;
-    std::vector<PrimitiveRef>& triangles = patches_[level + 1];
-    triangles.clear();
-    for (const PrimitiveRef& triangle : around)
-      if (!is_outside(scene_.geometry().mesh(triangle.geometry), triangle.primitive, beam.region))
-        triangles.push_back(triangle);
-    if (triangles.size() <= few_triangles_max)
-      std::erase_if(triangles, [&](const PrimitiveRef& triangle) {
-        return intersect(scene_.geometry(), triangle, rays).kind == BundleHit::Kind::miss;
-      });
-    if (triangles.size() == 1) return divide_surface(block, side, level, triangles.front(), side);
-    if (side == 1) {
-      fill(block, patch_radiance(rays, level, triangles), true);
-      return;
-    }
-    find_patch_occluders(rays, level, triangles);
-    for_each_quarter(block, side,
-                     [&](const PixelBlock& quarter) { divide_patch(quarter, side / 2, level + 1, triangles); });
-  }
-
-  /// Range over all triangles of a patch, each continued over the whole pixel.
-  [[nodiscard]] ColorInterval patch_radiance(const RayBundle& rays, std::size_t level,
-                                             const std::vector<PrimitiveRef>& triangles) {
-    std::optional<ColorInterval> all;
-    for (const PrimitiveRef& triangle : triangles) {
-      const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
-      ColorInterval radiance = radiance_.primitive(triangle);
-      if (hit.kind == BundleHit::Kind::cover && triangles.size() <= patch_triangles_max) {
-        const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit, bounds_.approximate.shading);
-        find_shadows(patch, 1, level);
-        radiance = radiance_.range(radiance_.surface(patch, rays, visible_), {});
-      }
-      all = all ? hull(*all, radiance) : radiance;
-    }
-    return all.value_or(radiance_.anything());
-  }
-
-  /// Occluders of any point of the triangles that the rays may hit.
-  void find_patch_occluders(const RayBundle& rays, std::size_t level, const std::vector<PrimitiveRef>& triangles) {
-    Bounds box;
-    for (const PrimitiveRef& triangle : triangles) {
-      const BundleHit hit = extended_triangle_hit(scene_.geometry().mesh(triangle.geometry), triangle.primitive, rays);
-      const SurfacePatch patch = surface_patch(scene_, triangle, rays, hit, bounds_.approximate.shading);
-      const Interval x = patch.position.x.range(), y = patch.position.y.range(), z = patch.position.z.range();
-      box.include({x.low, y.low, z.low});
-      box.include({x.high, y.high, z.high});
-    }
-    SurfacePatch whole;
-    whole.position = {form_of({box.low.x, box.high.x}), form_of({box.low.y, box.high.y}),
-                      form_of({box.low.z, box.high.z})};
-    whole.normal = {unknown_form(), unknown_form(), unknown_form()};
-    for (std::size_t light = 0; light < visible_.size(); ++light)
-      shadow_range(bounds_, whole, scene_.lights[light], occluders_[level - 1][light], &occluders_[level][light]);
   }
 
   /// Sets `visible_`. Returns true if every light is visible from the whole patch or from none of it.
@@ -273,7 +205,6 @@ class TileBounds {
   MirrorBeams mirrors_;
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
-  std::array<std::vector<PrimitiveRef>, levels + 1> patches_;
   std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
   std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
   double dark_;                                           ///< radiance below which widths count as if it were this

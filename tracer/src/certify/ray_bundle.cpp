@@ -1,6 +1,6 @@
 #include "tracer/src/certify/ray_bundle.h"
 
-#include "tracer/src/certify/mesh_patch.h"
+#include "tracer/src/certify/triangle_hit.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {

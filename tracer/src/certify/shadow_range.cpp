@@ -1,6 +1,6 @@
 #include "tracer/src/certify/shadow_range.h"
 
-#include "tracer/src/certify/mesh_patch.h"
+#include "tracer/src/certify/triangle_hit.h"
 
 namespace tracer {
 namespace {

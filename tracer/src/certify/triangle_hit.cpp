@@ -1,6 +1,4 @@
-#include "tracer/src/certify/mesh_patch.h"
-
-#include <vector>
+#include "tracer/src/certify/triangle_hit.h"
 
 namespace tracer {
 namespace {
@@ -69,23 +67,6 @@ BundleHit with_weights(BundleHit plane, const AffineForm& at_a, const AffineForm
   return plane;
 }
 
-/// True if the segment lies outside of one of the half spaces.
-bool is_outside(const Vec3& p, const Vec3& q, const ConvexRegion& region) {
-  return std::any_of(region.begin(), region.end(), [&](const HalfSpace& half) {
-    const Vec3 normal{half.x, half.y, half.z};
-    return dot(normal, p) < half.limit && dot(normal, q) < half.limit;
-  });
-}
-
-/// Directed edge of a triangle, by the positions of its ends.
-struct Edge {
-  Vec3 from, to;
-  friend bool operator<(const Edge& a, const Edge& b) {
-    const auto key = [](const Edge& e) { return std::array{e.from.x, e.from.y, e.from.z, e.to.x, e.to.y, e.to.z}; };
-    return key(a) < key(b);
-  }
-};
-
 }  // namespace
 
 BundleHit triangle_hit(const TriangleGeometry& mesh, std::uint32_t triangle, const RayBundle& rays) {
@@ -108,19 +89,6 @@ BundleHit triangle_hit(const TriangleGeometry& mesh, std::uint32_t triangle, con
   return with_weights(plane, at_a, at_b, at_c);
 }
 
-BundleHit triangle_plane_hit(const TriangleGeometry& mesh, std::uint32_t triangle, const RayBundle& rays) {
-  return corners_plane_hit(Corners3(mesh, triangle), rays);
-}
-
-BundleHit extended_triangle_hit(const TriangleGeometry& mesh, std::uint32_t triangle, const RayBundle& rays) {
-  const Corners3 corners(mesh, triangle);
-  const BundleHit plane = corners_plane_hit(corners, rays);
-  if (plane.kind != Kind::cover) return plane;
-  const EdgeForms edge(rays);
-  const auto& [a, b, c] = corners;
-  return with_weights(plane, edge(b, c), edge(c, a), edge(a, b));
-}
-
 bool is_outside(const TriangleGeometry& mesh, std::uint32_t triangle, const ConvexRegion& region) {
   const Corners3 corners(mesh, triangle);
   return std::any_of(region.begin(), region.end(), [&](const HalfSpace& half) {
@@ -128,34 +96,6 @@ bool is_outside(const TriangleGeometry& mesh, std::uint32_t triangle, const Conv
     return dot(normal, corners.a) < half.limit && dot(normal, corners.b) < half.limit &&
            dot(normal, corners.c) < half.limit;
   });
-}
-
-bool covers(const GeometrySet& geometry, std::span<const PrimitiveRef> triangles, const Beam& bundle) {
-  std::vector<Edge> edges;
-  edges.reserve(3 * triangles.size());
-  for (const auto& [number, triangle] : triangles) {
-    const auto [a, b, c] = Corners3(geometry.mesh(number), triangle);
-    edges.insert(edges.end(), {Edge{a, b}, Edge{b, c}, Edge{c, a}});
-  }
-  std::vector<Edge> sorted = edges;
-  std::sort(sorted.begin(), sorted.end());
-  const EdgeForms edge_form(bundle.rays);
-  for (const auto& [from, to] : edges) {
-    if (std::binary_search(sorted.begin(), sorted.end(), Edge{to, from})) continue;
-    if (is_outside(from, to, bundle.region)) continue;
-    const Interval side = edge_form(from, to).range();
-    if (!(side.low > 0) && !(side.high < 0)) return false;
-  }
-  // Rays near the center of the block: one may lie on an edge.
-  for (const BlockPart& ray : {BlockPart{0, 0, 0, 0}, BlockPart{0.375, -0.25, 0, 0}, BlockPart{-0.25, 0.4375, 0, 0}}) {
-    const auto at = [&](const AffineVec& v) {
-      return AffineVec{restricted(v.x, ray), restricted(v.y, ray), restricted(v.z, ray)};
-    };
-    const RayBundle one{at(bundle.rays.origin), at(bundle.rays.direction)};
-    for (const auto& [number, triangle] : triangles)
-      if (triangle_hit(geometry.mesh(number), triangle, one).kind == Kind::cover) return true;
-  }
-  return false;
 }
 
 }  // namespace tracer
