@@ -97,7 +97,7 @@ class AdaptiveSampler {
     });
     look(first_looks);
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
-      if (round_ > 1 && goal_.unseen_is_large(known_.unseen)) look(looks_min - looks_.count());
+      if (round_ > 1) look_before_samples();
       const bool enough = round_ > 1 || target_.samples_min == 1;
       if (enough && target_reached() && !any_unsafe(film_.pixels(), goal_.bound_max())) {
         if (look(looks_wanted()) == 0) break;
@@ -142,17 +142,23 @@ class AdaptiveSampler {
     return draws.looks.size();
   }
 
-  /// Number of further looks at an image whose estimate reaches the target: until that is proven, but only for a part
-  /// of the work so far.
+  /// Takes looks while they lower the estimate for less than samples do.
+  void look_before_samples() {
+    if (goal_.is_large(known_.unseen)) look(looks_min - looks_.count());
+    while (goal_.is_large(known_.uncertain) && look(affordable_looks()) > 0) {
+    }
+  }
+
+  /// Number of further looks at an image whose estimate reaches the target: until that is proven.
   [[nodiscard]] std::size_t looks_wanted() const {
-    if (target_reached() && looks_.proven() <= goal_.proven()) return 0;
-    const double rays_per_sample = static_cast<double>(pool_.statistics().rays.total()) /
-                                   static_cast<double>(std::max<std::uint64_t>(1, pool_.statistics().samples));
-    const double affordable =
-        look_share * static_cast<double>(pool_.statistics().rays.total()) / (2 * look_half * rays_per_sample);
-    const std::size_t most = std::max(looks_min, static_cast<std::size_t>(affordable));
-    const std::size_t count = looks_.count();
-    return count < most ? std::min(most - count, std::max(count, first_looks)) : 0;
+    return target_reached() && looks_.proven() <= goal_.proven() ? 0 : affordable_looks();
+  }
+
+  /// Number of further looks that cost only a part of the work so far.
+  [[nodiscard]] std::size_t affordable_looks() const {
+    const double affordable = look_share * static_cast<double>(pool_.statistics().samples) / (2 * look_half);
+    const std::size_t most = std::max(looks_min, static_cast<std::size_t>(affordable)), count = looks_.count();
+    return count < most - most / 8 ? std::min(most - count, std::max(count, first_looks)) : 0;
   }
 
   void set_costs() {
@@ -279,6 +285,8 @@ class AdaptiveSampler {
     const EstimatedSum looks = looks_.estimate(film_.pixels());
     known_.sampled = parts_.estimated(looks);
     known_.unseen = looks.unseen;
+    known_.uncertain =
+        known_.sampled.squared_upper - parts_.estimated({.squared = looks.squared, .variance = 0}).squared_upper;
     summarize();
   }
 
@@ -306,16 +314,11 @@ class AdaptiveSampler {
   [[nodiscard]] AllocationGoal allocation_goal() {
     AllocationGoal goal{0, deadline_.affordable(pool_.statistics().rays.total())};
     goal.bound_max = goal_.bound_max();
+    goal.round = round_;
     if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
-    // Margins for the uncertainty of the estimate and for predictions that were too low.
-    const double margin =
-        std::clamp(known_.sampled.squared / std::max(known_.sampled.squared_upper, 1e-300), 0.5, 0.95);
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    const double correction = known_.sampled.squared > predicted ? predicted / known_.sampled.squared : 1;
-    // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
-    const double left = goal_.squared() - known_.fixed;
-    goal.squared_error = (left > 0.1 * goal_.squared() ? left : known_.fixed) * margin * correction;
+    goal.squared_error = goal_.of_round(known_, predicted);
     return goal;
   }
 
@@ -334,10 +337,8 @@ class AdaptiveSampler {
   /// Proves what can be proven of the sampling error; to be called when all samples are taken.
   void prove() {
     const std::span<const PixelState> pixels = film_.pixels();
-    const bool any_open =
-        std::any_of(pixels.begin(), pixels.end(), [](const PixelState& pixel) { return pixel.open(); });
-    const auto certified =
-        std::count_if(pixels.begin(), pixels.end(), [](const PixelState& p) { return p.certified && !p.refined(); });
+    const bool any_open = std::ranges::any_of(pixels, &PixelState::open);
+    const auto certified = std::ranges::count_if(pixels, [](const auto& p) { return p.certified && !p.refined(); });
     known_.certified_share = static_cast<double>(certified) / static_cast<double>(film_.size());
     const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
     if (!theorem) return;

@@ -153,7 +153,9 @@ class VarianceUpdate {
       const SuspectedErrors own = suspected(place, neighborhood_.neighbors(x, y));
       const double error =
           near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum + on_surfaces * own.on_surfaces.sum;
-      pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(error));
+      PixelState& pixel = pixels_[place];
+      pixel.suspected = error > pixel.variance;
+      if (pixel.suspected) pixel.variance = static_cast<float>(error);
     });
   }
 

@@ -150,8 +150,8 @@ struct KnownErrors {
   SampledError sampled;
   OmittedError omitted;
   double tone = 0;
-  double fixed = 0;   ///< everything that samples cannot lower
-  double unseen = 0;  ///< looks may lower it
+  double fixed = 0;                  ///< everything that samples cannot lower
+  double unseen = 0, uncertain = 0;  ///< looks may lower them; `uncertain` is due to the variance of looks
   double proven = std::numeric_limits<double>::infinity();
   double worst_tile = 0;  ///< levels, without the fixed parts
   double first = 0;       ///< estimate before the first round, in levels

@@ -30,8 +30,22 @@ class ErrorGoal {
   /// Bound of open pixels that are cheaper to refine than to validate: to prove that pixels with a sum of bounds B have
   /// errors of at most E takes 3 B / E looks.
   [[nodiscard]] double bound_max() const { return proven() * refined_half / (3.0 * look_half); }
-  /// True if looks should exclude an unseen error of this size before samples lower others: that costs less.
-  [[nodiscard]] bool unseen_is_large(double error) const { return error > 0.05 * squared(); }
+  /// True if looks should lower a part of this size before samples lower others: that costs less.
+  [[nodiscard]] bool is_large(double error) const { return error > 0.05 * squared(); }
+  /// Error that the next round shall leave to samples, in the sum of the predicted errors of the pixels, which is now
+  /// `predicted`. Predictions of far smaller errors are too high: the first step towards them goes only near the
+  /// target.
+  [[nodiscard]] double of_round(const KnownErrors& known, double predicted) const {
+    constexpr double step = 2, step_max = 4;
+    // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
+    double left = squared() - known.fixed;
+    if (!(left > 0.1 * squared())) left = known.fixed;
+    const auto& [mean, upper] = known.sampled;
+    if (upper > step_max * left) left *= step;
+    // Margins for the uncertainty of the estimate and for predictions that were too low.
+    const double margin = std::clamp(mean / std::max(upper, 1e-300), 0.5, 0.95);
+    return left * margin * (mean > predicted ? predicted / mean : 1);
+  }
 
  private:
   double wanted_, channels_;

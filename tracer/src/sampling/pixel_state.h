@@ -96,6 +96,7 @@ struct PixelState {
   bool edge = false;       ///< not covered by one smooth surface: features may be smaller than the pixel
   bool certified = false;  ///< the bound is so small that the pilot suffices
   bool repaired = false;   ///< refined because a look found an error
+  bool suspected = false;  ///< `variance` is that of what the samples may have missed
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
   /// True if both halves have samples.
@@ -127,6 +128,8 @@ struct PixelState {
 /// stratified ones at an edge (Mitchell 1996, "Consequences of Stratified Sampling in Graphics"), in between for
 /// integrands of more dimensions. Used only for allocation, never for an estimate.
 inline constexpr double variance_power = 1.35;
+/// The same for what the samples may have missed; see missed_share().
+inline constexpr double missed_power = 2.5;
 
 /// Variance predicted from the contrast for one sample of a pixel. An edge of height h at a random position in the
 /// pixel gives the center sample a squared error of h^2 / 12 in the mean. A fainter contrast is more likely a curve,

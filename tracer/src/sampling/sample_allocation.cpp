@@ -25,26 +25,34 @@ struct Range {
   }
 };
 
+/// The predicted error of a pixel falls like the number of samples to this power.
+double power_of(bool suspected) { return suspected ? missed_power : variance_power; }
+
 /// Pixels with equally many samples and, within a sixteenth of an octave, equal demand.
 struct PixelClass {
   std::int32_t demand = 0;  ///< see Allocator::demand
   std::uint32_t count = 0;  ///< samples per pixel
+  bool suspected = false;   ///< as that of PixelState
   double variance = 0;      ///< sum over the pixels
   double cost = 0;
 };
 
 class Allocator {
  public:
-  Allocator(std::span<const PixelState> pixels, std::span<const float> cost, const Adaptive& limits)
-      : pixels_(pixels), range_(limits), demand_(pixels.size()) {
-    std::vector<PixelClass> all(static_cast<std::size_t>(2 * demand_max + 1) * count_octaves);
+  Allocator(std::span<const PixelState> pixels, std::span<const float> cost, const Adaptive& limits,
+            std::uint32_t round)
+      : pixels_(pixels), range_(limits), key_(mix(~std::uint64_t{round})), demand_(pixels.size()) {
+    std::vector<PixelClass> all(2 * static_cast<std::size_t>(2 * demand_max + 1) * count_octaves);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const std::uint32_t count = pixels[i].count();
-      demand_[i] = demand(pixels[i].variance / cost[i], count);
-      const auto power = std::min(count_octaves, static_cast<std::uint32_t>(std::bit_width(count))) - 1;
-      PixelClass& pixel_class = all[static_cast<std::size_t>(demand_[i] + demand_max) * count_octaves + power];
+      const bool suspected = pixels[i].suspected;
+      demand_[i] = demand(pixels[i].variance / cost[i], count, suspected);
+      const auto octave = std::min(count_octaves, static_cast<std::uint32_t>(std::bit_width(count))) - 1;
+      const std::size_t row = 2 * static_cast<std::size_t>(demand_[i] + demand_max) + (suspected ? 1 : 0);
+      PixelClass& pixel_class = all[row * count_octaves + octave];
       pixel_class.demand = demand_[i];
       pixel_class.count = count;
+      pixel_class.suspected = suspected;
       pixel_class.variance += pixels[i].variance;
       pixel_class.cost += cost[i];
     }
@@ -53,9 +61,13 @@ class Allocator {
   }
 
   /// Samples in each half if a unit of cost must lower the squared error by 2^(`price` / steps_per_octave), and the
-  /// samples of a pixel may grow by the factor `growth`; 0: no new samples.
+  /// samples of a pixel may grow by the factor `growth`; 0: no new samples. Of pixels with the same demand a part has
+  /// the next lower power of two, the others the next higher one, so that the mean logarithm is optimal.
   [[nodiscard]] std::uint32_t half(std::size_t index, std::int32_t price, double growth) const {
-    return half_of(demand_[index], pixels_[index].count(), price, growth);
+    const PixelState& pixel = pixels_[index];
+    const double threshold = static_cast<double>(mix(index ^ key_) >> 11) * 0x1p-53;
+    const double log2_count = std::floor(log2_optimal(demand_[index], pixel.suspected, price) + threshold);
+    return half_of(range_.nearest(log2_count), pixel.count(), growth);
   }
 
   /// Samples in each half of a pixel that is refined because of its bound.
@@ -78,17 +90,20 @@ class Allocator {
   static constexpr std::uint32_t count_octaves = 20;  ///< octaves of the number of samples
 
   /// Logarithm of the number of samples that is optimal at price 0, in steps.
-  static std::int32_t demand(double variance_over_cost, std::uint32_t count) {
+  static std::int32_t demand(double variance_over_cost, std::uint32_t count, bool suspected) {
     if (!(variance_over_cost > 0)) return -demand_max;
-    const float log2_of_one =
-        std::log2(static_cast<float>(variance_power * variance_of_one(variance_over_cost, count)));
-    const auto steps = static_cast<float>(steps_per_octave / (1 + variance_power)) * log2_of_one;
+    const double power = power_of(suspected), of_one = suspected ? variance_over_cost * std::pow(count, missed_power)
+                                                                 : variance_of_one(variance_over_cost, count);
+    const auto steps =
+        static_cast<float>(steps_per_octave / (1 + power)) * std::log2(static_cast<float>(power * of_one));
     return static_cast<std::int32_t>(std::lround(std::clamp(steps, -1.0f * demand_max, 1.0f * demand_max)));
   }
 
-  [[nodiscard]] std::uint32_t half_of(std::int32_t demand, std::uint32_t count, std::int32_t price,
-                                      double growth) const {
-    const std::uint32_t optimal = range_.nearest((demand - price / (1 + variance_power)) / steps_per_octave);
+  static double log2_optimal(std::int32_t demand, bool suspected, std::int32_t price) {
+    return (demand - price / (1 + power_of(suspected))) / steps_per_octave;
+  }
+
+  [[nodiscard]] std::uint32_t half_of(std::uint32_t optimal, std::uint32_t count, double growth) const {
     if (optimal <= count || optimal < 2) return 0;
     const auto grown = static_cast<std::uint32_t>(std::min(growth * count, 0x1p31));
     return std::max(std::min(optimal, grown), range_.least) / 2;
@@ -98,17 +113,26 @@ class Allocator {
   [[nodiscard]] AllocationGoal outcome(std::int32_t price) const {
     AllocationGoal sum;
     for (const PixelClass& pixel_class : classes_) {
-      const std::uint32_t then = 2 * half_of(pixel_class.demand, pixel_class.count, price, any_growth),
-                          count = pixel_class.count;
-      sum.squared_error +=
-          pixel_class.variance * (then > count ? variance_of_one(1, count) / variance_of_one(1, then) : 1);
-      sum.cost += then > count ? static_cast<double>(then - count) * pixel_class.cost : 0;
+      const double log2_count = log2_optimal(pixel_class.demand, pixel_class.suspected, price);
+      const double lower = std::floor(log2_count), share = log2_count - lower;
+      add(pixel_class, range_.nearest(lower), 1 - share, sum);
+      add(pixel_class, range_.nearest(lower + 1), share, sum);
     }
     return sum;
   }
 
+  /// Adds a part of the pixels of a class.
+  void add(const PixelClass& pixel_class, std::uint32_t optimal, double share, AllocationGoal& sum) const {
+    const std::uint32_t count = pixel_class.count, then = 2 * half_of(optimal, count, any_growth);
+    const double lower =
+        then > count ? std::pow(static_cast<double>(count) / then, power_of(pixel_class.suspected)) : 1;
+    sum.squared_error += share * pixel_class.variance * lower;
+    sum.cost += then > count ? share * static_cast<double>(then - count) * pixel_class.cost : 0;
+  }
+
   std::span<const PixelState> pixels_;
   Range range_;
+  std::uint64_t key_;
   std::vector<std::int32_t> demand_;  ///< by pixel
   std::vector<PixelClass> classes_;
 };
@@ -153,7 +177,7 @@ class UnsafePixels {
 
 SampleAllocation allocate_samples(std::span<PixelState> pixels, std::span<const float> cost, const AllocationGoal& goal,
                                   const Adaptive& limits) {
-  const Allocator allocator(pixels, cost, limits);
+  const Allocator allocator(pixels, cost, limits, goal.round);
   const std::int32_t price = allocator.price_for(goal);
   const UnsafePixels unsafe(pixels, cost, goal);
   SampleAllocation allocation;

@@ -14,12 +14,13 @@ namespace tracer {
 
 struct AllocationGoal {
   double squared_error = 0;  ///< target of the image, in squared code values over pixels and channels
-  double cost = 0;           ///< limit, in the unit of the pixels' costs; may be infinite
+  double cost = 0;           ///< expected limit, in the unit of the pixels' costs; may be infinite
   /// Open pixels with a larger bound are refined whatever is predicted, because to validate them would take more
   /// samples than to refine them; if that costs more than half of the limit, those with the largest bounds. Edges
   /// without contrast count with a multiple of their bound: their pilots may have missed what is there, and they are
   /// few.
   double bound_max = std::numeric_limits<double>::infinity();
+  std::uint32_t round = 0;  ///< the choice among pixels of equal demand differs between rounds
 };
 
 struct SampleAllocation {
@@ -28,13 +29,14 @@ struct SampleAllocation {
 };
 
 /// Samples of a pixel that is refined because of its bound: enough to find what covers a quarter of the pixel.
-inline constexpr std::uint32_t refined_half = 4;
+inline constexpr std::uint32_t refined_half = 2;
 
 /// Allocates samples where they lower the error most for their cost and sets the pixels' roles. With a variance of one
-/// sample v, its cost c and variances falling like n^-p, the number of samples is proportional to (v / c)^(1 / (1 + p))
-/// (for p = 1 Neyman 1934; Cochran 1977, "Sampling Techniques", sec. 5.5). It is no larger than the goal needs, within
-/// [samples_min, samples_max] of `limits`, a power of two in each half, which stratifies best, and at most eight times
-/// the pixel's samples, from which its variance was estimated. `cost`: per sample of each pixel.
+/// sample v, its cost c and variances falling like n^-p (p as in pixel_state.h), the number of samples is proportional
+/// to (v / c)^(1 / (1 + p)) (for p = 1 Neyman 1934; Cochran 1977, "Sampling Techniques", sec. 5.5). It is no larger
+/// than the goal needs, within [samples_min, samples_max] of `limits`, a power of two in each half, which stratifies
+/// best, and at most eight times the pixel's samples, from which its variance was estimated. `cost`: per sample of each
+/// pixel.
 SampleAllocation allocate_samples(std::span<PixelState> pixels, std::span<const float> cost, const AllocationGoal& goal,
                                   const Adaptive& limits);
 
