@@ -166,15 +166,20 @@ TEST(VarianceUpdate, BoundsTheErrorOfSpecksThatMostSamplesMiss) {
 TEST(SuspectedErrors, FollowTheNumberOfFinds) {
   SuspectedErrors errors;
   for (int i = 0; i < 10; ++i) errors.elsewhere.add({3, 1});
+  errors.squared_shares = 10 * 0.25;
   EXPECT_DOUBLE_EQ(errors.expected().squared, 3) << "one in any case";
   errors.found_by_one = 4;
   errors.found_by_two = 3;
-  EXPECT_DOUBLE_EQ(errors.expected().squared, 3 * 5 * 5 / 8.0);
+  errors.found_alone = 7;
+  errors.squared_heights = {.squared = 12, .spread = 0, .largest = 2};
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 3 + (5 * 5 / 8.0 - 1) * 2 * 0.25) << "others are like those found";
+  errors.squared_heights.squared = 1e6;
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 3 * 5 * 5 / 8.0) << "but within their bounds";
   errors.found_by_one = 40;
-  EXPECT_DOUBLE_EQ(errors.expected().squared, 30) << "no more than there are";
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 3 + 30) << "no more than there are";
   errors.near_finds.add({8, 4});
   errors.missed_near_finds = 0.5;
-  EXPECT_DOUBLE_EQ(errors.expected().squared, 30 + 1.5 * 2);
+  EXPECT_DOUBLE_EQ(errors.expected().squared, 33 + 1.5 * 2);
 }
 
 TEST(PixelError, CountsHitsOfAnythingThatIsNotThePilot) {
@@ -189,6 +194,22 @@ TEST(PixelError, CountsHitsOfAnythingThatIsNotThePilot) {
   }
   EXPECT_NEAR(effective_hits(pixel), 4, 1e-4);
   EXPECT_NEAR(brightest_sample(pixel), (4 * 64 + 12 * 0.0625) / (4 * 8 + 12 * 0.25), 1e-4);
+}
+
+TEST(PixelError, HasTheHeightOfWhatFewSamplesHit) {
+  const DisplayTransform display({}, 1);
+  for (const std::uint32_t hits : {1u, 2u, 5u, 15u}) {
+    PixelState pixel;
+    pixel.pilot = {0.5, 0.5, 0};
+    pixel.role = PixelState::Role::refined;
+    pixel.half_count = {8, 8};
+    for (std::uint32_t i = 0; i < 16; ++i) {
+      const Color sample = i < hits ? Color{0.502, 0.5, 0} : pixel.pilot;
+      pixel.half[i % 2] += sample;
+      pixel.add_square(sample);
+    }
+    EXPECT_NEAR(squared_height(pixel, display), std::pow(display.slope(0.501) * 0.002, 2), 0.02) << hits;
+  }
 }
 
 TEST(PixelError, OfAMissedPartIsTheChangeOfTheDisplayedPixel) {

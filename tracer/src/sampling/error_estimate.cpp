@@ -146,13 +146,14 @@ class VarianceUpdate {
 
   /// Predicts for each suspected pixel its part of the expected sum.
   void raise_suspected(const SuspectedErrors& all) {
-    const double near_finds = all.share_near_finds(), elsewhere = all.share_elsewhere(),
+    const double near_finds = all.share_near_finds(), elsewhere = all.elsewhere.share(1), alike = all.share_alike(),
                  on_surfaces = all.on_surfaces.share(1);
     sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
       if (std::isnan(of_one_[place])) return;
       const SuspectedErrors own = suspected(place, neighborhood_.neighbors(x, y));
-      const double error =
-          near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum + on_surfaces * own.on_surfaces.sum;
+      const double error = near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum +
+                           alike * all.error_alike(own.elsewhere.sum, own.squared_shares) +
+                           on_surfaces * own.on_surfaces.sum;
       PixelState& pixel = pixels_[place];
       pixel.suspected = error > pixel.variance;
       if (pixel.suspected) pixel.variance = static_cast<float>(error);
@@ -176,6 +177,9 @@ class VarianceUpdate {
       result.missed_near_finds = 1 / (count + 1);
       result.found_by_one = hits > 0.5 && hits < 1.5 ? 1 : 0;
       result.found_by_two = hits >= 1.5 && hits < 2.5 ? 1 : 0;
+      if (!alone) return result;
+      result.squared_heights.add(squared_height(pixel, display_));
+      result.found_alone = 1;
       return result;
     }
     double error = pixel.bound * share * share;
@@ -189,6 +193,7 @@ class VarianceUpdate {
     constexpr double squared_heights = 3;
     if (!alone) error = std::min(error, squared_heights * neighbors.sum * share * share);
     (alone ? result.elsewhere : result.near_finds) = {error, 1};
+    result.squared_shares = alone ? share * share : 0;
     return result;
   }
 

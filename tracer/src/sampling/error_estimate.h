@@ -52,7 +52,8 @@ struct EstimatedSum {
 ///   about 1 / (n + 1) have missed it (Laplace's rule of succession). One more is added, for small numbers.
 /// - Elsewhere they may contain small features like those that were found alone. If f1 of these were hit by one sample
 ///   and f2 by two, at least f1^2 / (2 f2) were hit by none (Chao 1984, "Nonparametric estimation of the number of
-///   classes in a population"). One is added to f1 and f2, and one feature is suspected in any case.
+///   classes in a population"). One is added to f1 and f2, and one feature is suspected in any case. That one may have
+///   any height within the interval of its pixel, the others are like those that were found.
 ///
 /// A smooth surface with a wide interval may reflect or transmit anything. One of these pixels is suspected to have
 /// missed a part, of any height within the interval (1 / 3 of its square in the mean).
@@ -76,6 +77,9 @@ struct SuspectedErrors {
   Pixels near_finds, elsewhere, on_surfaces;
   double missed_near_finds = 0;                    ///< sum of 1 / (n + 1)
   std::size_t found_by_one = 0, found_by_two = 0;  ///< alone
+  double squared_shares = 0;                       ///< sum of missed_share()^2 over the pixels elsewhere
+  SummedErrors squared_heights;                    ///< of all features that were found alone
+  std::size_t found_alone = 0;
 
   void add(const SuspectedErrors& part) {
     near_finds.add(part.near_finds);
@@ -84,16 +88,32 @@ struct SuspectedErrors {
     missed_near_finds += part.missed_near_finds;
     found_by_one += part.found_by_one;
     found_by_two += part.found_by_two;
+    squared_shares += part.squared_shares;
+    squared_heights.add(part.squared_heights);
+    found_alone += part.found_alone;
   }
   [[nodiscard]] double share_near_finds() const { return near_finds.share(missed_near_finds + 1); }
-  [[nodiscard]] double share_elsewhere() const {
+  /// Share of the pixels elsewhere that has missed a feature like those found.
+  [[nodiscard]] double share_alike() const {
     const double ones = static_cast<double>(found_by_one) + 1, twos = static_cast<double>(found_by_two) + 1;
-    return elsewhere.share(std::max(1.0, ones * ones / (2 * twos)));
+    return elsewhere.share(std::max(0.0, ones * ones / (2 * twos) - 1));
+  }
+  /// Error of such a pixel, if it is at most `error`. The largest height counts once more: a few do not show how much
+  /// larger others are.
+  [[nodiscard]] double error_alike(double error, double squared_share) const {
+    if (found_alone == 0) return error;
+    const double height = (squared_heights.squared + squared_heights.largest) / static_cast<double>(found_alone);
+    return std::min(error, height * squared_share);
   }
   [[nodiscard]] EstimatedSum expected() const {
-    const EstimatedSum near = near_finds.estimate(share_near_finds()), far = elsewhere.estimate(share_elsewhere()),
-                       inside = on_surfaces.estimate(on_surfaces.share(1));
-    return {near.squared + far.squared + inside.squared, near.variance + far.variance + inside.variance};
+    const Pixels alike{error_alike(elsewhere.sum, squared_shares), elsewhere.count};
+    EstimatedSum all;
+    for (const EstimatedSum& part : {near_finds.estimate(share_near_finds()), elsewhere.estimate(elsewhere.share(1)),
+                                     alike.estimate(share_alike()), on_surfaces.estimate(on_surfaces.share(1))}) {
+      all.squared += part.squared;
+      all.variance += part.variance;
+    }
+    return all;
   }
 };
 

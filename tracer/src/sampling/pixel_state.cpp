@@ -133,6 +133,17 @@ double effective_hits(const PixelState& pixel) {
   return squares > 0 ? squared_sum / squares : 0;
 }
 
+double squared_height(const PixelState& pixel, const DisplayTransform& display) {
+  const double count = pixel.count(), hits = std::clamp(effective_hits(pixel), 1.0, count - 1), share = hits / count;
+  const Color mean = pixel.mean();
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double middle = mean.*channels[i], deviation = deviation_of_mean(pixel, i) * std::sqrt(count - 1);
+    if (deviation > 0) sum += std::pow(display.slope_between(middle, std::max(0.0, middle - deviation)) * deviation, 2);
+  }
+  return sum / (share * (1 - share));
+}
+
 double missed_error(const Color& value, const RadianceInterval& interval, double share,
                     const DisplayTransform& display) {
   double brighter = 0, darker = 0;

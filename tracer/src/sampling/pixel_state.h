@@ -161,6 +161,9 @@ double expected_refined_error(const PixelState& pixel, const DisplayTransform& d
 
 /// Number of samples that differ from the pilot, if all of them differ alike.
 double effective_hits(const PixelState& pixel);
+/// Squared height of the feature that these samples hit, in squared code values, summed over the channels: a part p of
+/// height h has the variance p (1 - p) h^2. Precondition: more than one sample.
+double squared_height(const PixelState& pixel, const DisplayTransform& display);
 
 /// Root mean square of the fraction p of a pixel that `count` samples have missed: E[p^2] = 2 / ((n + 2) (n + 3)) for a
 /// uniform prior (Laplace's rule of succession).
