@@ -90,7 +90,7 @@ class AdaptiveSampler {
   void refine() {
     film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_), goal_.certified());
     set_costs();
-    if (!control_.cancelled() && !deadline_.over()) sample_features();
+    if (!control_.cancelled() && !deadline_.over()) find_features();
     deadline_.reserve_time_for([&] {
       film_.predict_variance(film_.display());
       update_estimate();
@@ -186,29 +186,14 @@ class AdaptiveSampler {
   }
 
   /// Samples features that are too small for the pilots, and adds what is visible to the film.
-  void sample_features() {
-    std::vector<std::vector<SubpixelFeature>> of_tile(tiles_.count());
-    for (const SubpixelFeature& feature : find_subpixel_features(scene_, 2 * film_.size() + 4096))
-      of_tile[tiles_.index({feature.x, feature.y})].push_back(feature);
+  void find_features() {
+    const std::vector<SubpixelFeature> features = find_subpixel_features(scene_, 2 * film_.size() + 4096);
+    const std::vector<Color> radiance = sample_features(std::span(features), scene_, pool_, in_parallel_,
+                                                        [this] { return control_.cancelled() || deadline_.over(); });
     const DisplayTransform display = film_.display();
-    each_tile([&](std::uint64_t tile, T& tracer) {
-      if (of_tile[tile].empty() || deadline_.over()) return;
-      Batch& batch = tracer.batch();
-      batch.clear();
-      batch.light_points = fresh_light_points;
-      for (const SubpixelFeature& feature : of_tile[tile]) {
-        Sample sample = uniform_sample(scene_, feature.x, feature.y, 0, 1);
-        sample.at = feature.at;
-        sample.share = fresh_share;
-        push(batch, scene_, sample);
-      }
-      if (!tracer.trace()) return;
-      for (std::size_t i = 0; i < of_tile[tile].size(); ++i) {
-        const SubpixelFeature& feature = of_tile[tile][i];
-        const Color& radiance = tracer.radiance()[i];
-        if (finite(radiance)) film_.add_feature(tiles_.place({feature.x, feature.y}), feature, radiance, display);
-      }
-    });
+    for (std::size_t i = 0; i < features.size(); ++i)
+      if (finite(radiance[i]))
+        film_.add_feature(tiles_.place({features[i].x, features[i].y}), features[i], radiance[i], display);
   }
 
   void trace_round(const SampleAllocation& allocation) {

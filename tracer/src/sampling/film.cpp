@@ -5,82 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
-
-#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
-
-/// Bounds of a thin primitive: the points within `radius` of the segment from center - axis to center + axis.
-struct Capsule {
-  Vec3 center, axis;
-  double radius = 0;
-};
-
-Capsule bounding_capsule(const Quadric& quadric) {
-  const Linear& m = quadric.render_from_shape;
-  const Bounds box = local_box(quadric);
-  const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
-  std::array<Vec3, 3> half{m.x * extent.x, m.y * extent.y, m.z * extent.z};
-  const Vec3 center = quadric.origin + m.x * middle.x + m.y * middle.y + m.z * middle.z;
-  std::sort(half.begin(), half.end(), [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
-  return {center, half[0], length(half[1])};
-}
-
-class FeatureFinder {
- public:
-  FeatureFinder(const CompiledScene& scene, std::size_t count_max)
-      : scene_(scene), window_(scene.image.window()), count_max_(count_max) {}
-
-  void add(const Capsule& capsule) {
-    const double pixels = length(capsule.axis) / pixel_side(capsule.center);
-    // The projected thickness of a long capsule varies, so it is sampled in steps.
-    const double longest = 2.0 * (scene_.image.width + scene_.image.height);
-    const auto steps = static_cast<std::uint32_t>(std::clamp(std::ceil(2 * pixels), 1.0, longest));
-    for (std::uint32_t step = 0; step < steps && features_.size() < count_max_; ++step) {
-      const double along = (2 * step + 1.0) / steps - 1;
-      add_step(capsule.center + capsule.axis * along, capsule.radius, 2 * length(capsule.axis) / steps);
-    }
-  }
-
-  std::vector<SubpixelFeature> take() { return std::move(features_); }
-
- private:
-  [[nodiscard]] double pixel_side(const Vec3& point) const {
-    const Vec3 offset = point - scene_.camera.position();
-    const CompiledCamera::Footprint footprint = scene_.camera.pixel_footprint(normalize(offset));
-    return footprint.width + std::abs(footprint.spread) * length(offset);
-  }
-
-  void add_step(const Vec3& point, double radius, double step_length) {
-    const double side = pixel_side(point);
-    if (!(radius < side)) return;
-    const auto pixel = scene_.camera.project(point);
-    if (!pixel) return;
-    const double thickness = radius / side;
-    const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
-    if (thickness < 0.1) return add_feature(*pixel, share);
-    // It covers several pixels: one feature in the middle of each quarter.
-    for (const double dx : {-0.5, 0.5})
-      for (const double dy : {-0.5, 0.5})
-        add_feature({pixel->x + dx * thickness, pixel->y + dy * thickness}, share / 4);
-  }
-
-  void add_feature(const Vec2& pixel, double share) {
-    if (!(pixel.x >= window_.x0 && pixel.x < window_.x1 && pixel.y >= window_.y0 && pixel.y < window_.y1)) return;
-    const double x = std::floor(pixel.x), y = std::floor(pixel.y);
-    features_.push_back({static_cast<std::uint32_t>(x),
-                         static_cast<std::uint32_t>(y),
-                         {pixel.x - x, pixel.y - y},
-                         static_cast<float>(std::min(share, 1.0))});
-  }
-
-  const CompiledScene& scene_;
-  PixelWindow window_;
-  std::size_t count_max_;
-  std::vector<SubpixelFeature> features_;
-};
 
 /// The largest of `most`, most / 4, most / 16, ... for which the bounds below it are small together.
 double certified_limit(std::span<const PixelState> pixels, double most) {
@@ -357,21 +284,6 @@ void Film::write(Rendered& rendered, const Outcome& outcome) {
   allocate(image, scene_.image.window(), scene_.output);
   if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });
   if (!image.layers.error.empty()) write_errors(image.layers.error, image, outcome, context);
-}
-
-std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
-  std::size_t primitives = 0;
-  for (const SphereGeometry& spheres : scene.geometry().spheres) primitives += spheres.radius.size();
-  for (const QuadricGeometry& quadrics : scene.geometry().quadrics) primitives += quadrics.quadrics.size();
-  const std::size_t stride = primitives / std::max<std::size_t>(1, count_max) + 1;
-  FeatureFinder finder(scene, count_max);
-  for (const SphereGeometry& spheres : scene.geometry().spheres)
-    for (std::size_t i = 0; i < spheres.radius.size(); i += stride)
-      finder.add({{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]});
-  for (const QuadricGeometry& quadrics : scene.geometry().quadrics)
-    for (std::size_t i = 0; i < quadrics.quadrics.size(); i += stride)
-      finder.add(bounding_capsule(quadrics.quadrics[i]));
-  return finder.take();
 }
 
 }  // namespace tracer

@@ -12,22 +12,11 @@
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/pixel_state.h"
 #include "tracer/src/sampling/sample_allocation.h"
+#include "tracer/src/sampling/subpixel_features.h"
 #include "tracer/src/sampling/tile_errors.h"
 #include "tracer/src/sampling/tone_error.h"
 
 namespace tracer {
-
-/// A primitive thinner than two pixels, found by projecting its bounds, so that sampling can target it.
-struct SubpixelFeature {
-  std::uint32_t x = 0, y = 0;  ///< pixel of the full image
-  Vec2 at;                     ///< position in the pixel
-  float share = 0;             ///< approximate fraction of the pixel that the primitive covers
-};
-
-/// Features of spheres and quadrics in the image's window, about one per pixel along their length. Visibility is not
-/// tested. If there are more than about `count_max` primitives, every n-th is used. Triangles are left out: the samples
-/// of a mesh also find neighboring triangles.
-std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
 /// A place is the index of a pixel in the window, row by row. Functions of one place may run concurrently for different
 /// places; all others exclude each other.

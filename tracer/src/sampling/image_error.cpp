@@ -127,9 +127,13 @@ std::span<const float> UniformVariance::row(std::size_t y) {
   if (pixels_.deviation.empty()) {
     const std::span<const float> contrast = contrasts_.row(y);
     predict_variances(contrast.data(), contrast.size(), variance_.data());
-    return variance_;
+  } else {
+    for (std::size_t x = 0; x < pixels_.width; ++x) variance_[x] = variance_of(y * pixels_.width + x);
   }
-  for (std::size_t x = 0; x < pixels_.width; ++x) variance_[x] = variance_of(y * pixels_.width + x);
+  const std::size_t first = y * pixels_.width, last = first + pixels_.width;
+  const auto begin = std::ranges::lower_bound(pixels_.missed, first, {}, &MissedFeature::place);
+  for (auto missed = begin; missed != pixels_.missed.end() && missed->place < last; ++missed)
+    variance_[missed->place - first] += missed->squared;
   return variance_;
 }
 
@@ -142,6 +146,33 @@ float UniformVariance::variance_of(std::size_t pixel) const {
     variance += slope * slope * deviation * deviation;
   }
   return static_cast<float>(variance);
+}
+
+std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
+                                           const UniformPixels& pixels, const PixelWindow& window,
+                                           const DisplayTransform& display) {
+  constexpr double hits_min = 4;
+  std::vector<MissedFeature> missed;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const SubpixelFeature& feature = features[i];
+    if (!finite(radiance[i]) || double{feature.share} * pixels.samples >= hits_min) continue;
+    const std::size_t place = std::size_t{feature.y - window.y0} * pixels.width + (feature.x - window.x0);
+    double squared = 0, brightest = 0;
+    bool hit = false;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double found = c == 0 ? radiance[i].r : c == 1 ? radiance[i].g : radiance[i].b;
+      const double value = pixels.rgb[3 * place + c], with = value + (found - value) * feature.share;
+      const double change = std::abs(found - value) / pixels.samples;
+      hit |= change > 0 && !pixels.deviation.empty() && pixels.deviation[3 * place + c] >= change / 2;
+      squared += std::pow(display.level(with) - display.level(value), 2);
+      brightest = std::max(brightest, with);
+    }
+    if (!hit && squared > 0)
+      missed.push_back(
+          {static_cast<std::uint32_t>(place), static_cast<float>(squared * feature.count), film_value(brightest)});
+  }
+  std::ranges::sort(missed, {}, &MissedFeature::place);
+  return missed;
 }
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
@@ -177,6 +208,7 @@ ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
     BrightestRange range;
     for (std::size_t i = 0; i < pixels.rgb.size(); ++i)
       range.add(pixels.rgb[i], pixels.deviation.empty() ? 0 : pixels.deviation[i], 0, 0);
+    for (const MissedFeature& missed : pixels.missed) range.high = std::max(range.high, double{missed.brightest});
     parts.tone = tone_error(pixels.rgb, context.output, range, in_parallel);
   }
   ErrorEstimate error = error_estimate(parts, pixels.rgb.size() / 3);

@@ -15,6 +15,7 @@
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/sampling/error_estimate.h"
+#include "tracer/src/sampling/subpixel_features.h"
 
 namespace tracer {
 
@@ -75,21 +76,38 @@ struct OmittedSample {
   OmittedRadiance omitted;  ///< mean over the pixel's samples
 };
 
+/// What the samples of a pixel have missed of a subpixel feature.
+struct MissedFeature {
+  std::uint32_t place = 0;
+  float squared =
+      0;  ///< squared error, in squared code values, summed over the channels and the features it stands for
+  float brightest = 0;  ///< channel of the pixel with the feature
+};
+
 /// References must outlive it.
 struct UniformPixels {
   std::span<const float> rgb;        ///< means, three channels per pixel
   std::span<const float> deviation;  ///< standard deviation of each mean, three channels; empty for one sample
   std::uint32_t width = 0;
+  std::uint32_t samples = 1;                ///< of each pixel
+  std::span<const MissedFeature> missed{};  ///< ascending by place
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };
+
+/// What the samples of pixels have missed of features, ascending by place. `radiance` is parallel to `features`;
+/// features without finite radiance are left out. A feature was hit if the halves of the pixel's samples differ by half
+/// of what one hit changes; where four hits are expected it was not missed.
+std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
+                                           const UniformPixels& pixels, const PixelWindow& window,
+                                           const DisplayTransform& display);
 
 /// Variance of every pixel's mean, in squared code values, summed over the channels; row by row, best in ascending
 /// order. One thread.
 ///
 /// From the deviations, which halves of the samples estimate: jointly stratified halves differ more than independent
 /// ones, so it is too large by up to 2^p - 1, where p is `variance_power`. Of a single sample, the prediction from the
-/// contrast.
+/// contrast. Errors of missed features are added.
 class UniformVariance {
  public:
   /// `display` must outlive it.

@@ -37,12 +37,11 @@ class UniformSampler {
     control_.begin(tiles_.count());
     trace(image);
     if (control_.tiles_done() < tiles_.count()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
-    rendered.statistics = pool_.statistics();
-    rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
     const double brightest = brightest_if_needed(scene_, image.rgb);
     const ErrorContext context{DisplayTransform(scene_.output, brightest), bound_omitted_radiance(scene_, brightest),
                                scene_.output};
-    rendered.error = estimate(image, context);
+    rendered.error = estimate(rendered, context);
+    rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
     estimate_approximation_error<T>(scene_, settings_, control_, context.display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
@@ -54,6 +53,8 @@ class UniformSampler {
   static constexpr std::uint32_t batch_rays = 4096, batch_pixels_min = lanes;
   /// A penumbra with 16 stratified points per pixel has a standard error of at most about 3 % of the light.
   static constexpr std::uint32_t light_points_min = 16;
+  /// At most one feature in eight samples, so that they take little time.
+  static constexpr std::size_t samples_per_feature = 8, features_min = 256;
 
   /// Sums over a pixel's samples. Layers are separate, since few scenes have any.
   struct Sums {
@@ -167,12 +168,23 @@ class UniformSampler {
       omitted.push_back({static_cast<std::uint32_t>(at), radiance});
   }
 
-  ErrorEstimate estimate(Image& image, const ErrorContext& context) const {
-    const auto in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+  /// Samples features that the pixels may have missed, and sets the statistics.
+  ErrorEstimate estimate(Rendered& rendered, const ErrorContext& context) {
+    const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
-    ErrorEstimate error =
-        measure_uniform_errors(image, {image.rgb, deviation_, image.width}, omitted_, context, in_parallel);
+    Image& image = rendered.image;
+    const std::vector<SubpixelFeature> features =
+        find_subpixel_features(scene_, features_min + image.rgb.size() / 3 * samples_ / samples_per_feature);
+    const std::vector<Color> radiance =
+        sample_features(std::span(features), scene_, pool_, in_parallel, [this] { return control_.cancelled(); });
+    rendered.statistics = pool_.statistics();
+    rendered.statistics.holdout_samples = features.size();
+    UniformPixels pixels{image.rgb, deviation_, image.width, samples_};
+    const std::vector<MissedFeature> missed =
+        missed_features(features, radiance, pixels, scene_.image.window(), context.display);
+    pixels.missed = missed;
+    ErrorEstimate error = measure_uniform_errors(image, pixels, omitted_, context, in_parallel);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target();
     error.tile_target = scene_.accuracy.tile_target();

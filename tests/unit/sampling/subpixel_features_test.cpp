@@ -1,0 +1,143 @@
+// Features thinner than pixels: which are found, and what fixed samples miss of them.
+#include "tracer/src/sampling/subpixel_features.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/scenes.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/sampling/image_error.h"
+
+namespace tracer {
+namespace {
+
+/// A scene of 32 x 32 pixels, a pixel for each unit of length in the plane z = 0.
+Scene flat_scene() {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 1000}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(16.0 / 1000) * 180 / std::numbers::pi};
+  return scene;
+}
+
+std::vector<SubpixelFeature> features_of(const Scene& scene, std::size_t count_max = 1000) {
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  return find_subpixel_features(**compiled, count_max);
+}
+
+/// Square with the center (x, y).
+Mesh square(double x, double y, double side) {
+  const double h = side / 2;
+  Mesh mesh;
+  mesh.positions = {{x - h, y - h, 0}, {x + h, y - h, 0}, {x + h, y + h, 0}, {x - h, y + h, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+TEST(SubpixelFeatures, AreSmallObjects) {
+  Scene scene = flat_scene();
+  scenes::add(scene, square(0.5, 0.5, 0.1), scenes::glowing({1, 1, 1}));
+  const auto features = features_of(scene);
+  ASSERT_FALSE(features.empty());
+  for (const SubpixelFeature& feature : features) {
+    EXPECT_EQ(feature.x, 16u);
+    EXPECT_EQ(feature.y, 15u);
+    EXPECT_NEAR(feature.at.x, 0.5, 0.08);
+    EXPECT_NEAR(feature.at.y, 0.5, 0.08);
+    EXPECT_GT(feature.share, 0.003);
+    EXPECT_LT(feature.share, 0.03);
+    EXPECT_EQ(feature.count, 1);
+  }
+}
+
+/// The middle of its longest edge is not inside.
+TEST(SubpixelFeatures, LieInsideOfTriangles) {
+  Scene scene = flat_scene();
+  scenes::add(scene, Triangle{{Vec3{0.3, 0.3, 0}, Vec3{0.7, 0.3, 0}, Vec3{0.3, 0.6, 0}}, {}, {}},
+              scenes::glowing({1, 1, 1}));
+  const auto features = features_of(scene);
+  ASSERT_FALSE(features.empty());
+  std::size_t inside = 0;
+  for (const SubpixelFeature& feature : features) {
+    const double u = (feature.at.x - 0.3) / 0.4, v = (0.7 - feature.at.y) / 0.3;  // rows count from the top
+    inside += u > 0 && v > 0 && u + v < 1 ? 1 : 0;
+  }
+  EXPECT_GE(2 * inside, features.size());
+}
+
+TEST(SubpixelFeatures, FollowThinTriangles) {
+  Scene scene = flat_scene();
+  scenes::add(scene, Triangle{{Vec3{-10.5, -10.5, 0}, Vec3{10.5, 10.5, 0}, Vec3{10.5, 10.6, 0}}, {}, {}},
+              scenes::glowing({1, 1, 1}));
+  std::vector<bool> rows(32);
+  for (const SubpixelFeature& feature : features_of(scene)) rows[feature.y] = true;
+  EXPECT_GE(std::count(rows.begin(), rows.end(), true), 21);
+}
+
+TEST(SubpixelFeatures, AreNeitherLargeNorPartsOfMeshes) {
+  Scene scene = flat_scene();
+  scenes::add(scene, square(0, 0, 20), scenes::glowing({1, 1, 1}));
+  scenes::add(scene, scenes::placed(scenes::icosphere(4), 5, {0, 0, 0}), scenes::matte({1, 1, 1}));
+  EXPECT_TRUE(features_of(scene).empty());
+}
+
+TEST(SubpixelFeatures, StandForOthersIfThereAreTooMany) {
+  Scene scene = flat_scene();
+  const MaterialId white = scenes::add(scene, scenes::glowing({1, 1, 1}));
+  for (int i = 0; i < 900; ++i) scenes::add(scene, Sphere{{i % 30 - 14.5, i / 30 - 14.5, 0}, 0.01, {}}, white);
+  EXPECT_EQ(features_of(scene).size(), 900u);
+  double sum = 0;
+  const auto few = features_of(scene, 100);
+  EXPECT_LE(few.size(), 100u);
+  for (const SubpixelFeature& feature : few) sum += feature.count;
+  EXPECT_NEAR(sum, 900, 10);
+}
+
+class MissedFeatures : public ::testing::Test {
+ protected:
+  std::vector<MissedFeature> missed(std::uint32_t samples, double deviation, double share = 0.1, double radiance = 1) {
+    const std::vector<float> rgb(12, 0.25F), deviations(12, static_cast<float>(deviation));
+    const std::vector<SubpixelFeature> features{{1, 1, {0.5, 0.5}, static_cast<float>(share), 2},
+                                                {0, 1, {0.5, 0.5}, static_cast<float>(share), 1}};
+    const std::vector<Color> colors(2, Color{radiance, 0.25, 0.25});
+    return missed_features(features, colors, {rgb, deviations, 2, samples}, {0, 0, 2, 2}, display_);
+  }
+  DisplayTransform display_{{}, 1};
+};
+
+TEST_F(MissedFeatures, ChangeTheDisplayedPixel) {
+  const auto found = missed(4, 0);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].place, 2u);
+  EXPECT_EQ(found[1].place, 3u);
+  const double with = 0.25 + 0.1 * 0.75, error = std::pow(display_.level(with) - display_.level(0.25), 2);
+  EXPECT_NEAR(found[0].squared, error, 1e-3 * error);
+  EXPECT_NEAR(found[1].squared, 2 * error, 1e-3 * error) << "stands for two";
+  EXPECT_NEAR(found[0].brightest, with, 1e-6);
+}
+
+TEST_F(MissedFeatures, AreNotThoseThatWereHit) {
+  EXPECT_TRUE(missed(4, 0.75 / 4).empty()) << "the halves differ by one hit";
+  EXPECT_FALSE(missed(4, 0.01).empty());
+  EXPECT_TRUE(missed(64, 0).empty()) << "it would have been hit six times";
+  EXPECT_TRUE(missed(4, 0, 0.1, 0.25).empty()) << "it looks like the pixel";
+  EXPECT_TRUE(missed(4, 0, 0.1, std::nan("")).empty());
+}
+
+/// One sample per pixel misses all of it, and knows.
+TEST(UniformSampler, TellsTheErrorOfWhatItMissed) {
+  Scene scene = flat_scene();
+  scene.background.color = {0.1, 0.1, 0.1};
+  scenes::add(scene, square(0.3, 0.3, 0.3), scenes::glowing({1, 1, 1}));
+  const Rendered rendered = scenes::render(scene);
+  for (const float value : rendered.image.rgb) ASSERT_EQ(value, 0.1F) << "no sample hits it";
+  const DisplayTransform display({}, 1);
+  const double truth = (display.level(0.1 + 0.09 * 0.9) - display.level(0.1)) / 32;
+  EXPECT_GE(rendered.error.estimate, truth);
+  EXPECT_LE(rendered.error.estimate, 4 * truth);
+  EXPECT_GT(rendered.statistics.holdout_samples, 0u);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,143 @@
+#include "tracer/src/sampling/subpixel_features.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "tracer/src/shapes/shape_registry.h"
+
+namespace tracer {
+namespace {
+
+/// Bounds of a thin object: the points within `radius` of the segment from center - axis to center + axis.
+struct Capsule {
+  Vec3 center, axis;
+  double radius = 0;
+};
+
+Capsule bounding_capsule(const Quadric& quadric) {
+  const Linear& m = quadric.render_from_shape;
+  const Bounds box = local_box(quadric);
+  const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
+  std::array<Vec3, 3> half{m.x * extent.x, m.y * extent.y, m.z * extent.z};
+  const Vec3 center = quadric.origin + m.x * middle.x + m.y * middle.y + m.z * middle.z;
+  std::sort(half.begin(), half.end(), [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
+  return {center, half[0], length(half[1])};
+}
+
+/// Bounds of the vertices, along the line from one of the farthest to the vertex farthest from it, moved to the mean of
+/// the vertices: that line may be an edge.
+Capsule bounding_capsule(std::span<const Vec3> vertices) {
+  const auto farthest = [&](const Vec3& from) {
+    return *std::ranges::max_element(vertices, {}, [&](const Vec3& v) { return dot(v - from, v - from); });
+  };
+  const Vec3 a = farthest(vertices[0]), b = farthest(a), axis = (b - a) * 0.5, middle = (a + b) * 0.5;
+  const double squared = dot(axis, axis);
+  const auto from_line = [&](const Vec3& offset) {
+    return squared > 0 ? offset - axis * (dot(offset, axis) / squared) : offset;
+  };
+  Vec3 mean{};
+  for (const Vec3& v : vertices) mean = mean + from_line(v - middle) * (1.0 / static_cast<double>(vertices.size()));
+  Capsule capsule{middle + mean, axis, 0};
+  for (const Vec3& v : vertices) capsule.radius = std::max(capsule.radius, length(from_line(v - capsule.center)));
+  return capsule;
+}
+
+class FeatureFinder {
+ public:
+  FeatureFinder(const CompiledScene& scene, std::size_t count_max, std::size_t stride)
+      : scene_(scene), window_(scene.image.window()), count_max_(count_max), stride_(stride) {}
+
+  /// Adds the features of every n-th capsule.
+  template <class MakeCapsule>
+  void add_one_of(const MakeCapsule& make_capsule) {
+    if (candidates_++ % stride_ == 0) add(make_capsule());
+  }
+
+  std::vector<SubpixelFeature> take() { return std::move(features_); }
+
+ private:
+  void add(const Capsule& capsule) {
+    const double pixels = length(capsule.axis) / pixel_side(capsule.center);
+    // The projected thickness of a long capsule varies, so it is sampled in steps.
+    const double longest = 2.0 * (scene_.image.width + scene_.image.height);
+    const auto steps = static_cast<std::uint32_t>(std::clamp(std::ceil(2 * pixels), 1.0, longest));
+    for (std::uint32_t step = 0; step < steps && features_.size() < count_max_; ++step) {
+      const double along = (2 * step + 1.0) / steps - 1;
+      add_step(capsule.center + capsule.axis * along, capsule.radius, 2 * length(capsule.axis) / steps);
+    }
+  }
+
+  [[nodiscard]] double pixel_side(const Vec3& point) const {
+    const Vec3 offset = point - scene_.camera.position();
+    const CompiledCamera::Footprint footprint = scene_.camera.pixel_footprint(normalize(offset));
+    return footprint.width + std::abs(footprint.spread) * length(offset);
+  }
+
+  void add_step(const Vec3& point, double radius, double step_length) {
+    const double side = pixel_side(point);
+    if (!(radius < side)) return;
+    const auto pixel = scene_.camera.project(point);
+    if (!pixel) return;
+    const double thickness = radius / side;
+    const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
+    if (thickness < 0.1) return add_feature(*pixel, share);
+    // It covers several pixels: one feature in the middle of each quarter.
+    for (const double dx : {-0.5, 0.5})
+      for (const double dy : {-0.5, 0.5})
+        add_feature({pixel->x + dx * thickness, pixel->y + dy * thickness}, share / 4);
+  }
+
+  void add_feature(const Vec2& pixel, double share) {
+    if (!(pixel.x >= window_.x0 && pixel.x < window_.x1 && pixel.y >= window_.y0 && pixel.y < window_.y1)) return;
+    const double x = std::floor(pixel.x), y = std::floor(pixel.y);
+    features_.push_back({static_cast<std::uint32_t>(x),
+                         static_cast<std::uint32_t>(y),
+                         {pixel.x - x, pixel.y - y},
+                         static_cast<float>(std::min(share, 1.0)),
+                         static_cast<float>(stride_)});
+  }
+
+  const CompiledScene& scene_;
+  PixelWindow window_;
+  std::size_t count_max_, stride_, candidates_ = 0;
+  std::vector<SubpixelFeature> features_;
+};
+
+/// Calls use(vertices) for each object of few triangles. Larger ones have neighbors that samples find.
+template <class Use>
+void each_small_object(const TriangleGeometry& mesh, const Use& use) {
+  constexpr std::size_t vertices_max = 3 * 64;
+  std::vector<Vec3> vertices;
+  for (std::uint32_t first = 0, last = 0; first < mesh.triangles.size(); first = last) {
+    vertices.clear();
+    for (; last < mesh.triangles.size() && mesh.object_of(last) == mesh.object_of(first); ++last)
+      if (vertices.size() < vertices_max)
+        for (const std::uint32_t vertex : mesh.triangles[last]) vertices.push_back(mesh.position(vertex));
+    if (last - first <= vertices_max / 3) use(std::span<const Vec3>(vertices));
+  }
+}
+
+}  // namespace
+
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
+  const GeometrySet& geometry = scene.geometry();
+  std::size_t candidates = 0;
+  for (const SphereGeometry& spheres : geometry.spheres) candidates += spheres.radius.size();
+  for (const QuadricGeometry& quadrics : geometry.quadrics) candidates += quadrics.quadrics.size();
+  for (const TriangleGeometry& mesh : geometry.triangles)
+    each_small_object(mesh, [&](std::span<const Vec3>) { ++candidates; });
+  FeatureFinder finder(scene, count_max, candidates / std::max<std::size_t>(1, count_max) + 1);
+  for (const SphereGeometry& spheres : geometry.spheres)
+    for (std::size_t i = 0; i < spheres.radius.size(); ++i)
+      finder.add_one_of([&] { return Capsule{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]}; });
+  for (const QuadricGeometry& quadrics : geometry.quadrics)
+    for (const Quadric& quadric : quadrics.quadrics) finder.add_one_of([&] { return bounding_capsule(quadric); });
+  for (const TriangleGeometry& mesh : geometry.triangles)
+    each_small_object(
+        mesh, [&](std::span<const Vec3> vertices) { finder.add_one_of([&] { return bounding_capsule(vertices); }); });
+  return finder.take();
+}
+
+}  // namespace tracer

@@ -1,0 +1,56 @@
+#pragma once
+/// Parts of the scene that are so thin that samples may miss them, found by projecting bounds, and sampled one by one.
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/sampling/camera_samples.h"
+#include "tracer/src/sampling/tiles.h"
+
+namespace tracer {
+
+/// A primitive or an object of few triangles that is thinner than two pixels.
+struct SubpixelFeature {
+  std::uint32_t x = 0, y = 0;  ///< pixel of the full image
+  Vec2 at;                     ///< position in the pixel
+  float share = 0;             ///< approximate fraction of the pixel that it covers
+  float count = 1;             ///< features that it stands for
+};
+
+/// Features in the image's window, about one per pixel along their length: spheres, quadrics and objects of few
+/// triangles. Larger meshes are left out: their samples also find neighboring triangles. Visibility is not tested. If
+/// there are more than about `count_max` candidates, every n-th is used and stands for n.
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
+
+/// Radiance of one sample in the middle of each feature; NaN where `stop` was true or the tracer cancelled.
+template <Tracer T>
+std::vector<Color> sample_features(std::span<const SubpixelFeature> features, const CompiledScene& scene,
+                                   TracerPool<T>& pool, const InParallel& in_parallel,
+                                   const std::function<bool()>& stop) {
+  constexpr std::size_t at_once = 1024;
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Color> radiance(features.size(), Color{unknown, unknown, unknown});
+  in_parallel((features.size() + at_once - 1) / at_once, [&](std::uint64_t block) {
+    if (stop()) return;
+    const std::size_t first = block * at_once, count = std::min(at_once, features.size() - first);
+    typename TracerPool<T>::Lease tracer(pool);
+    Batch& batch = (*tracer).batch();
+    batch.clear();
+    batch.light_points = 1;
+    for (const SubpixelFeature& feature : features.subspan(first, count)) {
+      Sample sample = uniform_sample(scene, feature.x, feature.y, 0, 1);
+      sample.at = feature.at;
+      sample.share = 0;  // a point sample, without filtered textures
+      push(batch, scene, sample);
+    }
+    if (!(*tracer).trace()) return;
+    std::copy_n((*tracer).radiance().begin(), count, radiance.begin() + static_cast<std::ptrdiff_t>(first));
+  });
+  return radiance;
+}
+
+}  // namespace tracer
