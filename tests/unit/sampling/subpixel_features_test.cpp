@@ -126,7 +126,7 @@ TEST_F(MissedFeatures, AreNotThoseThatWereHit) {
 }
 
 /// One sample per pixel misses all of it, and knows.
-TEST(UniformSampler, TellsTheErrorOfWhatItMissed) {
+TEST(UniformSampler, IncludesTheErrorOfMissedFeatures) {
   Scene scene = flat_scene();
   scene.background.color = {0.1, 0.1, 0.1};
   scenes::add(scene, square(0.3, 0.3, 0.3), scenes::glowing({1, 1, 1}));

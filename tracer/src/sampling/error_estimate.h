@@ -78,7 +78,7 @@ struct SuspectedErrors {
   double missed_near_finds = 0;                    ///< sum of 1 / (n + 1)
   std::size_t found_by_one = 0, found_by_two = 0;  ///< alone
   double squared_shares = 0;                       ///< sum of missed_share()^2 over the pixels elsewhere
-  SummedErrors squared_heights;                    ///< of all features that were found alone
+  SummedErrors squared_heights;                    ///< features that were found alone
   std::size_t found_alone = 0;
 
   void add(const SuspectedErrors& part) {

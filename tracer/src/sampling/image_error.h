@@ -76,7 +76,7 @@ struct OmittedSample {
   OmittedRadiance omitted;  ///< mean over the pixel's samples
 };
 
-/// What the samples of a pixel have missed of a subpixel feature.
+/// Subpixel feature that the samples of its pixel have missed.
 struct MissedFeature {
   std::uint32_t place = 0;
   float squared =
@@ -89,13 +89,13 @@ struct UniformPixels {
   std::span<const float> rgb;        ///< means, three channels per pixel
   std::span<const float> deviation;  ///< standard deviation of each mean, three channels; empty for one sample
   std::uint32_t width = 0;
-  std::uint32_t samples = 1;                ///< of each pixel
+  std::uint32_t samples = 1;                ///< per pixel
   std::span<const MissedFeature> missed{};  ///< ascending by place
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };
 
-/// What the samples of pixels have missed of features, ascending by place. `radiance` is parallel to `features`;
+/// Features that the samples of their pixels have missed, ascending by place. `radiance` is parallel to `features`;
 /// features without finite radiance are left out. A feature was hit if the halves of the pixel's samples differ by half
 /// of what one hit changes; where four hits are expected it was not missed.
 std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
