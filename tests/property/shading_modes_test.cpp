@@ -1,6 +1,9 @@
 // One triangle under flat, smooth and Gouraud shading, each pixel compared with the formula.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "tests/support/pixel_ray.h"
 #include "tests/support/reference_optics.h"
 #include "tests/support/scenes.h"
@@ -32,7 +35,8 @@ Scene lit_triangle(Material::Shading shading) {
 /// looks.
 Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& normal) {
   const Material& material = scene.materials[0];
-  const Vec to_eye = unit(Vec(scene.camera.position) - seen);
+  const bool parallel = scene.camera.type == Camera::Type::orthographic;
+  const Vec to_eye = unit(Vec(scene.camera.position) - (parallel ? Vec(scene.camera.look_at) : seen));
   Real sum = 0;
   for (const Light& light : scene.lights) {
     const auto* point = std::get_if<PointLight>(&light.source);
@@ -46,9 +50,20 @@ Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& nor
   return sum;
 }
 
+/// Origin and unit direction of the ray through the center of pixel (x, y).
+std::pair<Vec, Vec> camera_ray(const Scene& scene, std::uint32_t x, std::uint32_t y) {
+  const Camera& camera = scene.camera;
+  if (camera.type == Camera::Type::perspective) return {camera.position, oracle::through(scene, x, y)};
+  const Vec forward = unit(Vec(camera.look_at) - Vec(camera.position)), right = unit(cross(forward, camera.up));
+  const Real pixel = Real(camera.height) / scene.image.height, half = Real(scene.image.height) / 2;
+  return {
+      Vec(camera.position) + (pixel * (x + 0.5L - half)) * right + (pixel * (half - y - 0.5L)) * cross(right, forward),
+      forward};
+}
+
 /// Weights of the corners where the pixel's ray intersects the triangle's plane (Cramer's rule).
 std::array<Real, 3> weights(const Scene& scene, std::uint32_t x, std::uint32_t y) {
-  const Vec o = scene.camera.position, d = oracle::through(scene, x, y);
+  const auto [o, d] = camera_ray(scene, x, y);
   const Vec a = corners[0], e1 = Vec(corners[1]) - a, e2 = Vec(corners[2]) - a, s = o - a;
   const Real volume = dot(cross(d, e2), e1);
   const Real u = dot(cross(d, e2), s) / volume, v = dot(cross(s, e1), d) / volume;
@@ -56,8 +71,7 @@ std::array<Real, 3> weights(const Scene& scene, std::uint32_t x, std::uint32_t y
 }
 
 template <class Expected>
-void expect_shading(Material::Shading shading, const Expected& expected) {
-  const Scene scene = lit_triangle(shading);
+void expect_shading(const Scene& scene, const Expected& expected) {
   const Image image = scenes::render(scene).image;
   int inside = 0;
   for (std::uint32_t y = 0; y < 64; ++y)
@@ -79,12 +93,12 @@ Vec place_of(const std::array<Real, 3>& w) {
 
 TEST(FlatShading, UsesTheFacesNormal) {
   const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
-  expect_shading(Material::Shading::flat,
+  expect_shading(lit_triangle(Material::Shading::flat),
                  [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), place_of(w), face); });
 }
 
 TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
-  expect_shading(Material::Shading::smooth, [](const Scene& scene, const auto& w) {
+  expect_shading(lit_triangle(Material::Shading::smooth), [](const Scene& scene, const auto& w) {
     // From the surface that the normals suggest, where that lies outside the face: the mean of the corners' planes.
     Vec lit = place_of(w), normal;
     const Vec place = lit;
@@ -97,12 +111,38 @@ TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
   });
 }
 
+Real light_of_corners(const Scene& scene, const std::array<Real, 3>& w) {
+  Real sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], corners[i], oracle::unit(normals[i]));
+  return sum;
+}
+
 TEST(GouraudShading, InterpolatesTheLightOfTheCorners) {
-  expect_shading(Material::Shading::gouraud, [](const Scene& scene, const auto& w) {
-    Real sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], corners[i], oracle::unit(normals[i]));
-    return sum;
-  });
+  expect_shading(lit_triangle(Material::Shading::gouraud), light_of_corners);
+}
+
+TEST(GouraudShading, HasHighlightsForTheDirectionOfParallelRays) {
+  for (const double distance : {0.5, 4.0, 400.0}) {
+    Scene scene = lit_triangle(Material::Shading::gouraud);
+    scene.camera.position = {0.2 * distance, 0.1 * distance, distance};
+    scene.camera.type = Camera::Type::orthographic;
+    scene.camera.height = 2.2;
+    expect_shading(scene, light_of_corners);
+  }
+}
+
+TEST(GouraudShading, HasHighlightsInAMirrorThatDoNotDependOnItsDistance) {
+  const auto image = [](double distance) {
+    Scene scene = lit_triangle(Material::Shading::gouraud);
+    scene.camera = {{0, 0, 1}, {0, 0, 2}, {0, 1, 0}};
+    scene.camera.type = Camera::Type::orthographic;
+    scene.camera.height = 2.2;
+    scenes::add(scene, Plane{{0, 0, distance}, {0, 0, -1}, {}}, scenes::mirror());
+    return scenes::render(scene).image;
+  };
+  const Image near = image(1.5), far = image(50);
+  EXPECT_GT(*std::max_element(near.rgb.begin(), near.rgb.end()), 0.3f);
+  for (std::size_t i = 0; i < near.rgb.size(); ++i) ASSERT_NEAR(near.rgb[i], far.rgb[i], 1e-6) << i;
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ class CompiledCamera {
   }
 
   [[nodiscard]] const Vec3& position() const { return position_; }
+  [[nodiscard]] bool has_parallel_rays() const { return type_ == Camera::Type::orthographic; }
 
   /// The ray through the image position (x, y), in pixels of the full image from its upper left corner, and the center
   /// of the lens.

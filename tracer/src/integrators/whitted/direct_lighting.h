@@ -156,11 +156,13 @@ class DirectLighting {
     for (int i = 0; i < state_.hit.count; ++i) position_.push_back(state_.hit.points.position[i]);
   }
 
-  /// Gouraud shading: moves the lanes that need it to the vertices of their triangles.
-  void move_to_vertices(const RayQueue& rays, ShadingPointPacket& shading_points) {
+  /// Gouraud shading: moves the lanes that need it to the vertices of their triangles. `depth`: that of the rays.
+  void move_to_vertices(const RayQueue& rays, std::uint32_t depth, ShadingPointPacket& shading_points) {
     if (!state_.template needs<&Requirements::gouraud>()) return;
+    // Only these rays begin at the eye; any other could begin elsewhere on its line.
+    const bool from_eye = depth == 0 && !state_.scene.camera.has_parallel_rays();
     for (int i = 0; i < state_.hit.count; ++i) {
-      if (!push_vertices(rays, shading_points, i)) continue;
+      if (!push_vertices(rays, from_eye, shading_points, i)) continue;
       shading_points.diffuse.set(i, {});
       shading_points.specular.set(i, {});
     }
@@ -192,7 +194,7 @@ class DirectLighting {
 
  private:
   /// Returns false unless the lane is Gouraud-shaded.
-  bool push_vertices(const RayQueue& rays, const ShadingPointPacket& shading_points, int lane) {
+  bool push_vertices(const RayQueue& rays, bool from_eye, const ShadingPointPacket& shading_points, int lane) {
     const HitPacket& hit = state_.hit;
     const CompiledMaterial& material = state_.material_of_lane(lane);
     if (shading_of(material.shading, state_.approximate().shading) != Material::Shading::gouraud) return false;
@@ -203,18 +205,19 @@ class DirectLighting {
     if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[lane]] = {};
     const Color specular = hit.throughput[lane] * material.specular;
     for (const Corner& corner : *corners)
-      corner_points_.push({.point = corner.point,
-                           .face = shading_points.face[lane],
-                           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
-                           .to_eye = normalize(rays.origin(ray) - corner.point.position),
-                           .diffuse = shading_points.diffuse[lane] * corner.weight,
-                           .specular = specular * corner.weight,
-                           .shininess = material.shininess,
-                           .blinn = material.blinn,
-                           .hit = shading_points.hit[lane],
-                           .sample = shading_points.sample[lane],
-                           .media = shading_points.media[lane],
-                           .from = shading_points.from[lane]});
+      corner_points_.push(
+          {.point = corner.point,
+           .face = shading_points.face[lane],
+           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
+           .to_eye = from_eye ? normalize(rays.origin(ray) - corner.point.position) : -rays.direction(ray),
+           .diffuse = shading_points.diffuse[lane] * corner.weight,
+           .specular = specular * corner.weight,
+           .shininess = material.shininess,
+           .blinn = material.blinn,
+           .hit = shading_points.hit[lane],
+           .sample = shading_points.sample[lane],
+           .media = shading_points.media[lane],
+           .from = shading_points.from[lane]});
     return true;
   }
 

@@ -190,7 +190,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (writes) write_gbuffer(shading_points);
     lighting_.add_positions();
     if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
-    lighting_.move_to_vertices(rays, shading_points);
+    lighting_.move_to_vertices(rays, depth, shading_points);
   }
 }
 
