@@ -148,9 +148,10 @@ TEST(ThinPanes, InterpolateOrFilterTheRadianceBehindThem) {
     scenes::add(through, Disc{{0, 0, 0}, {0, 0, 1}, 1, 0, {}}, pane);
     const auto seen = ahead(through);
     const bool mixes = transparency == Material::Transparency::interpolated;
-    EXPECT_NEAR(seen[0], mixes ? 0.75 * 0.1 + 0.05 + 0.25 : 0.1 + 0.05 + 0.125, 1e-6);
-    EXPECT_NEAR(seen[1], mixes ? 0.75 * 0.2 + 0.25 : 0.2 + 0.25, 1e-6);
-    EXPECT_NEAR(seen[2], mixes ? 0.75 * 0.4 + 0.25 : 0.4 + 0.5, 1e-6);
+    const double own = mixes ? 0.75 : 1;
+    EXPECT_NEAR(seen[0], own * 0.1 + 0.05 + 0.125, 1e-6);
+    EXPECT_NEAR(seen[1], own * 0.2 + 0.25, 1e-6);
+    EXPECT_NEAR(seen[2], own * 0.4 + 0.5, 1e-6);
   }
 }
 

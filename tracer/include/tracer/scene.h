@@ -190,8 +190,8 @@ struct Material {
   double transmission = 0;            ///< K_t in [0,1]; filtered transparency may have more
   Color transmission_color{1, 1, 1};  ///< C_t
   /// Transmission for K_t > 0. refract: Snell's law; total internal reflection adds K_t C_t to the reflected
-  /// throughput. interpolated: not refracted, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t I_behind.
-  /// filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
+  /// throughput. interpolated: not refracted, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t C_t
+  /// I_behind. filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
   enum class Transparency { refract, interpolated, filtered };
   Transparency transparency = Transparency::refract;
   double ior = 1.5;  ///< > 0; relative to the outside

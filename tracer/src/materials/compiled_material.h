@@ -42,7 +42,7 @@ struct CompiledMaterial {
   Color diffuse;   ///< factor of N.L
   Color specular;  ///< factor of the specular term; black: none
   Color mirror;    ///< reflectance K_r C_r, before the Fresnel factor
-  Color through;   ///< transmittance K_t C_t, or K_t for interpolated transparency, before the Fresnel factor
+  Color through;   ///< transmittance K_t C_t, before the Fresnel factor
   double shininess = 0;
   double ior = 1;
   bool blinn = false;           ///< specular model of Blinn, else of Phong
@@ -59,13 +59,11 @@ inline CompiledMaterial compiled_materials(const Material& material, const Color
   const Color color = plain != nullptr ? *plain : Color{};
   const bool has_specular = material.model != Material::Model::lambert && material.specular > 0;
   const bool transmits = material.transmission > 0;
-  const bool interpolates = material.transparency == Material::Transparency::interpolated;
-  const Color through = Color{1, 1, 1} * material.transmission;
   return {.own = emitted_ambient(material, color, ambient),
           .diffuse = diffuse_coefficient(material, color),
           .specular = has_specular ? material.specular_color * material.specular : Color{},
           .mirror = material.reflection_color * material.reflection,
-          .through = interpolates ? through : through * material.transmission_color,
+          .through = material.transmission_color * material.transmission,
           .shininess = material.shininess,
           .ior = material.ior,
           .blinn = material.model == Material::Model::blinn_phong,
