@@ -12,10 +12,10 @@ using namespace tracer;
 
 constexpr double degree = std::numbers::pi / 180;
 
-/// Radiance at a camera at (0, 0, 5) in its viewing direction.
-std::array<double, 3> ahead(Scene scene) {
+/// Radiance at a camera at (0, 0, z) that looks at 0.
+std::array<double, 3> ahead(Scene scene, double z = 5) {
   scene.image = {1, 1};
-  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.01};
+  scene.camera = {{0, 0, z}, {0, 0, 0}, {0, 1, 0}, 0.01};
   const Image image = scenes::render(scene).image;
   return {image.rgb[0], image.rgb[1], image.rgb[2]};
 }
@@ -112,6 +112,21 @@ TEST(Absorption, OfASlabIsExponentialInItsThickness) {
     EXPECT_NEAR(seen[1], std::exp(-thickness), 1e-6);
     EXPECT_NEAR(seen[2], std::exp(-3 * thickness), 1e-6);
   }
+}
+
+TEST(OverlapOfEqualPriority, TransmitsTheSameInBothDirections) {
+  Material stained = scenes::glass(1);
+  stained.fresnel = false;
+  stained.reflection = 0;
+  Scene scene = scenes::empty(1);
+  scene.background.color = {1, 1, 1};
+  scenes::add(scene, Box{{-1, -1, 1}, {1, 1, 3.5}}, stained);
+  stained.absorption = {1, 1, 1};
+  scenes::add(scene, Box{{-1, -1, 0}, {1, 1, 2}}, stained);
+  EXPECT_NEAR(ahead(scene)[0], std::exp(-2.0), 1e-6) << "the smaller box fills the overlap";
+  EXPECT_NEAR(ahead(scene, -5)[0], std::exp(-2.0), 1e-6);
+  std::swap(scene.objects[0], scene.objects[1]);
+  EXPECT_NEAR(ahead(scene)[0], std::exp(-2.0), 1e-6) << "nor does the order of the document matter";
 }
 
 TEST(Hollow, EqualsASphereOfAirOfHigherPriorityAndAMeshTurnedInsideOut) {

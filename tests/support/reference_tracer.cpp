@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <variant>
 
 #include "tests/support/reference_optics.h"
@@ -66,8 +67,10 @@ ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& poin
 /// Null: the outside.
 const ReferenceTracer::Body* ReferenceTracer::current_medium(const Inside& inside) {
   const Body* best = nullptr;
-  for (const Body* body : inside)
-    if (best == nullptr || body->material->priority >= best->material->priority) best = body;
+  for (const Body* body : inside) {
+    const auto rank = [](const Body* of) { return std::tuple(of->material->priority, -of->size, of); };
+    if (best == nullptr || rank(body) > rank(best)) best = body;  // all are elements of one vector
+  }
   return best;
 }
 
@@ -112,6 +115,18 @@ ReferenceTracer::ReferenceTracer(const tracer::Scene& scene) : scene_(scene) {
         if (!mesh->uvs.empty()) face.ta = mesh->uvs[a], face.tb = mesh->uvs[b], face.tc = mesh->uvs[c];
         body.faces.push_back(face);
       }
+    }
+    body.size = std::numeric_limits<float>::infinity();
+    if (const auto* sphere = std::get_if<tracer::Sphere>(&object.shape))
+      body.size = static_cast<float>(sphere->radius * std::sqrt(12.0L));
+    if (!body.faces.empty()) {
+      Vec low{infinity, infinity, infinity}, high = -low;
+      for (const Face& face : body.faces)
+        for (const Vec& p : {face.a, face.b, face.c}) {
+          low = {std::fmin(low.x, p.x), std::fmin(low.y, p.y), std::fmin(low.z, p.z)};
+          high = {std::fmax(high.x, p.x), std::fmax(high.y, p.y), std::fmax(high.z, p.z)};
+        }
+      body.size = static_cast<float>(length(high - low));
     }
     bodies_.push_back(std::move(body));
   }

@@ -49,6 +49,7 @@ class ReferenceTracer {
     const tracer::Shape* shape;
     const tracer::Material* material;
     std::vector<Face> faces;  // of triangles and meshes
+    float size = 0;           // diagonal of the bounding box
   };
 
   [[nodiscard]] static Inside beyond(Inside inside, const Point& point);

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <tuple>
+
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
@@ -12,7 +15,9 @@ namespace {
 
 using oracle::Random;
 
-/// Seven spheres of three kinds of glass, two of one priority.
+double radius_of(std::size_t sphere) { return sphere % 2 == 0 ? 1 : 0.5; }
+
+/// Seven spheres of two sizes and three kinds of glass, two of one priority.
 std::shared_ptr<const CompiledScene> spheres() {
   Scene scene = scenes::empty(1);
   const int priorities[] = {0, 1, 1};
@@ -23,7 +28,7 @@ std::shared_ptr<const CompiledScene> spheres() {
     kinds.push_back(scenes::add(scene, glass));
   }
   for (std::size_t i = 0; i < 7; ++i)
-    scenes::add(scene, Sphere{{3.0 * static_cast<double>(i), 0, -9}, 1}, kinds[i % 3]);
+    scenes::add(scene, Sphere{{3.0 * static_cast<double>(i), 0, -9}, radius_of(i)}, kinds[i % 3]);
   RenderControl control;
   return *compile(scene, control);
 }
@@ -53,11 +58,11 @@ struct PlainList {
     return remove_latest(itself) || remove_latest(alike);
   }
   [[nodiscard]] std::uint32_t current_medium(const CompiledScene& scene) const {
-    std::uint32_t best = MediumStack::nothing;
-    for (const std::uint32_t object : objects)
-      if (best == MediumStack::nothing || scene.material_of(object).priority >= scene.material_of(best).priority)
-        best = object;
-    return best;
+    if (objects.empty()) return MediumStack::nothing;
+    return *std::max_element(objects.begin(), objects.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::tuple(scene.material_of(a).priority, -radius_of(a), a) <
+             std::tuple(scene.material_of(b).priority, -radius_of(b), b);
+    });
   }
 };
 

@@ -215,7 +215,8 @@ CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
-                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.uv_axes);
+                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.uv_axes) +
+                        bytes_of(scene.objects.diagonal);
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

@@ -38,6 +38,10 @@ class GeometryBuilder {
     compiled_.objects.material.push_back(placed.material.index);
     transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
     if (compiled_.needs.textures) compiled_.objects.uv_axes.emplace_back();
+    if (transmissive_) {
+      compiled_.objects.diagonal.resize(object_ + 1);
+      compiled_.objects.diagonal.back() = diagonal_of(placed);
+    }
     render_from_object_ = render_from_world_ * placed.world_from_object;
     world_from_object_ = placed.world_from_object;
     const bool is_own = taken_ != nullptr && placed.group == "/objects";  // and so placed once

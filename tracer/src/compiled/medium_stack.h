@@ -48,13 +48,12 @@ class MediumStack {
     return {after, near, far, after != before && near == far};
   }
 
-  /// The object with the highest priority, among equals the last entered; or `nothing`.
+  /// The object of the list that fills the overlap of all, or `nothing`. It does not depend on the order in which they
+  /// were entered, so light takes the same path in both directions.
   [[nodiscard]] std::uint32_t current_medium(List list) const {
     std::uint32_t best = nothing;
-    for (; list != outside; list = node(list).below) {
-      const std::uint32_t object = node(list).object;
-      if (best == nothing || scene_.material_of(object).priority > scene_.material_of(best).priority) best = object;
-    }
+    for (; list != outside; list = node(list).below)
+      if (best == nothing || displaces(node(list).object, best)) best = node(list).object;
     return best;
   }
 
@@ -87,6 +86,14 @@ class MediumStack {
   static constexpr List alone(std::uint32_t object) { return object | alone_bit; }
   [[nodiscard]] Node node(List list) const {
     return (list & alone_bit) != 0 ? Node{outside, list & ~alone_bit} : nodes_[list];
+  }
+
+  /// By priority, then the smaller object, which may be nested in the other, then the later one.
+  [[nodiscard]] bool displaces(std::uint32_t object, std::uint32_t other) const {
+    const int own = scene_.material_of(object).priority, others = scene_.material_of(other).priority;
+    if (own != others) return own > others;
+    const std::vector<float>& diagonal = scene_.objects.diagonal;
+    return diagonal[object] != diagonal[other] ? diagonal[object] < diagonal[other] : object > other;
   }
 
   [[nodiscard]] List enter(List list, std::uint32_t object) {

@@ -1,5 +1,7 @@
 #include "tracer/src/scene/render_space.h"
 
+#include <limits>
+
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/shape_registry.h"
 
@@ -47,6 +49,12 @@ Bounds finite_bounds(const Scene& scene) {
   });
   if (bounds.empty()) bounds.include(scene.camera.position);
   return bounds;
+}
+
+float diagonal_of(const Placed& object) {
+  Bounds bounds;
+  std::visit(IncludeShape{bounds, object.world_from_object}, object.shape);
+  return bounds.empty() ? std::numeric_limits<float>::infinity() : static_cast<float>(length(bounds.high - bounds.low));
 }
 
 RenderSpace::RenderSpace(const Bounds& bounds) {

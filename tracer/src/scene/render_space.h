@@ -7,8 +7,14 @@
 
 namespace tracer {
 
+struct Placed;
+
 /// Bounds of everything finite in the scene; of the camera's position when nothing is.
 Bounds finite_bounds(const Scene& scene);
+
+/// Diagonal of an object's bounding box in world space; infinite for planes. A float, so that copies at other places
+/// are equal in spite of rounding.
+float diagonal_of(const Placed& object);
 
 class RenderSpace {
  public:
