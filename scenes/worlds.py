@@ -97,9 +97,9 @@ def relief():
             "studs": {"file": "assets/studs.png", "scale": [10, 5]}},
         "materials": {
             "water": {"color": [0.04, 0.1, 0.13], "specular": 0.5, "shininess": 200, "reflection": 0.5,
-                      "bump": {"texture": "waves", "scale": 0.05}},
+                      "bump": {"texture": "waves", "scale": 0.037}},
             "orange": {"color": "#e07a1a", "specular": 0.5, "shininess": 40,
-                       "bump": {"texture": "dents", "scale": 0.12}},
+                       "bump": {"texture": "dents", "scale": 0.074}},
             "lathed": {"color": "#b08d57", "specular": 0.6, "shininess": 60, "reflection": 0.15,
                        "bump": {"texture": "grooves", "scale": 0.03}},
             "glazed": {"color": "tiles", "specular": 0.6, "shininess": 150, "reflection": 0.06,

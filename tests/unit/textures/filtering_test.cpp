@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "tests/support/scenes.h"
 
@@ -45,6 +46,24 @@ TEST(Filtering, NarrowsWithSamplesSoThatTheConvergedImageIsTheUnfilteredOne) {
   const Image filtered = scenes::render(checkered_plain(1024, Texture::Filter::mipmap)).image;
   const Image mean = scenes::render(checkered_plain(1024, Texture::Filter::nearest)).image;
   EXPECT_LT(rms_difference(filtered, mean), 0.006);
+}
+
+Image noisy_plain(std::uint32_t samples, Texture::Filter filter) {
+  Scene scene = checkered_plain(samples, filter);
+  scene.textures[0].pattern = NoiseTexture{{Color{1, 1, 1}, {0, 0, 0}}, 4};
+  return scenes::render(scene).image;
+}
+
+/// Later samples overlap: a sample's position varies over its part of the pixel, and it covers as much around it.
+TEST(Filtering, OfNoiseBlursLittleMoreThanThePixel) {
+  const Image mean = noisy_plain(1024, Texture::Filter::nearest);
+  for (const auto& [samples, share] : {std::pair{1u, 0.4}, {4u, 1.0}, {16u, 1.3}}) {
+    const double filtered = rms_difference(noisy_plain(samples, Texture::Filter::mipmap), mean);
+    const double unfiltered = rms_difference(noisy_plain(samples, Texture::Filter::nearest), mean);
+    RecordProperty("rmse_filtered_" + std::to_string(samples), std::to_string(filtered));
+    RecordProperty("rmse_unfiltered_" + std::to_string(samples), std::to_string(unfiltered));
+    EXPECT_LT(filtered, share * unfiltered) << samples << " samples";
+  }
 }
 
 TEST(Filtering, IsDisabledWithoutFilteredTextures) {

@@ -112,7 +112,7 @@ TEST(Noise, StaysWithinOneAndUsesMostOfTheRange) {
 TEST(Noise, IsZeroAtIntegerCoordinatesForEveryNumberOfOctaves) {
   for (int i = -20; i < 20; ++i)
     for (int j = -20; j < 20; ++j)
-      for (const std::uint32_t octaves : {1u, 3u, 32u}) EXPECT_EQ(octave_noise(i, j, octaves, 0), 0) << i << " " << j;
+      for (const std::uint32_t octaves : {1u, 3u, 32u}) EXPECT_EQ(octave_noise(i, j, octaves, {}), 0) << i << " " << j;
   EXPECT_EQ(gradient_noise(1e300, -1e300), 0);
 }
 
@@ -125,25 +125,60 @@ TEST(Noise, IsContinuousAcrossItsCells) {
   }
 }
 
-TEST(Noise, OfOctavesIsTheirSumOverTheirAmplitudes) {
+TEST(Noise, OfOctavesIsTheirSumOverTheRootOfTheirSquaredAmplitudes) {
   Random random(5);
   for (int i = 0; i < 1000; ++i) {
     const double x = random.in(-9, 9), y = random.in(-9, 9);
     const Real sum =
         gradient_noise(x, y) + Real(gradient_noise(2 * x, 2 * y)) / 2 + Real(gradient_noise(4 * x, 4 * y)) / 4;
-    ASSERT_NEAR(octave_noise(x, y, 3, 0), static_cast<double>(sum / 1.75L), 1e-15);
+    const Real scaled = std::clamp(sum / std::sqrt(1 + 1 / 4.0L + 1 / 16.0L), -1.0L, 1.0L);
+    ASSERT_NEAR(octave_noise(x, y, 3, {}), static_cast<double>(scaled), 1e-15);
   }
 }
 
-TEST(Noise, FadesOutOctavesFinerThanTheFootprint) {
+TEST(Noise, HasTheSameContrastForEveryNumberOfOctaves) {
+  const auto deviation = [](std::uint32_t octaves) {
+    Random random(8);
+    double squares = 0;
+    const std::uint64_t count = effort::cases(100'000);
+    for (std::uint64_t i = 0; i < count; ++i)
+      squares += std::pow(octave_noise(random.in(-1e4, 1e4), random.in(-1e4, 1e4), octaves, {}), 2);
+    return std::sqrt(squares / static_cast<double>(count));
+  };
+  const double one = deviation(1);
+  for (const std::uint32_t octaves : {2u, 4u, 8u}) EXPECT_NEAR(deviation(octaves) / one, 1, 0.05) << octaves;
+}
+
+TEST(Noise, HasTheMeanOverTheFootprintByBothOfItsSides) {
+  Random random(6);
+  for (std::uint64_t i = 0; i < effort::cases(200); ++i) {
+    const double x = random.in(-9, 9), y = random.in(-9, 9);
+    const Vec2 width{std::exp2(random.in(-12, 2)), std::exp2(random.in(-12, 2))};
+    constexpr int side = 64;
+    Real sum = 0;  // midpoint rule
+    for (int row = 0; row < side; ++row)
+      for (int column = 0; column < side; ++column)
+        sum += gradient_noise(x + width.x * ((column + 0.5) / side - 0.5), y + width.y * ((row + 0.5) / side - 0.5));
+    ASSERT_NEAR(gradient_noise_mean(x, y, width), static_cast<double>(sum / (side * side)), 4e-3) << x << " " << y;
+  }
+}
+
+TEST(Noise, OfANarrowFootprintIsItsValue) {
+  Random random(7);
+  for (int i = 0; i < 1000; ++i) {
+    const double x = random.in(-9, 9), y = random.in(-9, 9);
+    for (const Vec2& width : {Vec2{0x1p-17, 0}, Vec2{0, 0x1p-17}, Vec2{0x1p-17, 0x1p-20}})
+      ASSERT_NEAR(gradient_noise_mean(x, y, width), gradient_noise(x, y), 1e-9);
+  }
+}
+
+TEST(Noise, OmitsOctavesFarFinerThanTheFootprint) {
   Random random(6);
   for (int i = 0; i < 1000; ++i) {
     const double x = random.in(-9, 9), y = random.in(-9, 9);
-    ASSERT_EQ(octave_noise(x, y, 4, 10), 0);
-    const double both = octave_noise(x, y, 2, 0), seen = gradient_noise(x, y) / 1.5;
-    ASSERT_NEAR(octave_noise(x, y, 2, 0.4), seen, std::abs(seen) * 0.5)
-        << "the first has begun to fade, the second is gone";
-    ASSERT_EQ(octave_noise(x, y, 2, 0.09), both);
+    ASSERT_EQ(octave_noise(x, y, 4, {10, 10}), 0);
+    ASSERT_EQ(octave_noise(x, y, 4, {1e300, 0}), 0);
+    ASSERT_NEAR(octave_noise(x, y, 32, {0x1p-20, 0x1p-20}), octave_noise(x, y, 19, {}), 0x1p-17);
   }
 }
 

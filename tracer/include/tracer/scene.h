@@ -130,8 +130,8 @@ struct GradientTexture {
 };
 
 /// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1. Sum
-/// of `octaves`, each with twice the frequency and half the amplitude of the previous one, divided by the sum of the
-/// amplitudes.
+/// of `octaves`, each with twice the frequency and half the amplitude of the previous one, divided by the root of the
+/// sum of their squares, so that the contrast does not depend on their number, and clamped.
 struct NoiseTexture {
   std::array<Color, 2> colors{};
   std::uint32_t octaves = 1;  ///< 1..32

@@ -128,18 +128,56 @@ inline double gradient_noise(double x, double y) {
   return std::numbers::sqrt2 * std::lerp(low, high, fade(v));
 }
 
-/// Sum of `octaves` over the sum of their amplitudes, in [-1, 1]. An octave whose cells are not much larger than
-/// `width` has a mean near 0 over it: it fades out between a fifth and three quarters of a cell (Apodaca, Gritz 2000,
-/// Advanced RenderMan, sec. 11.3).
-inline double octave_noise(double x, double y, std::uint32_t octaves, double width) {
-  double sum = 0, amplitudes = 0, amplitude = 1;
-  for (std::uint32_t octave = 0; octave < octaves; ++octave, amplitude /= 2, x *= 2, y *= 2, width *= 2) {
-    amplitudes += amplitude;
-    const double t = std::clamp((width - 0.2) / 0.55, 0.0, 1.0);
-    const double left = 1 - t * t * (3 - 2 * t);
-    if (left > 0) sum += amplitude * left * gradient_noise(x, y);
+/// Means over an interval of the blending weight of a lattice point, and of its product with the coordinate from there.
+struct LatticeMeans {
+  double weight, offset;
+};
+
+/// Over [t - width/2, t + width/2]. The weight is 1 - fade(|t|) up to |t| = 1.
+inline LatticeMeans lattice_means(double t, double width) {
+  const auto weights = [](double x) {
+    const double s = std::min(std::abs(x), 1.0), s4 = s * s * s * s;
+    return std::copysign(s + s4 * (-2.5 + s * (3 - s)), x);
+  };
+  const auto offsets = [](double x) {
+    const double s = std::min(std::abs(x), 1.0), s2 = s * s;
+    return s2 / 2 + s2 * s2 * s * (-2 + s * (2.5 - s * (6.0 / 7)));
+  };
+  const double low = t - width / 2, high = t + width / 2;
+  return {(weights(high) - weights(low)) / width, (offsets(high) - offsets(low)) / width};
+}
+
+/// Mean of gradient_noise over the rectangle `width` around (x, y). The noise is a sum over lattice points of products
+/// of polynomials in x and in y.
+inline double gradient_noise_mean(double x, double y, const Vec2& width) {
+  // The mean over a narrower interval is the value at its center: both terms are rounded by about 2^-34.
+  constexpr double narrow = 0x1p-18;
+  if (!(std::max(width.x, width.y) > narrow)) return gradient_noise(x, y);
+  const double i = std::floor(x), j = std::floor(y), u = x - i, v = y - j;
+  const double across = std::max(width.x, narrow), along = std::max(width.y, narrow);
+  double sum = 0;
+  for (double row = std::floor(v - along / 2); row <= std::floor(v + along / 2) + 1; ++row) {
+    const LatticeMeans in_v = lattice_means(v - row, along);
+    for (double column = std::floor(u - across / 2); column <= std::floor(u + across / 2) + 1; ++column) {
+      const LatticeMeans in_u = lattice_means(u - column, across);
+      sum += lattice_slope(i + column, j + row, in_u.offset * in_v.weight, in_u.weight * in_v.offset);
+    }
   }
-  return sum / amplitudes;
+  return std::numbers::sqrt2 * sum;
+}
+
+/// Mean over the rectangle `width` of the sum of `octaves`, divided by the root of the sum of their squared amplitudes
+/// and clamped to [-1, 1]. An octave with many cells in the rectangle has a mean near 0: it fades out from 32 to 64
+/// lattice points, which bounds the work.
+inline double octave_noise(double x, double y, std::uint32_t octaves, Vec2 width) {
+  double sum = 0, squares = 0, amplitude = 1;
+  for (std::uint32_t octave = 0; octave < octaves; ++octave, amplitude /= 2, x *= 2, y *= 2) {
+    squares += amplitude * amplitude;
+    const double points = (width.x + 2) * (width.y + 2), left = std::clamp(2 - points / 32, 0.0, 1.0);
+    if (left > 0) sum += amplitude * left * gradient_noise_mean(x, y, width);
+    width = {2 * width.x, 2 * width.y};
+  }
+  return std::clamp(sum / std::sqrt(squares), -1.0, 1.0);
 }
 
 // ---- textures ------------------------------------------------------------------------------------------------------
@@ -159,7 +197,7 @@ inline Color pattern_color(const GradientTexture& gradient, const Vec2& uv, cons
 }
 
 inline Color pattern_color(const NoiseTexture& noise, const Vec2& uv, const Vec2& width, Texture::Wrap) {
-  const double t = 0.5 + 0.5 * octave_noise(uv.x, uv.y, noise.octaves, std::max(width.x, width.y));
+  const double t = 0.5 + 0.5 * octave_noise(uv.x, uv.y, noise.octaves, width);
   return noise.colors[0] * (1 - t) + noise.colors[1] * t;
 }
 
