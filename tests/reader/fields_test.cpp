@@ -60,6 +60,8 @@ TEST(SceneReader, ReadsOutput) {
   EXPECT_EQ(output.exposure, -1.5);
   EXPECT_EQ(output.overflow, tracer::Output::Overflow::reinhard);
   EXPECT_EQ(output.palette, 17u);
+  EXPECT_EQ(output.quality, 60u);
+  EXPECT_TRUE(output.half);
   EXPECT_EQ(output.layers,
             (std::vector{Layer::samples, Layer::object_id, Layer::albedo, Layer::normal, Layer::depth, Layer::error}));
   EXPECT_TRUE(output.alpha);

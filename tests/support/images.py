@@ -55,9 +55,9 @@ def _unfilter(kind, line, above, step):
 def read_png(data):
     chunks = png_chunks(data)
     width, height, bits, color, compression, filters, interlace = struct.unpack(">IIBBBBB", chunks[0][1])
-    if bits not in (8, 16) or color not in (2, 6) or (compression, filters, interlace) != (0, 0, 0):
-        raise ValueError(f"not plain RGB or RGBA: {chunks[0][1]}")
-    channels = 3 if color == 2 else 4
+    if bits not in (8, 16) or color not in (2, 3, 6) or (compression, filters, interlace) != (0, 0, 0):
+        raise ValueError(f"not plain RGB, RGBA or indexed: {chunks[0][1]}")
+    channels = {2: 3, 3: 1, 6: 4}[color]
     step = channels * bits // 8
     packed = zlib.decompress(b"".join(content for kind, content in chunks if kind == b"IDAT"))
     lines = numpy.frombuffer(packed, numpy.uint8).reshape(height, 1 + step * width)
@@ -66,6 +66,8 @@ def read_png(data):
     for y in range(height):
         above = image[y] = _unfilter(lines[y, 0], lines[y, 1:], above, step)
     image = image if bits == 8 else image.view(">u2").astype(numpy.uint16)
+    if color == 3:
+        return numpy.frombuffer(dict(chunks)[b"PLTE"], numpy.uint8).reshape(-1, 3)[image]
     return image.reshape(height, width, channels)
 
 
@@ -89,9 +91,7 @@ def _exr_channels(content):
     while content[at]:
         end = content.index(0, at)
         (pixel_type,) = struct.unpack_from("<i", content, end + 1)
-        if pixel_type not in (0, 2):
-            raise ValueError("channel is neither 32-bit float nor integer")
-        names.append((content[at:end].decode(), "<f4" if pixel_type == 2 else "<u4"))
+        names.append((content[at:end].decode(), ("<u4", "<f2", "<f4")[pixel_type]))
         at = end + 17
     return names
 
@@ -108,7 +108,7 @@ def _undo_zip(packed, size):
 
 
 def read_exr_channels(data):
-    """Returns {name: (height, width) array of float32 or uint32}."""
+    """Returns {name: (height, width) array of float16, float32 or uint32}."""
     attributes, at = exr_header(data)
     if attributes["compression"][1] != b"\x03":
         raise ValueError("not ZIP compressed")
@@ -121,10 +121,10 @@ def read_exr_channels(data):
     for offset in struct.unpack_from(f"<{blocks}Q", data, at):
         y, size = struct.unpack_from("<ii", data, offset)
         rows = min(16, height - y)
-        raw = _undo_zip(data[offset + 8 : offset + 8 + size], rows * width * len(names) * 4)
-        block = numpy.frombuffer(raw, "<u4").reshape(rows, len(names), width)
-        for index, (name, kind) in enumerate(names):
-            channels[name][y : y + rows] = block[:, index, :].copy().view(kind)
+        row = numpy.dtype([(name, kind, (width,)) for name, kind in names])
+        block = numpy.frombuffer(_undo_zip(data[offset + 8 : offset + 8 + size], rows * row.itemsize), row)
+        for name, _ in names:
+            channels[name][y : y + rows] = block[name]
     return channels
 
 

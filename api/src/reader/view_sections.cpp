@@ -192,6 +192,8 @@ void read_output(Reading& reading, const Cursor& at) {
   fields.optional("exposure", output.exposure);
   fields.optional("overflow", output.overflow);
   fields.optional("palette", Integer<std::uint32_t>{output.palette, 2, 256});
+  fields.optional("quality", Integer<std::uint32_t>{output.quality, 1, 100});
+  fields.optional("half", output.half);
   read_words(reading, fields.take("layers"), output.layers);
   fields.optional("alpha", output.alpha);
   fields.finish();

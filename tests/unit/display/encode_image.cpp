@@ -1,7 +1,8 @@
-// encode_image FORMAT WIDTH HEIGHT [alpha] [layers] [palette] [error]: linear RGB floats on standard input (row 0 on
-// top), after them with `alpha` its floats and with `layers` the depths (floats), object ids (32 bits) and errors
-// (floats); the encoded file on standard output, with `palette` in 16 colours, or with `error` its encoding error. Lets
-// a test in another language, with readers of its own, look at what the encoders make.
+// encode_image FORMAT WIDTH HEIGHT [alpha] [layers] [palette] [half] [quality=N] [error]: linear RGB floats on standard
+// input (row 0 on top), after them with `alpha` its floats and with `layers` the depths (floats), object ids (32 bits)
+// and errors (floats); the encoded file on standard output, with `palette` in 16 colours and with `half` in 16-bit
+// floats, or with `error` its encoding error. Lets a test in another language, with readers of its own, look at what
+// the encoders make.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -38,6 +39,8 @@ int main(int count, char** arguments) {
                                !take(image.layers.error, pixels)))
       return 3;
     if (option == "palette") output.palette = 16;
+    if (option == "half") output.half = true;
+    if (option.starts_with("quality=")) output.quality = static_cast<std::uint32_t>(std::atoi(arguments[i] + 8));
     if (option == "error") error_only = true;
   }
   const auto encoded = tracer::encode(image, format, output);

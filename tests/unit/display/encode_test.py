@@ -99,6 +99,27 @@ class Exr(unittest.TestCase):
         self.assertLess(len(data), linear.nbytes)
         numpy.testing.assert_array_equal(images.read_exr(data), linear)
 
+    def test_contains_the_nearest_16_bit_floats_with_half(self):
+        values = numpy.random.default_rng(7).integers(0, 0x477FF000, (53, 40, 3), numpy.uint32).view(numpy.float32)
+        values[0, :4, 0] = [65504, 65519, 1e30, 2.0**-24 * 1.5]
+        expected = numpy.minimum(values, 65504).astype(numpy.float16)
+        data = encode("exr", values, "half")
+        self.assertEqual(images.read_exr(data).dtype, numpy.float16)
+        numpy.testing.assert_array_equal(images.read_exr(data), expected)
+        error = float(encode("exr", noise(53, 41), "half", "error"))
+        self.assertGreater(error, 0.001)
+        self.assertLess(error, 255 / 2.4 / 2**11)
+
+    def test_keeps_layers_beside_16_bit_colours(self):
+        linear, alpha = premultiplied(19, 33)
+        depth, ids, error = noise(19, 33)[..., 0], numpy.arange(19 * 33, dtype=numpy.uint32), noise(19, 33)[..., 1]
+        more = alpha.tobytes() + depth.tobytes() + ids.tobytes() + error.tobytes()
+        channels = images.read_exr_channels(encode("exr", linear, "alpha", "layers", "half", more=more))
+        numpy.testing.assert_array_equal(channels["Z"], depth)
+        numpy.testing.assert_array_equal(channels["object_id"].ravel(), ids)
+        numpy.testing.assert_array_equal(channels["A"], alpha.astype(numpy.float16))
+        numpy.testing.assert_array_equal(channels["B"], linear[..., 2].astype(numpy.float16))
+
     def test_contains_no_time(self):
         attributes, _ = images.exr_header(encode("exr", noise(2, 2)))
         self.assertEqual(attributes.get("capDate", ("string", b""))[1], b"")
@@ -190,6 +211,23 @@ class OtherFormats(unittest.TestCase):
         colors = numpy.unique(images.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
         self.assertEqual(len(colors), 16)
         self.assertEqual(encode("png16", linear, "palette"), encode("png16", linear))
+
+    def test_palette_makes_an_indexed_file_unless_there_is_alpha(self):
+        linear, alpha = premultiplied(40, 40)
+        chunks = images.png_chunks(encode("png", linear, "palette"))
+        self.assertEqual(chunks[0][1][8:10], bytes([8, 3]), "8 bits, indexed")
+        self.assertEqual(len(dict(chunks)[b"PLTE"]), 3 * 16)
+        with_alpha = images.png_chunks(encode("png", linear, "alpha", "palette", more=alpha.tobytes()))
+        self.assertEqual(with_alpha[0][1][8:10], bytes([8, 6]))
+
+    def test_quality_changes_the_size_and_the_error_of_lossy_formats(self):
+        linear = noise(64, 64)
+        for kind in ("jpg", "webp"):
+            files = [encode(kind, linear, f"quality={quality}") for quality in (20, 60, 95)]
+            errors = [float(encode(kind, linear, f"quality={quality}", "error")) for quality in (20, 60, 95)]
+            self.assertEqual(sorted(files, key=len), files, kind)
+            self.assertEqual(sorted(errors, reverse=True), errors, kind)
+            self.assertEqual(files[2], encode(kind, linear), "the default")
 
 
 class Encoders(unittest.TestCase):

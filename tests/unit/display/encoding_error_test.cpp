@@ -46,14 +46,19 @@ struct Variant {
 };
 
 std::vector<Variant> variants() {
-  Output palette, exposed, scaled, reinhard;
+  Output palette, exposed, scaled, reinhard, half, coarse;
   palette.palette = 16;
+  half.half = true;
+  coarse.quality = 50;
   exposed.exposure = 1.5;
   scaled.overflow = Output::Overflow::scale;
   reinhard.overflow = Output::Overflow::reinhard;
   std::vector<Variant> list;
   for (const Format format : all_formats) list.push_back({"plain", format, {}});
   list.push_back({"palette", Format::png, palette});
+  list.push_back({"half", Format::exr, half});
+  list.push_back({"coarse", Format::jpg, coarse});
+  list.push_back({"coarse", Format::webp, coarse});
   for (const Format format : {Format::png, Format::png16, Format::tiff, Format::jpg, Format::webp})
     for (const auto& [name, output] : {std::pair{"exposed", exposed}, {"scaled", scaled}, {"reinhard", reinhard}})
       list.push_back({name, format, output});

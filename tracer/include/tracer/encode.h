@@ -28,18 +28,20 @@ struct EncodedImage {
 
 /// Formats for display, after exposure, overflow and palette: sRGB (IEC 61966-2-1), clamped to [0,1], rounded to
 /// nearest.
-///   png: 8 bits, no dithering, `sRGB` chunk. png16: 16 bits, no palette. tiff: as png16, not compressed.
-///   jpg: 8 bits, quality 95, no palette, composited over black. webp: as jpg, with chroma at half the resolution.
+///   png: 8 bits, no dithering, `sRGB` chunk; indexed with a palette, unless there is alpha. png16: 16 bits, no
+///   palette. tiff: as png16, not compressed. jpg: 8 bits, no palette, composited over black. webp: as jpg, with chroma
+///   at half the resolution.
 /// Formats of linear, unclamped radiance:
-///   exr: 32-bit float, ZIP compressed; layers are channels Z, normal.X .Y .Z, albedo.R .G .B, object_id and samples
-///   (both 32-bit integers). hdr: 8-bit mantissas with a common exponent, composited over black.
+///   exr: 32-bit float, with `half` 16-bit up to 65504, ZIP compressed; layers are channels Z, normal.X .Y .Z,
+///   albedo.R .G .B, object_id and samples (both 32-bit integers). hdr: 8-bit mantissas with a common exponent,
+///   composited over black.
 /// Alpha is straight, except in EXR, whose colors are premultiplied.
 /// Equal images give equal bytes for any number of threads: no time stamp, no machine name. Runs on the calling
 /// thread's oneTBB arena. Fails with a sentence if the encoder does.
 ///
-/// The error is computed from the codes that are written; for jpg, webp and hdr by decoding the file. That of exr is 0:
-/// its floats are those of the image. Formats of linear radiance are displayed with the exposure and overflow of
-/// `output`.
+/// The error is computed from the codes that are written; for jpg, webp and hdr by decoding the file. That of exr is 0
+/// without `half`: its floats are those of the image. Formats of linear radiance are displayed with the exposure and
+/// overflow of `output`.
 Result<EncodedImage, std::string> encode(const Image& image, Format format, const Output& output = {});
 
 /// Error of a file against the converged image, in levels.

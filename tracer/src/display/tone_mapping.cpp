@@ -4,10 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <utility>
 #include <vector>
-
-#include "tracer/src/display/srgb.h"
 
 namespace tracer {
 namespace {
@@ -28,11 +26,43 @@ struct Entry {
   std::uint64_t pixels = 0;
 };
 
-/// Entries [begin, end) of the histogram.
-struct ColorBox {
-  std::size_t begin = 0, end = 0;
+/// Pixels and the sums of their codes. Whole numbers, so that sums do not depend on their order.
+struct Moments {
   std::uint64_t pixels = 0;
-  [[nodiscard]] std::size_t size() const { return end - begin; }
+  std::array<std::uint64_t, 3> sum{};
+
+  void add(const Entry& entry) {
+    pixels += entry.pixels;
+    for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += entry.pixels * entry.code[channel];
+  }
+  void add(const Moments& other) {
+    pixels += other.pixels;
+    for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += other.sum[channel];
+  }
+  [[nodiscard]] Moments without(const Moments& part) const {
+    return {pixels - part.pixels, {sum[0] - part.sum[0], sum[1] - part.sum[1], sum[2] - part.sum[2]}};
+  }
+  /// |sum|^2 / pixels: the sum of squared codes less that of squared differences from the mean.
+  [[nodiscard]] double explained() const {
+    double squared = 0;
+    for (const std::uint64_t value : sum) squared += static_cast<double>(value) * static_cast<double>(value);
+    return pixels == 0 ? 0 : squared / static_cast<double>(pixels);
+  }
+  [[nodiscard]] Code mean() const {
+    Code code{};
+    for (std::size_t channel = 0; channel < 3; ++channel)
+      code[channel] = static_cast<std::uint8_t>((2 * sum[channel] + pixels) / (2 * pixels));
+    return code;
+  }
+};
+
+/// Entries of the histogram, and the best cut of them.
+struct ColorBox {
+  std::span<Entry> entries;
+  Moments moments{};
+  std::size_t channel = 0;
+  std::uint8_t last = 0;  ///< largest code of the first part
+  double gain = 0;        ///< decrease of the squared error; 0: one color only
 };
 
 Code code_at(std::span<const std::uint8_t> codes, std::size_t i) { return {codes[i], codes[i + 1], codes[i + 2]}; }
@@ -51,49 +81,27 @@ std::vector<Entry> histogram_of(std::span<const std::uint8_t> codes) {
   return entries;
 }
 
-std::size_t longest_side(std::span<const Entry> entries) {
-  std::size_t longest = 0;
-  int length = -1;
+ColorBox box_of(std::span<Entry> entries) {
+  ColorBox box{entries};
+  std::array<std::array<Moments, 256>, 3> by_code{};
+  for (const Entry& entry : entries) {
+    box.moments.add(entry);
+    for (std::size_t channel = 0; channel < 3; ++channel) by_code[channel][entry.code[channel]].add(entry);
+  }
+  const double whole = box.moments.explained();
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    const auto [low, high] =
-        std::minmax_element(entries.begin(), entries.end(),
-                            [channel](const Entry& a, const Entry& b) { return a.code[channel] < b.code[channel]; });
-    const int extent = high->code[channel] - low->code[channel];
-    if (extent > length) {
-      length = extent;
-      longest = channel;
+    Moments first;
+    for (std::size_t code = 0; code < 255; ++code) {
+      first.add(by_code[channel][code]);
+      if (first.pixels == 0 || first.pixels == box.moments.pixels) continue;
+      const double gain = first.explained() + box.moments.without(first).explained() - whole;
+      if (!(gain > box.gain)) continue;
+      box.gain = gain;
+      box.channel = channel;
+      box.last = static_cast<std::uint8_t>(code);
     }
   }
-  return longest;
-}
-
-/// Precondition: at least two entries. Both parts have at least one.
-ColorBox cut(std::vector<Entry>& entries, ColorBox& box) {
-  const std::span<Entry> inside(entries.data() + box.begin, box.size());
-  const std::size_t channel = longest_side(inside);
-  // By the channel, then by the whole color: a total order.
-  std::sort(inside.begin(), inside.end(), [channel](const Entry& a, const Entry& b) {
-    return a.code[channel] != b.code[channel] ? a.code[channel] < b.code[channel] : a.code < b.code;
-  });
-  ColorBox first{box.begin, box.begin, 0};
-  while (first.end + 1 < box.end && (first.size() == 0 || 2 * (first.pixels + entries[first.end].pixels) <= box.pixels))
-    first.pixels += entries[first.end++].pixels;
-  const ColorBox second{first.end, box.end, box.pixels - first.pixels};
-  box = first;
-  return second;
-}
-
-Code mean_of(std::span<const Entry> entries) {
-  Code mean{};
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    double sum = 0, pixels = 0;
-    for (const Entry& entry : entries) {
-      sum += linear_from_srgb(entry.code[channel] / 255.0) * static_cast<double>(entry.pixels);
-      pixels += static_cast<double>(entry.pixels);
-    }
-    mean[channel] = srgb8_from_linear(static_cast<float>(sum / pixels));
-  }
-  return mean;
+  return box;
 }
 
 }  // namespace
@@ -120,26 +128,34 @@ void apply_tone(std::vector<float>& linear, const Output& output) {
   }
 }
 
-void reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors) {
+Palette reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors) {
   std::vector<Entry> entries = histogram_of(codes);
-  if (entries.size() <= colors) return;
-  std::vector<ColorBox> boxes{{0, entries.size(), codes.size() / 3}};
+  std::vector<ColorBox> boxes{box_of(entries)};
   while (boxes.size() < colors) {
-    const auto fullest = std::max_element(boxes.begin(), boxes.end(), [](const ColorBox& a, const ColorBox& b) {
-      return (a.size() > 1 ? a.pixels : 0) < (b.size() > 1 ? b.pixels : 0);
-    });
-    boxes.push_back(cut(entries, *fullest));
+    ColorBox& box = *std::max_element(boxes.begin(), boxes.end(),
+                                      [](const ColorBox& a, const ColorBox& b) { return a.gain < b.gain; });
+    if (box.gain == 0) break;
+    const auto second = std::partition(box.entries.begin(), box.entries.end(),
+                                       [&](const Entry& entry) { return entry.code[box.channel] <= box.last; });
+    const auto [first_part, second_part] =
+        std::pair(std::span(box.entries.begin(), second), std::span(second, box.entries.end()));
+    box = box_of(first_part);
+    boxes.push_back(box_of(second_part));
   }
-  std::map<Code, Code> chosen;
+  Palette palette;
+  std::vector<std::uint8_t> index_of(std::size_t{1} << 24);
+  const auto place = [](const Code& code) { return std::size_t{code[0]} << 16 | std::size_t{code[1]} << 8 | code[2]; };
   for (const ColorBox& box : boxes) {
-    const std::span<const Entry> inside(entries.data() + box.begin, box.size());
-    const Code mean = mean_of(inside);
-    for (const Entry& entry : inside) chosen[entry.code] = mean;
+    for (const Entry& entry : box.entries)
+      index_of[place(entry.code)] = static_cast<std::uint8_t>(palette.colors.size());
+    palette.colors.push_back(box.moments.mean());
   }
   for (std::size_t i = 0; i + 2 < codes.size(); i += 3) {
-    const Code& color = chosen.at(code_at(codes, i));
+    palette.indices.push_back(index_of[place(code_at(codes, i))]);
+    const Code& color = palette.colors[palette.indices.back()];
     std::copy(color.begin(), color.end(), codes.begin() + static_cast<std::ptrdiff_t>(i));
   }
+  return palette;
 }
 
 }  // namespace tracer

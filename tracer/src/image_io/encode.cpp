@@ -25,6 +25,7 @@ template <class Code>
 struct DisplayCodes {
   int channels = 3;
   std::vector<Code> codes;
+  Palette palette{};  ///< empty: all colors
 };
 
 template <class Code>
@@ -53,7 +54,7 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
   for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel)
     codes.insert(codes.end(), {display.codes[3 * pixel], display.codes[3 * pixel + 1], display.codes[3 * pixel + 2],
                                static_cast<Code>(std::lround(alpha[pixel] * most))});
-  display = {4, std::move(codes)};
+  display = {4, std::move(codes), {}};
 }
 
 enum class Alpha { straight, over_black };
@@ -71,7 +72,7 @@ DisplayCodes<Code> to_display(const Image& image, const Output& output, Alpha al
     result.codes = codes_of<Code>(linear);
   }
   if constexpr (sizeof(Code) == 1) {
-    if (colors != 0) reduce_colors(result.codes, colors);
+    if (colors != 0) result.palette = reduce_colors(result.codes, colors);
   }
   if (with_alpha) add_alpha(result, image.alpha);
   return result;
@@ -99,14 +100,46 @@ template <class Code>
 EncodedFile encode_png(const Image& image, const Output& output, std::uint32_t colors) {
   constexpr int bits = 8 * sizeof(Code);
   const auto display = to_display<Code>(image, output, Alpha::straight, colors);
-  return with_error(png_file(image.width, image.height, display.channels, bits, display.codes.data()),
-                    error_of(display, image, output));
+  const Palette& palette = display.palette;
+  Encoded file = palette.colors.empty()
+                     ? png_file(image.width, image.height, display.channels, bits, display.codes.data())
+                     : png_file(image.width, image.height, 1, bits, palette.indices.data(), palette.colors);
+  return with_error(std::move(file), error_of(display, image, output));
 }
 
 EncodedFile encode_tiff(const Image& image, const Output& output) {
   const auto display = to_display<std::uint16_t>(image, output);
   return with_error(tiff_file(image.width, image.height, static_cast<std::uint16_t>(display.channels), display.codes),
                     error_of(display, image, output));
+}
+
+/// `linear`: radiance of the file, three values per pixel.
+EncodingError error_of(const std::vector<float>& linear, const Image& image, const Output& output) {
+  const DisplayTransform display = display_transform(image, output);
+  const auto levels = [&](std::size_t y, LevelRow& row) {
+    const std::size_t row_size = 3 * std::size_t{image.width};
+    display.show(std::span(linear).subspan(y * row_size, row_size), row);
+  };
+  return encoding_error(image, display, levels);
+}
+
+/// The nearest 16-bit float, ties to even (IEEE 754, binary16), of finite ones.
+float rounded_to_half(float value) {
+  constexpr float largest = 65504;
+  constexpr int bits = 11, exponent_min = -13;
+  const float near = std::clamp(value, -largest, largest);
+  int exponent = 0;
+  std::frexp(near, &exponent);
+  const float step = std::ldexp(1.0f, std::max(exponent, exponent_min) - bits);
+  return std::nearbyint(near / step) * step;
+}
+
+EncodedFile encode_exr(const Image& image, const Output& output, const OpenImageIo& library) {
+  if (!output.half) return with_error(library.exr(image, false), {});
+  Image rounded = image;
+  for (std::vector<float>* values : {&rounded.rgb, &rounded.alpha})
+    std::transform(values->begin(), values->end(), values->begin(), rounded_to_half);
+  return with_error(library.exr(rounded, true), error_of(rounded.rgb, image, output));
 }
 
 /// The lossy formats are decoded again to measure their error.
@@ -116,19 +149,14 @@ EncodedFile encode_hdr(const Image& image, const Output& output, const OpenImage
   std::vector<float> decoded(image.rgb.size());
   if (const auto error = library.read_floats(ImageFormat::hdr, *file, decoded); !error.empty())
     return "hdr encoder: the file " + error;
-  const DisplayTransform display = display_transform(image, output);
-  const auto levels = [&](std::size_t y, LevelRow& row) {
-    const std::size_t row_size = 3 * std::size_t{image.width};
-    display.show(std::span(std::as_const(decoded)).subspan(y * row_size, row_size), row);
-  };
-  return with_error(std::move(file), encoding_error(image, display, levels));
+  return with_error(std::move(file), error_of(decoded, image, output));
 }
 
 /// jpg or webp.
 EncodedFile encode_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
   const bool jpg = format == Format::jpg;
   auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
-  Encoded file = (jpg ? library.jpeg : library.webp)(image, display.codes);
+  Encoded file = (jpg ? library.jpeg : library.webp)(image, display.codes, output.quality);
   if (!file) return std::move(file.error());
   const ImageFormat kind = jpg ? ImageFormat::jpeg : ImageFormat::webp;
   if (const auto error = library.read_codes(kind, *file, display.codes); !error.empty())
@@ -146,7 +174,7 @@ EncodedFile encode(const Image& image, Format format, const Output& output) {
   if (format == Format::tiff) return encode_tiff(image, output);
   const auto library = open_image_io();
   if (!library) return library.error();
-  if (format == Format::exr) return with_error((*library)->exr(image), {});
+  if (format == Format::exr) return encode_exr(image, output, **library);
   if (format == Format::hdr) return encode_hdr(image, output, **library);
   return encode_lossy(image, format, output, **library);
 }

@@ -19,9 +19,10 @@ using Decoded = Result<Image, std::string>;
 using Codes = std::span<const std::uint8_t>;  ///< sRGB, three per pixel
 
 struct OpenImageIo {
-  Encoded (*jpeg)(const Image& size, Codes codes);
-  Encoded (*webp)(const Image& size, Codes codes);
-  Encoded (*exr)(const Image& image);
+  Encoded (*jpeg)(const Image& size, Codes codes, std::uint32_t quality);
+  Encoded (*webp)(const Image& size, Codes codes, std::uint32_t quality);
+  /// `half`: colors and alpha, whose values must be 16-bit floats, are written as such.
+  Encoded (*exr)(const Image& image, bool half);
   Encoded (*hdr)(const Image& image);
   /// Like decode_as (decode.h), without its checks of the file. May throw.
   Decoded (*read)(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <memory>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -208,9 +209,10 @@ OIIO::ImageSpec spec_of(const Image& image, int channels, const OIIO::TypeDesc& 
 /// Channels of an EXR: R, G, B, A if there is alpha, and the layers of `image`.
 class ExrChannels {
  public:
-  explicit ExrChannels(const Image& image) {
-    add(image.rgb, {"R", "G", "B"});
-    add(image.alpha, {"A"});
+  ExrChannels(const Image& image, bool half) {
+    const OIIO::TypeDesc color = half ? OIIO::TypeHalf : OIIO::TypeFloat;
+    add(image.rgb, {"R", "G", "B"}, color);
+    add(image.alpha, {"A"}, color);
     add(image.layers.depth, {"Z"});
     add(image.layers.normal, {"normal.X", "normal.Y", "normal.Z"});
     add(image.layers.albedo, {"albedo.R", "albedo.G", "albedo.B"});
@@ -222,37 +224,52 @@ class ExrChannels {
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] const std::vector<OIIO::TypeDesc>& types() const { return types_; }
 
-  /// One 32-bit word per channel, a float or an integer, interleaved by pixel.
-  [[nodiscard]] std::vector<std::uint32_t> interleaved(std::size_t pixels) const {
-    std::vector<std::uint32_t> words(pixels * names_.size());
-    std::uint32_t* to = words.data();
+  /// One value per channel, a float of 16 or 32 bits or an integer, interleaved by pixel.
+  [[nodiscard]] std::vector<std::uint8_t> interleaved(std::size_t pixels) const {
+    std::size_t pixel_bytes = 0;
+    for (const OIIO::TypeDesc& type : types_) pixel_bytes += type.size();
+    std::vector<std::uint8_t> bytes(pixels * pixel_bytes);
+    std::uint8_t* to = bytes.data();
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-      for (const auto& [layer, width] : layers_) {
-        std::memcpy(to, static_cast<const std::uint32_t*>(layer) + pixel * width, 4 * width);
-        to += width;
+      for (const auto& [layer, width, type] : layers_) {
+        const std::uint32_t* const from = static_cast<const std::uint32_t*>(layer) + pixel * width;
+        const std::size_t size = width * type.size();
+        if (type == OIIO::TypeHalf) {
+          OIIO::convert_pixel_values(OIIO::TypeFloat, from, type, to, static_cast<int>(width));
+        } else {
+          std::memcpy(to, from, size);
+        }
+        to += size;
       }
     }
-    return words;
+    return bytes;
   }
 
  private:
   template <class T>
-  void add(const std::vector<T>& layer, std::initializer_list<const char*> names) {
+  void add(const std::vector<T>& layer, std::initializer_list<const char*> names,
+           const OIIO::TypeDesc& type = std::is_integral_v<T> ? OIIO::TypeUInt32 : OIIO::TypeFloat) {
     static_assert(sizeof(T) == 4);
     if (layer.empty()) return;
-    layers_.emplace_back(layer.data(), names.size());
+    layers_.push_back({layer.data(), names.size(), type});
     names_.insert(names_.end(), names.begin(), names.end());
-    types_.insert(types_.end(), names.size(), std::is_integral_v<T> ? OIIO::TypeUInt32 : OIIO::TypeFloat);
+    types_.insert(types_.end(), names.size(), type);
   }
+
+  struct Layer {
+    const void* words;
+    std::size_t width;  ///< words per pixel
+    OIIO::TypeDesc type;
+  };
 
   std::vector<std::string> names_;
   std::vector<OIIO::TypeDesc> types_;
-  std::vector<std::pair<const void*, std::size_t>> layers_;  ///< each with its words per pixel
+  std::vector<Layer> layers_;
 };
 
-Encoded write_exr(const Image& image) {
-  const ExrChannels channels(image);
-  OIIO::ImageSpec spec = spec_of(image, static_cast<int>(channels.names().size()), OIIO::TypeFloat, "Linear");
+Encoded write_exr(const Image& image, bool half) {
+  const ExrChannels channels(image, half);
+  OIIO::ImageSpec spec = spec_of(image, static_cast<int>(channels.names().size()), channels.types()[0], "Linear");
   // Compared with none, RLE, ZIPS, PIZ and lower levels: none of those that compress rendered floats is clearly faster,
   // and every reader supports ZIP. Level 4 is the library's default.
   spec.attribute("compression", "zip");
@@ -260,26 +277,26 @@ Encoded write_exr(const Image& image) {
   if (channels.names().size() == 3) return write("openexr", spec, OIIO::TypeFloat, image.rgb.data());
   spec.channelnames = channels.names();
   spec.channelformats = channels.types();
-  const std::vector<std::uint32_t> words = channels.interleaved(std::size_t{image.width} * image.height);
-  return write("openexr", spec, OIIO::TypeUnknown, words.data());
+  const std::vector<std::uint8_t> bytes = channels.interleaved(std::size_t{image.width} * image.height);
+  return write("openexr", spec, OIIO::TypeUnknown, bytes.data());
 }
 
 Encoded write_hdr(const Image& image) {
   return write("hdr", spec_of(image, 3, OIIO::TypeFloat, "Linear"), OIIO::TypeFloat, image.rgb.data());
 }
 
-Encoded write_jpeg(const Image& image, Codes codes) {
+Encoded write_jpeg(const Image& image, Codes codes, std::uint32_t quality) {
   OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
-  spec.attribute("compression", "jpeg:95");
+  spec.attribute("compression", "jpeg:" + std::to_string(quality));
   spec.attribute("jpeg:subsampling", "4:4:4");  // keeps edges of saturated colors sharp
   return write("jpeg", spec, OIIO::TypeUInt8, codes.data());
 }
 
 /// Chroma has half the resolution, even in files that the library calls lossless. No alpha: the library would divide
 /// the colors by it again.
-Encoded write_webp(const Image& image, Codes codes) {
+Encoded write_webp(const Image& image, Codes codes, std::uint32_t quality) {
   OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
-  spec.attribute("compression", "webp:95");
+  spec.attribute("compression", "webp:" + std::to_string(quality));
   return write("webp", spec, OIIO::TypeUInt8, codes.data());
 }
 

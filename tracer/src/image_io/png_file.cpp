@@ -26,7 +26,12 @@ struct Image {
   std::uint32_t width, height;
   int channels, bits;
   const std::uint8_t* codes;
+  std::span<const std::array<std::uint8_t, 3>> palette;
 
+  [[nodiscard]] int color_type() const {
+    if (!palette.empty()) return PNG_COLOR_TYPE_PALETTE;
+    return channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB;
+  }
   [[nodiscard]] std::size_t pixel_bytes() const { return static_cast<std::size_t>(channels) * bits / 8; }
   [[nodiscard]] std::size_t row_bytes() const { return width * pixel_bytes(); }
 };
@@ -137,9 +142,12 @@ void ignore(png_structp /*png*/, const char* /*warning*/) {}
 bool write(png_structp png, png_infop info, const Image& image, const std::vector<Strip>& strips) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-  png_set_IHDR(png, info, image.width, image.height, image.bits,
-               image.channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+  png_set_IHDR(png, info, image.width, image.height, image.bits, image.color_type(), PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_color colors[PNG_MAX_PALETTE_LENGTH];
+  for (std::size_t i = 0; i < image.palette.size(); ++i)
+    colors[i] = {image.palette[i][0], image.palette[i][1], image.palette[i][2]};
+  if (!image.palette.empty()) png_set_PLTE(png, info, colors, static_cast<int>(image.palette.size()));
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_write_info(png, info);
   for (const Strip& strip : strips)
@@ -166,8 +174,9 @@ Result<Bytes, std::string> file_of(const Image& image, const std::vector<Strip>&
 }  // namespace
 
 Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
-                                                        int bits, const void* codes) try {
-  const Image image{width, height, channels, bits, static_cast<const std::uint8_t*>(codes)};
+                                                        int bits, const void* codes,
+                                                        std::span<const std::array<std::uint8_t, 3>> palette) try {
+  const Image image{width, height, channels, bits, static_cast<const std::uint8_t*>(codes), palette};
   std::vector<Strip> strips = strips_of(image);
   for_each_tile(strips.size(), 0, [&](std::uint64_t index) { deflate(image, strips[index]); });
   join(strips);

@@ -262,6 +262,9 @@ void check_output(Checks& checks, const Output& output) {
   if (output.palette != 0 && (output.palette < 2 || output.palette > 256))
     checks.add_issue({where, "palette"}, "out_of_range",
                      "must be from 2 to 256, got " + std::to_string(output.palette));
+  if (output.quality < 1 || output.quality > 100)
+    checks.add_issue({where, "quality"}, "out_of_range",
+                     "must be from 1 to 100, got " + std::to_string(output.quality));
   check_named_once(checks, {where, "layers"}, output.layers);
 }
 
