@@ -38,7 +38,9 @@ struct PixelWindow {
 
 struct ImageSize {
   std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, pixel (x,y) covers [x,x+1) x [y,y+1)
-  std::optional<PixelWindow> crop{};        ///< the part to render, bit-identical to that part of the full image
+  /// The part to render. With a fixed number of samples it is bit-identical to that part of the full image; adaptive
+  /// samples depend on the window.
+  std::optional<PixelWindow> crop{};
 
   /// The rendered part, and the size of the rendered image.
   [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
