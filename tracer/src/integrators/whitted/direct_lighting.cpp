@@ -150,7 +150,9 @@ void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacke
 void ShadowRays::add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence) {
   if (rays_.empty()) return;
   blocked_.resize(rays_.size());
-  scene_.accelerator->occluded(rays_.span(distance_.data()), blocked_.data(), coherence);
+  for_each_part(rays_.span(distance_.data()), control_, [&](const RaySpan& part, std::size_t first) {
+    scene_.accelerator->occluded(part, blocked_.data() + first, coherence);
+  });
   const bool transmissive = needs_.transmissive_shadows;
   if (transmissive) attenuate_transmissive(media);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
@@ -183,8 +185,10 @@ void ShadowRays::attenuate_transmissive(MediumStack& media) {
 /// Traces each segment to its first transmissive surface and through it; `next_` receives the segments behind.
 void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media) {
   const std::size_t count = from.rays.size();
-  scene_.accelerator->intersect(from.rays.span(from.distance), crossed_.resize_to_fit(count), Coherence::coherent,
-                                GeometryMask::transmissive);
+  const HitSpan crossed = crossed_.resize_to_fit(count);
+  for_each_part(from.rays.span(from.distance), control_, [&](const RaySpan& part, std::size_t first) {
+    scene_.accelerator->intersect(part, hits_from(crossed, first), Coherence::coherent, GeometryMask::transmissive);
+  });
   if (hit_rays_.size() < count) hit_rays_.resize(count);
   std::size_t hits = 0;
   for (std::size_t i = 0; i < count; ++i) {

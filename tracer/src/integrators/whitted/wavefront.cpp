@@ -66,7 +66,7 @@ bool Wavefront<Features>::trace() {
   }
   if (state_.scene.depth_cue) apply_depth_cue(state_.scene, state_.gbuffer, state_.radiance);
   for (const Color& sample : state_.radiance) state_.statistics.non_finite += finite(sample) ? 0 : 1;
-  return true;
+  return !state_.control.cancelled();  // the last bounce may be incomplete
 }
 
 /// Returns empty queues, with the memory of released ones if there are any.
@@ -122,7 +122,9 @@ template <class Features>
 void Wavefront<Features>::intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::size_t count = rays.size();
   const HitSpan found = state_.hits.resize_to_fit(count);
-  state_.scene.accelerator->intersect(rays.span(), found, coherence);
+  for_each_part(rays.span(), state_.control, [&](const RaySpan& part, std::size_t first) {
+    state_.scene.accelerator->intersect(part, hits_from(found, first), coherence);
+  });
   std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   hit_rays.resize(count);
   escaped_rays_.resize(count);

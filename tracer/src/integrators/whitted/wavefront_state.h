@@ -40,6 +40,24 @@ bool supports(const Requirements& needs) {
   });
 }
 
+/// The hits from `first` on.
+inline HitSpan hits_from(const HitSpan& hits, std::size_t first) {
+  return {hits.primitive + first, hits.t + first, hits.u + first, hits.v + first};
+}
+
+/// Calls trace(part, first) for parts of the rays from `first` on, until the render is cancelled; the results of the
+/// rest are then unspecified. Between two tests there are so few rays that a limit of time also holds where each takes
+/// milliseconds.
+template <class Trace>
+void for_each_part(const RaySpan& rays, const RenderControl& control, const Trace& trace) {
+  constexpr std::size_t part_rays = 256;
+  const auto from = [](const auto* values, std::size_t first) { return values == nullptr ? values : values + first; };
+  for (std::size_t first = 0; first < rays.count && !control.cancelled(); first += part_rays)
+    trace(RaySpan{rays.ox + first, rays.oy + first, rays.oz + first, rays.dx + first, rays.dy + first, rays.dz + first,
+                  from(rays.t_max, first), from(rays.from, first), std::min(part_rays, rays.count - first)},
+          first);
+}
+
 template <class Features>
 struct WavefrontState {
   WavefrontState(const CompiledScene& compiled_scene, const RenderControl& render_control,

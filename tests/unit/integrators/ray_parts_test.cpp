@@ -1,0 +1,48 @@
+// Parts of a queue of rays, between which a render can be cancelled.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tracer/src/integrators/whitted/wavefront_state.h"
+
+namespace tracer {
+namespace {
+
+struct Rays {
+  explicit Rays(std::size_t count) : values(count), from(count) {}
+  [[nodiscard]] RaySpan span() const {
+    const double* v = values.data();
+    return {v, v, v, v, v, v, v, from.data(), values.size()};
+  }
+  std::vector<double> values;
+  std::vector<PrimitiveRef> from;
+};
+
+TEST(PartsOfRays, CoverEachRayOnce) {
+  const RenderControl control;
+  for (const std::size_t count : {0u, 1u, 256u, 257u, 5000u}) {
+    const Rays rays(count);
+    std::size_t next = 0;
+    for_each_part(rays.span(), control, [&](const RaySpan& part, std::size_t first) {
+      EXPECT_EQ(first, next);
+      EXPECT_EQ(part.ox - rays.values.data(), static_cast<std::ptrdiff_t>(first));
+      EXPECT_EQ(part.from - rays.from.data(), static_cast<std::ptrdiff_t>(first));
+      next += part.count;
+    });
+    EXPECT_EQ(next, count);
+  }
+}
+
+TEST(PartsOfRays, EndAfterACancellation) {
+  RenderControl control;
+  const Rays rays(16384);
+  std::size_t traced = 0;
+  for_each_part(rays.span(), control, [&](const RaySpan& part, std::size_t) {
+    traced += part.count;
+    if (traced >= 1000) control.cancel();
+  });
+  EXPECT_LT(traced, 2000u);
+}
+
+}  // namespace
+}  // namespace tracer
