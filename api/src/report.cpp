@@ -89,6 +89,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
   report["rays"] = rays_json(statistics.rays);
   report["culled_shadows"] = {{"rays", statistics.culled_shadow_rays},
                               {"radiance", culled_radiance(scene, statistics)}};
+  report["duplicates"] = statistics.duplicates;
   report["time_ms"] = {{"queue", times.queue},
                        {"parse", times.parse},
                        {"build", times.build},

@@ -108,6 +108,9 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
                summary.build_ms, summary.trace_ms, summary.encode_ms);
   if (statistics.culled_shadow_rays != 0)
     std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
+  if (statistics.duplicates != 0)
+    std::fprintf(stderr, "duplicates %" PRIu64 " shapes or triangles equal earlier ones and are left out\n",
+                 statistics.duplicates);
   if (statistics.non_finite != 0)
     std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
   for (const auto& [path, bytes, error] : summary.files) {

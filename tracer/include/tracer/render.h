@@ -34,6 +34,9 @@ struct RenderStatistics {
   /// Upper bound of the radiance omitted with them, summed over all samples: maximum over RGB, in units of
   /// 2^-20 `cutoff`, rounded up per hit. An integer, so the order of summation does not matter.
   std::uint64_t culled_radiance = 0;
+  /// Shapes, and triangles of meshes, that equal an earlier one and are left out: no ray hits them. In lists of more
+  /// than 4,096 they are left out if a sample of one in 16 has equal ones.
+  std::uint64_t duplicates = 0;
   std::uint64_t cut_branches = 0;        ///< secondary rays not traced because of `cutoff`
   std::uint64_t truncated_branches = 0;  ///< secondary rays not traced because of `max_depth`
   bool operator==(const RenderStatistics&) const = default;

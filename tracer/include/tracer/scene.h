@@ -253,10 +253,10 @@ struct Output {
   enum class Overflow { clamp, scale, reinhard };
   Overflow overflow = Overflow::clamp;
   std::uint32_t palette = 0;    ///< png: maximum number of colors, 2 .. 256; 0: no palette
-  std::vector<Layer> layers{};  ///< additional channels of an EXR
-  bool alpha = false;           ///< camera rays that hit nothing are transparent
   std::uint32_t quality = 95;   ///< jpg and webp: 1 .. 100
   bool half = false;            ///< exr: colors and alpha as 16-bit floats, layers as without
+  std::vector<Layer> layers{};  ///< additional channels of an EXR
+  bool alpha = false;           ///< camera rays that hit nothing are transparent
 };
 
 struct Scene {

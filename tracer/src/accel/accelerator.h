@@ -87,6 +87,8 @@ struct GeometrySet {
   std::vector<TriangleGeometry> triangles;
   std::vector<QuadricGeometry> quadrics;
   PlaneGeometry planes;
+  std::uint64_t duplicates = 0;        ///< primitives left out because they equal an earlier one
+  std::vector<bool> mesh_has_normals;  ///< by placed mesh, in document order, with those left out
 
   [[nodiscard]] std::uint32_t first_triangles() const { return static_cast<std::uint32_t>(spheres.size()); }
   [[nodiscard]] std::uint32_t first_quadrics() const {

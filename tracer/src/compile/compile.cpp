@@ -155,6 +155,7 @@ Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet
                                                                      RenderControl& control,
                                                                      SceneCacheEntry* cache_entry) {
   if (cache_entry != nullptr && cache_entry->geometry() != nullptr) return cache_entry->geometry()->accelerator;
+  drop_duplicates(geometry);
   auto built = Accelerator::build(std::move(geometry), control);
   if (built && cache_entry != nullptr) cache_entry->store({*built, bounds});
   return built;

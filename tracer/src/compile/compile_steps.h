@@ -14,6 +14,11 @@ namespace tracer {
 GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
                            const RenderControl& control);
 
+/// Leaves out primitives and meshes that equal an earlier one, and sets `duplicates` and `mesh_has_normals`. Of hits at
+/// equal distance the first primitive wins, so no ray hits them. Thousands at one place would cost every ray there as
+/// many tests.
+void drop_duplicates(GeometrySet& geometry);
+
 /// Renders the depth maps that replace shadow rays (Approximations::Shadows::map): one per light, empty if the light
 /// casts no shadow. `finite` are the world-space bounds of all finite shapes. Runs on the calling thread's oneTBB
 /// arena; after cancellation it returns early with meaningless maps. Throws std::bad_alloc.

@@ -114,10 +114,10 @@ std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<s
 /// set to whether they have normals, because `requirements` uses it.
 void replace_file_meshes(Scene& scene, const GeometrySet& geometry) {
   std::set<const Shape*> with_normals;
-  std::size_t placed_meshes = 0;  // which come first of the geometry's triangles, in this order
+  std::size_t placed_meshes = 0;
   for_each_placed(scene, [&](const Placed& placed) {
     if (!std::holds_alternative<Mesh>(placed.shape)) return;
-    if (!geometry.triangles[placed_meshes++].normals.empty()) with_normals.insert(&placed.shape);
+    if (geometry.mesh_has_normals[placed_meshes++]) with_normals.insert(&placed.shape);
   });
   const auto replace = [&](std::vector<Object>& objects) {
     for (Object& object : objects) {

@@ -11,6 +11,7 @@ namespace tracer {
 /// 3x3, by columns: the images of the axes.
 struct Linear {
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  bool operator==(const Linear&) const = default;
 };
 
 inline Vec3 operator*(const Linear& m, const Vec3& v) { return m.x * v.x + m.y * v.y + m.z * v.z; }

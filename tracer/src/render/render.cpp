@@ -13,8 +13,10 @@ template <Tracer T>
 Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSettings& settings,
                                       RenderControl& control) {
   try {
-    if (scene.accuracy.adaptive) return AdaptiveSampler<T>(scene, settings, control).run();
-    return UniformSampler<T>(scene, settings, control).run();
+    auto rendered = scene.accuracy.adaptive ? AdaptiveSampler<T>(scene, settings, control).run()
+                                            : UniformSampler<T>(scene, settings, control).run();
+    if (rendered) rendered->statistics.duplicates = scene.geometry().duplicates;
+    return rendered;
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the image or its rays"};
   }

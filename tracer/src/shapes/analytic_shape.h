@@ -106,6 +106,7 @@ struct Quadric {
   double radius_1 = 1;  ///< frustum: at z = 1
   QuadricKind kind{};
   bool caps = true;  ///< frustum: closed by discs
+  bool operator==(const Quadric&) const = default;
 };
 
 /// Precondition: the map is not singular.
