@@ -64,6 +64,19 @@ double shadow_rays(const tracer::Scene& scene, double samples) {
   return std::min(rays, rays_max);
 }
 
+double rays_per_sample(const tracer::Scene& scene) {
+  const tracer::Requirements needs = tracer::requirements(scene);
+  const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
+  const double samples = expected_samples(scene.accuracy).value_or(scene.accuracy.samples);
+  return (1 + (needs.shadows ? shadow_rays(scene, samples) : 0)) * bounces;
+}
+
+double work_of_samples(const tracer::Scene& scene, double samples, const SceneContent& content) {
+  constexpr double job_rays = 20'000;
+  return static_cast<double>(scene.image.window().pixels()) * samples * content.rays_per_sample +
+         static_cast<double>(content.elements) + job_rays;
+}
+
 bool takes_many_samples(const tracer::Scene& scene) {
   constexpr double few_samples = 1u << 21;
   constexpr double short_time_ms = 2000;
@@ -81,7 +94,8 @@ SceneContent content_of(const tracer::Scene& scene) {
   const bool named_files = std::any_of(scene.assets.begin(), scene.assets.end(), [](const tracer::Asset& asset) {
     return !asset.name.starts_with(upload_prefix);
   });
-  return {counts.objects * object_bytes + counts.triangles * triangle_bytes, counts.mesh_files, named_files};
+  return {counts.objects * object_bytes + counts.triangles * triangle_bytes, counts.mesh_files, named_files,
+          rays_per_sample(scene), counts.objects + counts.triangles};
 }
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content) {
@@ -94,15 +108,20 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   return estimated_memory_bytes(scene, content_of(scene));
 }
 
-std::optional<double> estimated_work(const tracer::Scene& scene) {
-  const auto samples = expected_samples(scene.accuracy);
-  if (!samples) return std::nullopt;
-  const tracer::Requirements needs = tracer::requirements(scene);
-  const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
-  const double rays = (1 + (needs.shadows ? shadow_rays(scene, *samples) : 0)) * bounces;
-  const Counts counts(scene);
-  return static_cast<double>(scene.image.window().pixels()) * *samples * rays +
-         static_cast<double>(counts.objects + counts.triangles);
+std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
+                                     std::optional<double> seconds_per_work) {
+  std::optional<double> work;
+  if (const auto samples = expected_samples(scene.accuracy)) work = work_of_samples(scene, *samples, content);
+  const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
+  if (!adaptive || !adaptive->time_budget_ms || !seconds_per_work) return work;
+  const double budget = *adaptive->time_budget_ms / 1000 / *seconds_per_work;
+  return std::min(work.value_or(budget), budget);
+}
+
+std::optional<double> estimated_work(const tracer::Scene& scene) { return estimated_work(scene, content_of(scene)); }
+
+double estimated_measure_work(const tracer::Scene& scene, std::uint32_t reference_samples) {
+  return work_of_samples(scene, 2.0 * reference_samples, content_of(scene));
 }
 
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {

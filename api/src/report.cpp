@@ -124,11 +124,6 @@ std::optional<ReportFigures> read_report(const std::string& report) {
     figures.target_met = json["error"].value("met", false);
     figures.error_to_target = number("/error/estimate").get<double>() / target;
   }
-  if (const auto work = number("/estimated_work").get<double>(); work > 0) {
-    double ms = 0;
-    for (const char* stage : {"/time_ms/build", "/time_ms/trace", "/time_ms/encode"}) ms += number(stage).get<double>();
-    figures.seconds_per_work = ms / 1000 / work;
-  }
   return figures;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "api/load_assets.h"
-#include "api/report.h"
 #include "api/requests.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
@@ -100,17 +99,6 @@ std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::
   });
 }
 
-/// From recently finished jobs in the store.
-void seed_throughput_estimate(queue::JobStore& jobs, telemetry::ThroughputEstimate& throughput) {
-  queue::JobFilter filter;
-  filter.state = queue::JobState::succeeded;
-  queue::JobPage page = jobs.list(filter, {}, telemetry::ThroughputEstimate::renders_max);
-  std::reverse(page.items.begin(), page.items.end());
-  for (const queue::Job& job : page.items) {
-    if (const auto figures = api::read_report(job.report)) throughput.add(*figures);
-  }
-}
-
 }  // namespace
 
 tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Config& config) {
@@ -163,9 +151,7 @@ JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log
       queue(storage.stores, storage.artifacts, ids, queue::system_clock(), log, queue_settings(config, storage)),
       events(http::event_text, queue::system_clock(), {.listeners_max = config.streams}),
       job_metrics(
-          registry, throughput, [&store = storage.stores.jobs](const std::string& id) { return store.find(id); },
-          events) {
-  seed_throughput_estimate(storage.stores.jobs, throughput);
+          registry, [&store = storage.stores.jobs](const std::string& id) { return store.find(id); }, events) {
   queue.notifications.observe(&job_metrics);
 }
 
@@ -256,7 +242,6 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
           .job_memory_bytes = config.job_memory_bytes,
           .render_wait = std::chrono::seconds(config.render_wait_s),
           .draining = [&draining] { return draining.load(); },
-          .seconds_per_work = [&throughput = jobs.throughput] { return throughput.seconds_per_work(); },
           .effective_limits = effective_limits(config, limits),
           .sandbox = [&supervisor] { return supervisor.sandbox(); },
           .keys = keys};

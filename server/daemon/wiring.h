@@ -59,7 +59,6 @@ struct JobQueue {
   queue::Queue queue;
   queue::Events events;
   prometheus::Registry registry;
-  telemetry::ThroughputEstimate throughput;
   telemetry::JobMetrics job_metrics;
 };
 

@@ -85,8 +85,9 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
-  std::string accuracy;  ///< as requested by the document: JSON text written by api::, opaque here
-  bool large = false;    ///< may take long (api::is_large), or has taken long
+  std::string accuracy;   ///< as requested by the document: JSON text written by api::, opaque here
+  bool large = false;     ///< may take long (api::is_large), or has taken long
+  std::int64_t work = 0;  ///< api::estimated_work, at most work_max; 0: unknown
   /// The sha256 of the uploads that the document names; kept as long as the job. Those of a batch are in CommonScene.
   std::vector<std::string> assets;
   std::string report;  ///< JSON text written by api::, opaque here; empty until the job succeeded
@@ -96,6 +97,9 @@ struct Job {
   std::string content_key;       ///< key of its images in the result cache; empty: none
   std::int64_t revision = 1;     ///< grows with every change of the row
 };
+
+/// Days on any machine; the sum over all jobs fits into 63 bits.
+inline constexpr std::int64_t work_max = 500'000'000'000;
 
 /// Precondition: may_move.
 void end(Job& job, JobState state, std::int64_t now);
@@ -116,6 +120,8 @@ struct JobView {
   double progress = 0;  ///< tiles done / tiles; 1 when succeeded
   /// 1 for the next to run; empty where it is not queued, has a not_before, or has more than 1000 before it.
   std::optional<std::int64_t> queue_position = std::nullopt;
+  /// Estimated seconds until a job with a queue_position has ended; empty until a job has succeeded.
+  std::optional<double> waiting_eta_s = std::nullopt;
 };
 
 /// The first reply to a request, repeated to later ones. Opaque to the queue.
@@ -145,6 +151,7 @@ struct Submission {
   api::JobRequest job = {};
   std::uint32_t width = 0, height = 0;
   bool large = false;
+  std::int64_t work = 0;                 ///< see Job
   std::vector<std::string> assets = {};  ///< see Job
   std::string accuracy = {};             ///< see Job
   std::string owner = {};                ///< name of the API key; empty without keys

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -18,16 +17,17 @@
 #include "server/queue/job_observer.h"
 #include "server/queue/job_store.h"
 #include "server/queue/job_waiters.h"
+#include "server/queue/throughput.h"
 
 namespace queue {
 
-/// Progress, leases, durability and recent ends of jobs. Thread-safe.
+/// Progress, leases and durability of jobs. Thread-safe.
 class RunningJobs {
  public:
-  void begin(const std::string& id, std::int64_t fence) {
+  void begin(const Claim& claim) {
     const std::lock_guard lock(mutex_);
-    progress_.insert_or_assign(id, 0.0);
-    leases_.insert_or_assign(id, fence);
+    running_.insert_or_assign(claim.job.id, Running{0.0, claim.job.work, claim.job.started_at.value()});
+    leases_.insert_or_assign(claim.job.id, claim.fence);
   }
   void end_lease(const std::string& id, std::int64_t fence) {
     const std::lock_guard lock(mutex_);
@@ -43,19 +43,35 @@ class RunningJobs {
 
   double progress(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    const auto found = progress_.find(id);
-    return found == progress_.end() ? 0 : found->second;
+    const auto found = running_.find(id);
+    return found == running_.end() ? 0 : found->second.progress;
   }
   /// The progress afterwards, which never decreases; empty where the job does not run.
   std::optional<double> set_progress(const std::string& id, double fraction) {
     const std::lock_guard lock(mutex_);
-    const auto found = progress_.find(id);
-    if (found == progress_.end()) return std::nullopt;
-    return found->second = std::max(found->second, std::clamp(fraction, 0.0, 1.0));
+    const auto found = running_.find(id);
+    if (found == running_.end()) return std::nullopt;
+    double& progress = found->second.progress;
+    return progress = std::max(progress, std::clamp(fraction, 0.0, 1.0));
   }
   void clear_progress(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    progress_.erase(id);
+    running_.erase(id);
+  }
+  /// Sum of Job::work that remains.
+  double remaining_work() {
+    const std::lock_guard lock(mutex_);
+    double work = 0;
+    for (const auto& [id, job] : running_) work += static_cast<double>(job.work) * (1 - job.progress);
+    return work;
+  }
+  /// Adds a running job that succeeds at `now` to the estimate.
+  void add_duration(const std::string& id, std::int64_t now, ThroughputEstimate& throughput) {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(id);
+    if (found == running_.end() || found->second.work == 0 || now <= found->second.started_at) return;
+    const double seconds = static_cast<double>(now - found->second.started_at) / 1000;
+    throughput.add(seconds, static_cast<double>(found->second.work), running_.size());
   }
 
   /// True if the rows and images of a job that has not ended must be synced before a call returns.
@@ -71,29 +87,19 @@ class RunningJobs {
 
   void erase(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    progress_.erase(id);
+    running_.erase(id);
     not_durable_.erase(id);
   }
 
-  void add_end(std::int64_t now) {
-    const std::lock_guard lock(mutex_);
-    recent_ends_.push_back(now);
-    if (recent_ends_.size() > 64) recent_ends_.pop_front();
-  }
-  /// Mean time between the latest ends of jobs; empty until two have ended.
-  std::optional<double> mean_interval_ms() {
-    const std::lock_guard lock(mutex_);
-    if (recent_ends_.size() < 2) return std::nullopt;
-    return static_cast<double>(recent_ends_.back() - recent_ends_.front()) /
-           static_cast<double>(recent_ends_.size() - 1);
-  }
-
  private:
+  struct Running {
+    double progress = 0;
+    std::int64_t work = 0, started_at = 0;
+  };
   std::mutex mutex_;
-  std::unordered_map<std::string, double> progress_;
+  std::unordered_map<std::string, Running> running_;
   std::unordered_map<std::string, std::int64_t> leases_;  ///< fence by id
   std::unordered_set<std::string> not_durable_;
-  std::deque<std::int64_t> recent_ends_;
 };
 
 /// Thread-safe, except `observe`.
@@ -127,7 +133,7 @@ class JobNotifications {
     if (observer_ != nullptr) observer_->on_state_changed(id, to);
   }
   void notify_claimed(const Claim& claim) {
-    running_.begin(claim.job.id, claim.fence);
+    running_.begin(claim);
     waiters_.on_started(claim.job.id);
     notify_state(claim.job.id, JobState::running);
   }

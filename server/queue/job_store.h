@@ -153,7 +153,13 @@ struct OwnerUsage {
 struct QueueDepth {
   std::map<int, std::int64_t> queued_by_priority;
   std::int64_t delayed = 0;               ///< queued jobs with not_before
+  std::int64_t work = 0;                  ///< Job::work of the other queued jobs
   std::optional<std::int64_t> oldest_at;  ///< since then the oldest job that may run has waited
+};
+
+/// Jobs that are claimed before another one.
+struct JobsBefore {
+  std::int64_t jobs = 0, work = 0;  ///< number, and sum of Job::work
 };
 
 /// Result of one step of run_maintenance.
@@ -197,9 +203,9 @@ class JobStatistics {
   virtual std::int64_t count(JobState state) = 0;
   virtual OwnerUsage owner_usage(const std::string& owner) = 0;
   virtual QueueDepth depth() = 0;
-  /// Number of jobs that would be claimed before this one if all were claimed now, one after the other, and owners had
-  /// no running jobs; counted up to `limit`. Empty where it is not queued or has a not_before.
-  virtual std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) = 0;
+  /// Jobs that would be claimed before this one if all were claimed now, one after the other, and owners had no running
+  /// jobs; counted up to `limit`. Empty where it is not queued or has a not_before.
+  virtual std::optional<JobsBefore> queue_position(const std::string& id, std::int64_t limit) = 0;
 };
 
 /// Moves of jobs between states (may_move).

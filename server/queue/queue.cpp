@@ -75,6 +75,19 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
   const int recovered = context_.stores.maintenance.recover(context_.boot_id, context_.clock());
   for (const std::string& batch : context_.stores.batches.list_failing()) cancel_batch(batch);
   if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
+  seed_throughput_estimate();
+}
+
+/// From recently finished jobs in the store, as if each had run alone.
+void JobLifecycle::seed_throughput_estimate() {
+  JobFilter filter;
+  filter.state = JobState::succeeded;
+  const JobPage page = context_.stores.jobs.list(filter, {}, ThroughputEstimate::jobs_max);
+  for (auto job = page.items.rbegin(); job != page.items.rend(); ++job) {
+    if (job->attempt == 0 || job->work == 0 || *job->ended_at <= *job->started_at) continue;
+    const double seconds = static_cast<double>(*job->ended_at - *job->started_at) / 1000;
+    context_.throughput.add(seconds, static_cast<double>(job->work), 1);
+  }
 }
 
 // JobLifecycle, for the runner
@@ -125,11 +138,11 @@ bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
   return finish(id, fence, ended, JobState::cancelled);
 }
 
-/// `ended`: the transition of the store took place. Only attempts that ran to their end count for the estimate.
+/// `ended`: the transition of the store took place.
 bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended, JobState state) {
   context_.running.end_lease(id, fence);
   if (!ended) return false;
-  if (state != JobState::cancelled) context_.running.add_end(context_.clock());
+  if (state == JobState::succeeded) context_.running.add_duration(id, context_.clock(), context_.throughput);
   context_.notifications.notify_end(id, state);
   return true;
 }
@@ -267,12 +280,21 @@ std::optional<JobView> JobQueries::find(const std::string& id) {
   std::optional<Job> job = context_.stores.jobs.find(id);
   if (!job) return std::nullopt;
   const double fraction = job->state == JobState::succeeded ? 1 : progress(id);
-  std::optional<std::int64_t> position;
-  if (job->state == JobState::queued) {
-    const std::optional<std::int64_t> before = context_.stores.statistics.queue_position(id, position_max);
-    if (before && *before < position_max) position = *before + 1;
+  JobView view{*std::move(job), fraction};
+  if (view.job.state != JobState::queued) return view;
+  const std::optional<JobsBefore> before = context_.stores.statistics.queue_position(id, position_max);
+  if (before && before->jobs < position_max) {
+    view.queue_position = before->jobs + 1;
+    view.waiting_eta_s = eta_s(static_cast<double>(before->work + view.job.work));
   }
-  return JobView{*std::move(job), fraction, position};
+  return view;
+}
+
+/// Until the running jobs have ended, and then this work.
+std::optional<double> JobQueries::eta_s(double work) {
+  const std::optional<double> seconds_per_work = context_.throughput.seconds_per_work();
+  if (!seconds_per_work) return std::nullopt;
+  return *seconds_per_work * (work + context_.running.remaining_work());
 }
 
 JobPage JobQueries::list(const JobFilter& filter, const std::string& cursor, int limit) {
@@ -287,10 +309,7 @@ QueueState JobQueries::state() {
     state.oldest_age_s =
         static_cast<double>(std::max<std::int64_t>(context_.clock() - *state.depth.oldest_at, 0)) / 1000;
   }
-  if (const auto interval_ms = context_.running.mean_interval_ms()) {
-    const std::int64_t to_do = state.jobs[JobState::queued] - state.depth.delayed + state.jobs[JobState::running];
-    state.eta_s = *interval_ms * static_cast<double>(to_do) / 1000;
-  }
+  state.eta_s = eta_s(static_cast<double>(state.depth.work));
   return state;
 }
 

@@ -112,6 +112,7 @@ struct QueueContext {
   const std::string boot_id;  ///< identifies the claims of this daemon
   AttachedRunner runner;
   RunningJobs running;
+  ThroughputEstimate throughput;
   ArtifactPins pins;
   JobWaiters waiters;
   JobNotifications notifications;
@@ -189,6 +190,7 @@ class JobLifecycle {
 
  private:
   bool finish(const std::string& id, std::int64_t fence, bool ended, JobState state);
+  void seed_throughput_estimate();
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 
@@ -199,7 +201,7 @@ struct QueueState {
   QueueDepth depth;
   std::map<JobState, std::int64_t> jobs;  ///< all of them, by state
   std::optional<double> oldest_age_s;     ///< age of the oldest job that may run now
-  /// Time until all queued jobs have ended, estimated from the latest ends; empty until two jobs have ended.
+  /// Time until all jobs without not_before have ended, by their Job::work; empty until a job has succeeded.
   std::optional<double> eta_s;
 };
 
@@ -211,6 +213,8 @@ class JobQueries {
   std::optional<JobView> find(const std::string& id);
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit);
   double progress(const std::string& id) { return context_.running.progress(id); }
+  /// See ThroughputEstimate.
+  std::optional<double> seconds_per_work() { return context_.throughput.seconds_per_work(); }
   std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
   QueueState state();
   /// As ArtifactPins::open.
@@ -221,6 +225,7 @@ class JobQueries {
   std::string not_ready();
 
  private:
+  std::optional<double> eta_s(double work);
   QueueContext& context_;
 };
 

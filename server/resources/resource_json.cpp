@@ -39,10 +39,13 @@ Json errors_json(const std::vector<tracer::Issue>& errors) {
   return list;
 }
 
+double to_milliseconds(double seconds) { return std::round(seconds * 1000) / 1000; }
+
 Json eta_json(const queue::JobView& view, std::int64_t now_ms) {
+  if (view.waiting_eta_s) return to_milliseconds(*view.waiting_eta_s);
   if (view.job.state != queue::JobState::running || !view.job.started_at || view.progress < 0.01) return nullptr;
   const double so_far_s = static_cast<double>(std::max<std::int64_t>(now_ms - *view.job.started_at, 0)) / 1000;
-  return std::round(so_far_s * (1 - view.progress) / view.progress * 1000) / 1000;
+  return to_milliseconds(so_far_s * (1 - view.progress) / view.progress);
 }
 
 Json job_problem_json(const std::optional<queue::Problem>& problem) {
@@ -211,7 +214,7 @@ std::string write_queue(const queue::QueueState& state) {
                   {"delayed", state.depth.delayed},
                   {"running", state.jobs.at(queue::JobState::running)},
                   {"oldest_age_s", state.oldest_age_s ? Json(*state.oldest_age_s) : Json(nullptr)},
-                  {"eta_s", state.eta_s ? Json(*state.eta_s) : Json(nullptr)}});
+                  {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}});
 }
 
 std::string write_problem(const ProblemReply& problem) {

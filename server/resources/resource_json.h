@@ -17,7 +17,8 @@
 
 namespace resources {
 
-/// `now_ms` (since 1970 UTC) is the base of eta_s: the elapsed time, extrapolated by the progress; null below 1 %.
+/// `now_ms` (since 1970 UTC) is the base of eta_s of a running job: the elapsed time, extrapolated by the progress;
+/// null below 1 %.
 std::string write_job(const queue::JobView& view, std::int64_t now_ms);
 
 /// {items: [job], next_cursor}; an empty cursor becomes null.

@@ -113,8 +113,7 @@ std::string metrics_text(const prometheus::Registry& registry, const GaugeValues
   return prometheus::TextSerializer().Serialize(families);
 }
 
-JobMetrics::JobMetrics(prometheus::Registry& registry, ThroughputEstimate& throughput, FindJob find,
-                       queue::JobObserver& next)
+JobMetrics::JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobObserver& next)
     : submitted_(add_counters(registry, "whittle_jobs_submitted_total", "Jobs queued, retries included.")),
       ended_(add_counters(registry, "whittle_jobs_ended_total", "Jobs ended, by state.")),
       from_cache_(add_counters(registry, "whittle_jobs_from_cache_total", "Jobs answered from the result cache.")),
@@ -130,7 +129,6 @@ JobMetrics::JobMetrics(prometheus::Registry& registry, ThroughputEstimate& throu
                                   "Start of a job's last attempt to the end of the job, by state.")),
       error_ratio_(add_histograms(registry, "whittle_error_to_target_ratio",
                                   "Estimated error divided by the target, of succeeded jobs with a target error.")),
-      throughput_(throughput),
       find_(std::move(find)),
       next_(next) {
   create_series();
@@ -181,7 +179,6 @@ void JobMetrics::count_end(const queue::Job& job) {
       .Observe(seconds(*job.ended_at - *job.started_at));
   const auto figures = api::read_report(job.report);
   if (!figures) return;
-  throughput_.add(*figures);
   rays_.Add({{"kind", "camera"}}).Increment(static_cast<double>(figures->rays.camera));
   rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
   rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));

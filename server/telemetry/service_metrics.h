@@ -7,12 +7,9 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,34 +53,6 @@ struct GaugeValues {
 /// Text format 0.0.4. Reads the resident memory of this process and of the worker from /proc.
 std::string metrics_text(const prometheus::Registry& registry, const GaugeValues& gauges);
 
-/// Recent render speed of this machine, for time estimates. Thread-safe.
-class ThroughputEstimate {
- public:
-  /// Adds a succeeded render. Ignored if the report has no estimated work.
-  void add(const api::ReportFigures& figures) {
-    if (!figures.seconds_per_work) return;
-    const std::lock_guard lock(mutex_);
-    seconds_per_work_.push_back(*figures.seconds_per_work);
-    if (seconds_per_work_.size() > renders_max) seconds_per_work_.pop_front();
-  }
-  /// Median over the latest renders, per unit of api::estimated_work; nothing before the first one.
-  [[nodiscard]] std::optional<double> seconds_per_work() const {
-    std::unique_lock lock(mutex_);
-    std::deque<double> sorted = seconds_per_work_;
-    lock.unlock();
-    if (sorted.empty()) return std::nullopt;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return *middle;
-  }
-
-  static constexpr std::size_t renders_max = 63;  ///< recent enough to follow a change, enough for a stable median
-
- private:
-  mutable std::mutex mutex_;
-  std::deque<double> seconds_per_work_;  ///< oldest first
-};
-
 /// Metrics of jobs: waiting and running times, ends, rays, cache use and target errors.
 class JobMetrics final : public queue::JobObserver {
  public:
@@ -91,7 +60,7 @@ class JobMetrics final : public queue::JobObserver {
   using FindJob = std::function<std::optional<queue::Job>(const std::string& id)>;
 
   /// Every call is passed on to `next`. All arguments must outlive this.
-  JobMetrics(prometheus::Registry& registry, ThroughputEstimate& throughput, FindJob find, queue::JobObserver& next);
+  JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobObserver& next);
 
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
   void on_waiters_notified(const std::string& id) noexcept override;
@@ -104,7 +73,6 @@ class JobMetrics final : public queue::JobObserver {
 
   Counters &submitted_, &ended_, &from_cache_, &rays_, &targets_, &geometry_, &textures_;
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
-  ThroughputEstimate& throughput_;
   const FindJob find_;
   queue::JobObserver& next_;
 };

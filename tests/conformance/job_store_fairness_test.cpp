@@ -149,3 +149,32 @@ TEST_P(JobStoreConformance, ReportsPositionsAmongOwners) {
     store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
   }
 }
+
+TEST_P(JobStoreConformance, SumsTheWorkOfTheJobsBeforeAnother) {
+  std::vector<std::string> ids;
+  std::map<std::string, std::int64_t> work;
+  const auto add = [&](const Owner& owner, std::int64_t rays) {
+    ids.push_back(submit([&](Job& job) { owner(job), job.work = rays; }));
+    work[ids.back()] = rays;
+  };
+  for (int i = 0; i < 4; ++i) add(ann, 1 << i), add(bob, 100 << i), add(Owner{"heavy", 3}, 10'000 << i);
+  std::map<std::int64_t, std::string> in_order;
+  for (const std::string& id : ids) in_order[store().queue_position(id, 100).value()] = id;
+  ASSERT_EQ(in_order.size(), ids.size());
+  std::int64_t before = 0;
+  for (const auto& [position, id] : in_order) {
+    EXPECT_EQ(store().work_before(id), before) << position;
+    before += work[id];
+  }
+  EXPECT_EQ(store().depth().work, before);
+  submit([&](Job& job) { job.work = 7, job.not_before = now + 1; });
+  EXPECT_EQ(store().depth().work, before) << "it may not run yet";
+  const std::string& first = in_order.begin()->second;
+  const Claim claimed = claim();
+  EXPECT_EQ(claimed.job.work, work[first]);
+  EXPECT_EQ(store().depth().work, before - work[first]);
+  store().release(first, claimed.fence, now, {});
+  EXPECT_EQ(store().depth().work, before);
+  store().remove(first);
+  EXPECT_EQ(store().depth().work, before - work[first]);
+}

@@ -29,7 +29,11 @@ class TestStore {
   auto count(queue::JobState state) { return all_.statistics.count(state); }
   auto owner_usage(const std::string& owner) { return all_.statistics.owner_usage(owner); }
   auto depth() { return all_.statistics.depth(); }
-  auto queue_position(const std::string& id, std::int64_t limit) { return all_.statistics.queue_position(id, limit); }
+  std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) {
+    const auto before = all_.statistics.queue_position(id, limit);
+    return before ? std::optional(before->jobs) : std::nullopt;
+  }
+  auto work_before(const std::string& id) { return all_.statistics.queue_position(id, 1000).value().work; }
 
   auto claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until, bool suspects,
              bool small = false) {

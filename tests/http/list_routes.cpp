@@ -37,7 +37,6 @@ int main() {
                              .deliveries = {},
                              .job_memory_bytes = 0,
                              .draining = [] { return false; },
-                             .seconds_per_work = {},
                              .effective_limits = {}}));
   print(http::health_routes({}));  // the functions are not called
 }

@@ -72,10 +72,9 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
                    "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
-  telemetry::ThroughputEstimate throughput;
   job.attempt = 1;
   telemetry::JobMetrics observed(
-      registry, throughput, [&](const std::string&) { return job; }, next);
+      registry, [&](const std::string&) { return job; }, next);
   const auto succeeded = [&](const std::string& id) {
     observed.on_state_changed(id, queue::JobState::succeeded);
     observed.on_waiters_notified(id);
@@ -90,7 +89,6 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   succeeded("d");
   observed.on_progress("a", 0.5);
   observed.on_removed("a");
-  EXPECT_DOUBLE_EQ(throughput.seconds_per_work().value_or(0), 2.0 / 1000) << "of the reports that have it";
   EXPECT_EQ(next.calls, 11) << "every call is passed on";
   const std::string text = text_of(registry);
   for (const char* line : {"whittle_jobs_submitted_total 1",
@@ -118,31 +116,11 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   }
 }
 
-TEST(ThroughputEstimate, IsTheMedianOfTheLatestRenders) {
-  telemetry::ThroughputEstimate throughput;
-  const auto add = [&](const std::string& report) {
-    if (const auto figures = api::read_report(report)) throughput.add(*figures);
-  };
-  const auto add_render = [&](double trace_ms) {
-    add(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) + "}}");
-  };
-  EXPECT_EQ(throughput.seconds_per_work(), std::nullopt);
-  for (const char* other : {"", "{}", "[1]", R"({"points":[]})", R"({"rays":{},"error":{},"estimated_work":null})"}) {
-    add(other);
-  }
-  EXPECT_EQ(throughput.seconds_per_work(), std::nullopt) << "none is the report of a render";
-  for (const double ms : {1000.0, 3000.0, 900'000.0}) add_render(ms);
-  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 3.0 / 1000);
-  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) add_render(7000);
-  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 7.0 / 1000) << "older renders are dropped";
-}
-
 TEST(JobMetrics, CountsTheEndOfAJobThatTheStoreCannotFind) {
   prometheus::Registry registry;
   CountingObserver next;
-  telemetry::ThroughputEstimate throughput;
   telemetry::JobMetrics observed(
-      registry, throughput,
+      registry,
       [](const std::string&) -> std::optional<queue::Job> {
         throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
       },

@@ -113,6 +113,41 @@ TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
 }
 
+TEST(ThroughputEstimate, IsTheMedianOfTheLatestJobs) {
+  ThroughputEstimate throughput;
+  EXPECT_EQ(throughput.seconds_per_work(), std::nullopt);
+  for (const double seconds : {1.0, 3.0, 900.0}) throughput.add(seconds, 1000, 1);
+  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 3.0 / 1000);
+  for (std::size_t i = 0; i < ThroughputEstimate::jobs_max; ++i) throughput.add(14, 1000, 2);
+  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 7.0 / 1000) << "two shared the machine; older jobs are dropped";
+}
+
+TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
+  const auto submit_work = [&](std::int64_t work, int priority) {
+    Submission submission;
+    submission.document = "{}";
+    submission.work = work;
+    submission.job.priority = priority;
+    return queue.submission.submit(std::move(submission))->view.job.id;
+  };
+  submit_work(1000, 50);
+  const auto first = queue.lifecycle.claim();
+  const std::string large = submit_work(1'000'000, 90), last = submit_work(500, 10);
+  EXPECT_EQ(queue.queries.state().eta_s, std::nullopt) << "the speed is unknown";
+  EXPECT_EQ(find(large).waiting_eta_s, std::nullopt);
+  now += 100;
+  succeed(*first, "image");
+  EXPECT_DOUBLE_EQ(queue.queries.state().eta_s.value(), 100.05) << "1000 units of work took 0.1 s";
+  EXPECT_DOUBLE_EQ(find(large).waiting_eta_s.value(), 100);
+  EXPECT_DOUBLE_EQ(find(last).waiting_eta_s.value(), 100.05);
+  queue.lifecycle.claim();
+  queue.lifecycle.set_progress(large, 0.75);
+  EXPECT_DOUBLE_EQ(find(last).waiting_eta_s.value(), 25.05);
+  EXPECT_EQ(find(large).waiting_eta_s, std::nullopt);
+  Queue restarted(stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), {});
+  EXPECT_DOUBLE_EQ(restarted.queries.seconds_per_work().value(), 1e-4) << "of the jobs in the store";
+}
+
 TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   const api::JobRequest request = {

@@ -19,7 +19,7 @@ double work(const std::string& accuracy, const std::string& material = "{}", con
   return api::estimated_work(document.scene).value_or(-1);
 }
 
-constexpr double sphere = 1;
+constexpr double sphere = 1 + 20'000;  // with the share of the job itself
 const std::string exact = R"({"samples": [4, 4]})";
 const std::string point = R"({"type": "point", "position": [0,5,0]})";
 const std::string rect = R"({"type": "rect", "corner": [0,5,0], "edge_u": [1,0,0], "edge_v": [0,0,1]})";
@@ -56,13 +56,25 @@ TEST(EstimatedWork, CountsSamplesExpectedForATargetError) {
   EXPECT_EQ(work(R"({"time_budget_ms": 10})"), -1) << "no target error";
 }
 
+TEST(EstimatedWork, IsLimitedByATimeBudgetWhereTheSpeedIsKnown) {
+  const auto scene = [](const std::string& accuracy) {
+    return accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy)).scene;
+  };
+  const tracer::Scene budget = scene(R"({"time_budget_ms": 10})");
+  const tracer::Scene fine = scene(R"({"time_budget_ms": 10, "target_error": 0.5})");
+  EXPECT_DOUBLE_EQ(*api::estimated_work(budget, api::content_of(budget), 1e-7), 100'000);
+  EXPECT_DOUBLE_EQ(*api::estimated_work(fine, api::content_of(fine), 1e-7), 100'000);
+  EXPECT_EQ(api::estimated_work(fine, api::content_of(fine), 1e-12), api::estimated_work(fine));
+}
+
 TEST(EstimatedWork, CountsObjectsAndTriangles) {
   const api::Document document =
       accepted(document_with(R"("image": {"width": 1, "height": 1}, "accuracy": )" + exact + R"(,
       "prototypes": {"p": [{"type": "mesh", "positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2],[2,1,0]],
                             "material": {}}]},
       "objects": [{"type": "instance", "of": "p"}, {"type": "instance", "of": "p"}])"));
-  EXPECT_EQ(api::estimated_work(document.scene), 4 + 2 + 1 + 2);
+  EXPECT_EQ(api::estimated_work(document.scene), 4 + 2 + 1 + 2 + 20'000);
+  EXPECT_EQ(api::estimated_measure_work(document.scene, 64), 2 * 64 + 2 + 1 + 2 + 20'000);
 }
 
 TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReference) {

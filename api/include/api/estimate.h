@@ -13,6 +13,8 @@ struct SceneContent {
   std::uint64_t memory_bytes = 0;  ///< share of estimated_memory_bytes
   bool mesh_files = false;         ///< there are meshes of files
   bool named_files = false;        ///< there are files that are no uploads, so that the document does not identify them
+  double rays_per_sample = 1;      ///< see estimated_work
+  std::uint64_t elements = 0;      ///< objects and triangles
 };
 SceneContent content_of(const tracer::Scene& scene);
 
@@ -32,8 +34,14 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 /// up to 50 times longer). Samples per pixel: the exact number, or 22 at a target error of 1 level and in proportion to
 /// the target's power of -1.26, fitted to the README's table of presets. A sample is a ray, and one more for each light
 /// that casts shadows (at least 16 per pixel for an area light), all of it times 1.5 with reflection and times 3 with
-/// refraction. Building counts one ray per object and triangle. Unset for a time budget without a target.
-std::optional<double> estimated_work(const tracer::Scene& scene);
+/// refraction. Building counts one ray per object and triangle, and each job 20,000 rays: the few milliseconds that the
+/// smallest takes. A time budget limits it where the speed is known; otherwise, unset for a time budget without a
+/// target.
+std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
+                                     std::optional<double> seconds_per_work = std::nullopt);
+std::optional<double> estimated_work(const tracer::Scene& scene);  ///< at an unknown speed
+/// That of a measurement with references of that many samples: twice the work of one, for it and the settings.
+double estimated_measure_work(const tracer::Scene& scene, std::uint32_t reference_samples);
 
 /// True if the scene may keep a core busy for more than some seconds: if its samples (those that estimated_work
 /// expects, else the maximum) are more than 2^21 (1920 x 1080 pixels once) and no time budget of at most 2 s ends them;

@@ -46,9 +46,8 @@ std::string write_accuracy(const tracer::Accuracy& accuracy);
 /// The members of a report that metrics are computed from.
 struct ReportFigures {
   tracer::RayCounts rays;
-  std::optional<bool> target_met;          ///< unset without a target error
-  std::optional<double> seconds_per_work;  ///< building, tracing and encoding, per estimated_work (api/estimate.h)
-  std::optional<double> error_to_target;   ///< error estimate / target error; unset without a target error
+  std::optional<bool> target_met;         ///< unset without a target error
+  std::optional<double> error_to_target;  ///< error estimate / target error; unset without a target error
   tracer::CacheHits cache_hits;
 };
 /// Unset if the text is not a report of write_report.

@@ -187,6 +187,7 @@ Answer measure(Request& request, const ApiContext& context) {
   submission.width = scene.image.window().width();
   submission.height = scene.image.window().height();
   submission.large = true;
+  submission.work = work_of(api::estimated_measure_work(scene, measurement->reference_samples));
   submission.assets = uploads_of(scene);
   submission.document = std::move(*body);
   submission.job = std::move(measurement->document.job);
@@ -195,7 +196,7 @@ Answer measure(Request& request, const ApiContext& context) {
 
 Answer validate_job(Request& request, const ApiContext& context) {
   const auto scene = take_scene(request, context);
-  if (scene) return json_reply(200, api::write_valid(scene->parsed.scene, context.seconds_per_work()));
+  if (scene) return json_reply(200, api::write_valid(scene->parsed.scene, context.queue.queries.seconds_per_work()));
   if (scene.error().failure != failures::bad_scene) return scene.error();
   return json_reply(200, api::write_invalid(scene.error().errors));
 }

@@ -30,6 +30,7 @@ tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const Ap
 
 std::string etag_of(queue::JobView view) {
   view.progress = std::floor(view.progress * 100) / 100;
+  view.waiting_eta_s.reset();
   const std::size_t hash = std::hash<std::string>()(resources::write_job(view, view.job.started_at.value_or(0)));
   std::array<char, 20> text{};
   std::snprintf(text.data(), text.size(), "%016zx", hash);

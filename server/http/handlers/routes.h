@@ -43,10 +43,9 @@ struct ApiContext {
   /// Webhook deliveries of a job, oldest first.
   std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
   queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };
-  std::uint64_t job_memory_bytes = 16ull << 30;             ///< scenes with a greater estimate are refused
-  std::chrono::milliseconds render_wait{60'000};            ///< option render_wait_s
-  std::function<bool()> draining;                           ///< true: new work is refused, reads are answered
-  std::function<std::optional<double>()> seconds_per_work;  ///< see api::write_valid
+  std::uint64_t job_memory_bytes = 16ull << 30;   ///< scenes with a greater estimate are refused
+  std::chrono::milliseconds render_wait{60'000};  ///< option render_wait_s
+  std::function<bool()> draining;                 ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< for GET /v1/version, by option name
   std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
   const keys::KeyRing* keys = nullptr;                                  ///< null: local clients without keys

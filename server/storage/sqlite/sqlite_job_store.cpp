@@ -112,7 +112,7 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
 // ---- position in the queue
 
 constexpr const char* waiting_of_owner =
-    "SELECT rank, id FROM jobs INDEXED BY jobs_waiting"
+    "SELECT rank, id, work FROM jobs INDEXED BY jobs_waiting"
     " WHERE suspect = ?1 AND owner = ?2 AND state = 'queued' AND not_before IS NULL ORDER BY rank, id";
 
 /// Jobs of one owner that are claimed before its pass reaches that of another claim.
@@ -140,14 +140,18 @@ std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
   return turns;
 }
 
-std::int64_t count_waiting(Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit) {
-  Query count =
-      database.query("SELECT count(*) FROM (" + std::string(waiting_of_owner) + " LIMIT ?3)", suspect, owner, limit);
-  count.row();
-  return count.integer(0);
+/// Adds the first `limit` waiting jobs of the owner.
+void add_waiting(Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit,
+                 queue::JobsBefore& before) {
+  Query sums =
+      database.query("SELECT count(*), coalesce(sum(work), 0) FROM (" + std::string(waiting_of_owner) + " LIMIT ?3)",
+                     suspect, owner, limit);
+  sums.row();
+  before.jobs += sums.integer(0);
+  before.work += sums.integer(1);
 }
 
-std::optional<std::int64_t> read_queue_position(Database& database, const std::string& id, std::int64_t limit) {
+std::optional<queue::JobsBefore> read_queue_position(Database& database, const std::string& id, std::int64_t limit) {
   std::string owner;
   std::int64_t suspect = 0, rank = 0;
   {
@@ -156,32 +160,37 @@ std::optional<std::int64_t> read_queue_position(Database& database, const std::s
     if (!job.row()) return std::nullopt;
     owner = job.text(0), suspect = job.integer(1), rank = job.integer(2);
   }
-  std::int64_t own = 0;
+  queue::JobsBefore before;
   {
-    Query before = database.query(
-        "SELECT count(*) FROM (SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE suspect = ?1 AND owner = ?2"
+    Query own = database.query(
+        "SELECT count(*), coalesce(sum(work), 0) FROM (SELECT work FROM jobs INDEXED BY jobs_waiting WHERE suspect = "
+        "?1 AND owner = ?2"
         " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5)",
         suspect, owner, rank, id, limit);
-    before.row();
-    own = before.integer(0);
+    own.row();
+    before = {own.integer(0), own.integer(1)};
   }
   const std::vector<Turns> turns = read_turns(database, suspect);
-  std::int64_t pass = 0, position = own;
+  std::int64_t pass = 0;
   for (const Turns& other : turns)
-    if (other.owner == owner) pass = other.pass + own * (pass_of_turn / other.weight);
+    if (other.owner == owner) pass = other.pass + before.jobs * (pass_of_turn / other.weight);
   for (const Turns& other : turns) {
-    if (other.owner == owner || position >= limit) continue;
-    const std::int64_t before = other.before(pass);
-    position += count_waiting(database, suspect, other.owner, std::min(before, limit));
-    if (other.before(pass + 1) == before) continue;
+    if (other.owner == owner || before.jobs >= limit) continue;
+    const std::int64_t turns_before = other.before(pass);
+    add_waiting(database, suspect, other.owner, std::min(turns_before, limit), before);
+    if (other.before(pass + 1) == turns_before) continue;
     // Both have a turn at the same pass: the lower rank is first.
-    Query next = database.query(std::string(waiting_of_owner) + " LIMIT 1 OFFSET ?3", suspect, other.owner, before);
-    if (next.row() && std::pair(next.integer(0), next.text(1)) < std::pair(rank, id)) ++position;
+    Query next =
+        database.query(std::string(waiting_of_owner) + " LIMIT 1 OFFSET ?3", suspect, other.owner, turns_before);
+    if (!next.row() || std::pair(next.integer(0), next.text(1)) > std::pair(rank, id)) continue;
+    ++before.jobs;
+    before.work += next.integer(2);
   }
   if (suspect == 0) {  // suspects run before all others
-    for (const Turns& other : read_turns(database, 1)) position += count_waiting(database, 1, other.owner, limit);
+    for (const Turns& other : read_turns(database, 1)) add_waiting(database, 1, other.owner, limit, before);
   }
-  return std::min(position, limit);
+  before.jobs = std::min(before.jobs, limit);
+  return before;
 }
 
 // ---- stores
@@ -306,9 +315,12 @@ class SqliteStatistics final : public queue::JobStatistics {
       queue::QueueDepth depth;
       Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
       while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
-      Query delayed = database.query("SELECT count(*) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
+      Query delayed = database.query(
+          "SELECT count(*), (SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0)"
+          " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
       delayed.row();
       depth.delayed = delayed.integer(0);
+      depth.work = delayed.integer(1);
       // Ids are in order of creation.
       Query oldest = database.query(
           "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
@@ -318,9 +330,10 @@ class SqliteStatistics final : public queue::JobStatistics {
     });
   }
 
-  std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) override {
-    return connections_.reader.run(
-        [&](Database& database) -> std::optional<std::int64_t> { return read_queue_position(database, id, limit); });
+  std::optional<queue::JobsBefore> queue_position(const std::string& id, std::int64_t limit) override {
+    return connections_.reader.run([&](Database& database) -> std::optional<queue::JobsBefore> {
+      return read_queue_position(database, id, limit);
+    });
   }
 
  private:

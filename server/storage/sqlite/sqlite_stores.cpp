@@ -13,7 +13,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 10;
+constexpr std::int64_t jobs_schema_version = 11;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -49,6 +49,7 @@ CREATE TABLE jobs (
   height INTEGER NOT NULL,
   accuracy TEXT NOT NULL,
   large INTEGER NOT NULL,
+  work INTEGER NOT NULL,
   problem_code TEXT,
   problem_detail TEXT,
   artifacts_synced INTEGER NOT NULL DEFAULT 1,
@@ -59,10 +60,10 @@ CREATE TABLE jobs (
   lease_until INTEGER                -- end of the latest claim
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX jobs_by_state ON jobs (state, id);
-CREATE INDEX jobs_waiting ON jobs (suspect, owner, rank, id) WHERE state = 'queued' AND not_before IS NULL;
+CREATE INDEX jobs_waiting ON jobs (suspect, owner, rank, id, work) WHERE state = 'queued' AND not_before IS NULL;
 CREATE INDEX small_jobs_waiting ON jobs (suspect, owner, rank, id)
   WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
-CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
+CREATE INDEX jobs_delayed ON jobs (not_before, work) WHERE not_before IS NOT NULL;
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
 CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
@@ -147,8 +148,12 @@ CREATE TABLE replies (
 CREATE INDEX replies_by_expiry ON replies (expires_at);
 
 -- Maintained by triggers, so that limits are checked without counting jobs.
-CREATE TABLE job_counts (state TEXT NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;
-INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);
+CREATE TABLE job_counts (
+  state TEXT NOT NULL PRIMARY KEY,
+  jobs INTEGER NOT NULL DEFAULT 0,
+  work INTEGER NOT NULL DEFAULT 0
+) STRICT, WITHOUT ROWID;
+INSERT INTO job_counts (state) VALUES ('queued'), ('running'), ('succeeded'), ('failed'), ('cancelled');
 CREATE TABLE owner_usage (
   owner TEXT NOT NULL PRIMARY KEY,
   queued_jobs INTEGER NOT NULL,
@@ -161,7 +166,7 @@ CREATE TABLE latest_pass (pass INTEGER NOT NULL) STRICT;
 INSERT INTO latest_pass VALUES (0);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
 CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
-  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  UPDATE job_counts SET jobs = jobs + 1, work = work + new.work WHERE state = new.state;
   INSERT INTO owner_usage (owner, queued_jobs) VALUES (new.owner, new.state = 'queued')
     ON CONFLICT DO UPDATE SET queued_jobs = queued_jobs + excluded.queued_jobs;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
@@ -169,8 +174,8 @@ CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
 END;
 CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
     WHEN old.state <> new.state OR old.priority <> new.priority BEGIN
-  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
-  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  UPDATE job_counts SET jobs = jobs - 1, work = work - old.work WHERE state = old.state;
+  UPDATE job_counts SET jobs = jobs + 1, work = work + new.work WHERE state = new.state;
   UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued'),
     running_jobs = running_jobs + (new.state = 'running') - (old.state = 'running') WHERE owner = new.owner;
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
@@ -178,7 +183,7 @@ CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
 END;
 CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN
-  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
+  UPDATE job_counts SET jobs = jobs - 1, work = work - old.work WHERE state = old.state;
   UPDATE owner_usage SET queued_jobs = queued_jobs - (old.state = 'queued') WHERE owner = old.owner;
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
 END;
