@@ -36,6 +36,7 @@ struct Config {
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0, key_queued_jobs = 0, key_running_jobs = 0, key_artifact_bytes = 0;
   std::uint64_t batch_jobs = 0, batch_bytes = 0, batch_values = 0;
+  std::uint64_t job_days = 0, failed_job_days = 0, artifact_bytes = 0;
   std::uint64_t wall_time_s = 0, job_memory_bytes = 0;
   std::uint64_t connections = 0, connections_per_address = 0, streams = 0, handler_threads = 0;
   std::uint64_t render_wait_s = 0, drain_s = 0;

@@ -82,6 +82,14 @@ constexpr std::array table{
            "another key need not wait for the end of one"),
     number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * tebi,
            "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
+    number(
+        "job_days", "90", &C::job_days, 1, 36500,
+        "days after which a succeeded job loses its document and images, also if it expires later; a season of work"),
+    number("failed_job_days", "30", &C::failed_job_days, 1, 36500,
+           "the same for failed and cancelled jobs; time enough to look into them"),
+    number("artifact_bytes", "0", &C::artifact_bytes, 0, 1024 * tebi,
+           "size of all images together, then the jobs that ended first lose theirs; 0 is half of the disk, so that "
+           "images alone do not fill it"),
     number("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,
            "duration of one attempt of a job, then it is stopped; more than a day is a hang"),
     number(

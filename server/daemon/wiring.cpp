@@ -33,10 +33,25 @@ api::Limits document_limits(const Config& config) {
   return limits;
 }
 
+std::int64_t artifact_limit(const Config& config) {
+  const std::uint64_t bytes =
+      config.artifact_bytes != 0 ? config.artifact_bytes : std::filesystem::space(config.data).capacity / 2;
+  return static_cast<std::int64_t>(bytes);
+}
+
+queue::Retention retention(const Config& config) {
+  constexpr std::int64_t day_ms = std::int64_t{24} * 3600 * 1000;
+  return {.expired_ms = queue::QueueSettings{}.retention.expired_ms,
+          .succeeded_ms = static_cast<std::int64_t>(config.job_days) * day_ms,
+          .failed_ms = static_cast<std::int64_t>(config.failed_job_days) * day_ms,
+          .artifact_bytes = artifact_limit(config)};
+}
+
 queue::QueueSettings queue_settings(const Config& config, const Storage& storage) {
   return {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
           .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
           .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes),
+          .retention = retention(config),
           .disk_space = [&disk = storage.disk] { return disk.now(); }};
 }
 
@@ -74,6 +89,8 @@ std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config
                            "batch_values",
                            "key_queued_jobs",
                            "key_artifact_bytes",
+                           "job_days",
+                           "failed_job_days",
                            "wall_time_s",
                            "job_memory_bytes",
                            "scene_cache_bytes",
@@ -147,7 +164,8 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
 }
 
 JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log)
-    : ids(queue::system_clock(), queue::system_random()),
+    : artifact_bytes_max(artifact_limit(config)),
+      ids(queue::system_clock(), queue::system_random()),
       queue(storage.stores, storage.artifacts, ids, queue::system_clock(), log, queue_settings(config, storage)),
       events(http::event_text, queue::system_clock(), {.listeners_max = config.streams}),
       job_metrics(
@@ -261,6 +279,8 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
   }
   values.disk_space = storage.disk.now();
   values.upload_bytes = storage.uploads.bytes();
+  values.artifact_bytes = storage.stores.statistics.artifact_bytes();
+  values.artifact_bytes_max = jobs.artifact_bytes_max;
   values.connections = connections;
   values.event_listeners = jobs.events.listeners();
   const auto cache = supervisor.cache_bytes();

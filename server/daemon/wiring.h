@@ -55,6 +55,7 @@ struct Storage {
 struct JobQueue {
   JobQueue(const Config& config, Storage& storage, const queue::Log& log);
 
+  const std::int64_t artifact_bytes_max;  ///< see option artifact_bytes
   queue::IdSource ids;
   queue::Queue queue;
   queue::Events events;

@@ -146,6 +146,9 @@ class JobNotifications {
     if (observer_ != nullptr) observer_->on_removed(id);
     finish(id);
   }
+  void notify_expired(const char* reason, int jobs) {
+    if (observer_ != nullptr && jobs > 0) observer_->on_expired(reason, jobs);
+  }
   void notify_progress(const std::string& id, double fraction) {
     if (observer_ != nullptr) observer_->on_progress(id, fraction);
   }

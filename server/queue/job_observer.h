@@ -18,6 +18,8 @@ class JobObserver {
   virtual void on_waiters_notified(const std::string& /*id*/) noexcept {}
   virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
   virtual void on_removed(const std::string& id) noexcept = 0;
+  /// That number of ended jobs lost their documents and images; `reason`: "expires_at", "age" or "artifact_bytes".
+  virtual void on_expired(const char* /*reason*/, int /*jobs*/) noexcept {}
 };
 
 /// For the webhooks of jobs. Called from any thread.

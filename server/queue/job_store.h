@@ -162,6 +162,14 @@ struct JobsBefore {
   std::int64_t jobs = 0, work = 0;  ///< number, and sum of Job::work
 };
 
+/// Limits of what is kept of ended jobs. Unset: no limit.
+struct Retention {
+  std::int64_t expired_ms = 0;                      ///< rows of expired jobs
+  std::optional<std::int64_t> succeeded_ms = {};    ///< time from the end to the expiry
+  std::optional<std::int64_t> failed_ms = {};       ///< the same of failed and cancelled jobs
+  std::optional<std::int64_t> artifact_bytes = {};  ///< all artifacts; the jobs that ended first expire
+};
+
 /// Result of one step of run_maintenance.
 struct MaintenanceResult {
   std::vector<std::string> overdue;    ///< queued jobs that failed because their deadline has passed
@@ -169,7 +177,9 @@ struct MaintenanceResult {
   std::vector<std::string> cancelled;  ///< the same, cancelled as requested
   bool due = false;                    ///< jobs whose not_before has passed may be claimed now
   bool suspects_due = false;           ///< there are suspects among them
-  int expired = 0;                     ///< ended jobs that lost their document and images
+  int expired = 0;                     ///< ended jobs that lost their document and images at expires_at,
+  int aged = 0;                        ///< by Retention::succeeded_ms and failed_ms,
+  int evicted = 0;                     ///< and by Retention::artifact_bytes
   int deleted = 0;                     ///< jobs and replies
   std::vector<Artifact> artifacts;     ///< named by the expired jobs; may be deleted where no other job names them
   bool more = false;                   ///< the step was too small for all of it
@@ -202,6 +212,7 @@ class JobStatistics {
   virtual ~JobStatistics() = default;
   virtual std::int64_t count(JobState state) = 0;
   virtual OwnerUsage owner_usage(const std::string& owner) = 0;
+  virtual std::int64_t artifact_bytes() = 0;  ///< of all jobs; equal artifacts count once
   virtual QueueDepth depth() = 0;
   /// Jobs that would be claimed before this one if all were claimed now, one after the other, and owners had no running
   /// jobs; counted up to `limit`. Empty where it is not queued or has a not_before.
@@ -259,10 +270,10 @@ class MaintenanceStore {
   virtual ~MaintenanceStore() = default;
 
   /// One small step, at most `limit` jobs of each kind: running jobs whose lease has ended are released, not_before
-  /// that has passed is cleared, earliest first; queued jobs past their deadline fail; ended ones past expires_at lose
-  /// their document and images and are deleted `expired_kept_ms` later, as are replies past theirs. Costs one read when
-  /// there is nothing to do.
-  virtual MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) = 0;
+  /// that has passed is cleared, earliest first; queued jobs past their deadline fail; ended ones past expires_at, and
+  /// those beyond the retention, expire: they lose their document and images. Rows of expired jobs and replies are
+  /// deleted in time. Costs one read when there is nothing to do.
+  virtual MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) = 0;
 
   /// At the start of a daemon: every job that runs under another boot id returns to queued, the attempt not counted
   /// (cancel_requested: to cancelled), whatever its lease. Returns their number. For a store with one daemon at a time;

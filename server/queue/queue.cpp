@@ -255,8 +255,8 @@ void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
 // JobLifecycle, for the daemon
 
 bool JobLifecycle::run_maintenance() {
-  const MaintenanceResult result = context_.stores.maintenance.run_maintenance(
-      context_.clock(), context_.settings.expired_kept_ms, maintenance_step);
+  const MaintenanceResult result =
+      context_.stores.maintenance.run_maintenance(context_.clock(), context_.settings.retention, maintenance_step);
   for (const std::string& id : result.abandoned) {
     context_.running.clear_progress(id);
     context_.waiters.on_stopped(id);
@@ -269,6 +269,9 @@ bool JobLifecycle::run_maintenance() {
   for (const std::string& id : result.overdue) context_.notifications.notify_end(id, JobState::failed);
   for (const std::string& id : result.overdue) cancel_failing_batch(id);
   for (const Artifact& artifact : result.artifacts) context_.pins.collect(artifact.sha256);
+  context_.notifications.notify_expired("expires_at", result.expired);
+  context_.notifications.notify_expired("age", result.aged);
+  context_.notifications.notify_expired("artifact_bytes", result.evicted);
   const bool abandoned = !result.abandoned.empty();
   if (result.due || abandoned) context_.runner.notify(result.suspects_due || abandoned);
   return result.more;

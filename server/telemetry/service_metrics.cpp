@@ -54,6 +54,9 @@ std::vector<MetricFamily> gauges(const GaugeValues& values) {
       gauge("whittle_disk_reserve_bytes", "Free space below which new jobs and uploads are refused.",
             values.disk_space.reserve_bytes),
       gauge("whittle_upload_bytes", "Size of all uploaded files together.", values.upload_bytes),
+      gauge("whittle_artifact_bytes", "Size of all images together.", values.artifact_bytes),
+      gauge("whittle_artifact_limit_bytes", "Size above which the jobs that ended first lose their images.",
+            values.artifact_bytes_max),
       gauge("whittle_connections", "Open connections of clients.", values.connections),
       gauge("whittle_event_listeners", "Event streams and long polls.", values.event_listeners),
       gauge("whittle_cache_bytes", "Memory that the worker keeps for later jobs, by kind.",
@@ -117,6 +120,8 @@ JobMetrics::JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobO
     : submitted_(add_counters(registry, "whittle_jobs_submitted_total", "Jobs queued, retries included.")),
       ended_(add_counters(registry, "whittle_jobs_ended_total", "Jobs ended, by state.")),
       from_cache_(add_counters(registry, "whittle_jobs_from_cache_total", "Jobs answered from the result cache.")),
+      expired_(
+          add_counters(registry, "whittle_jobs_expired_total", "Jobs that lost their document and images, by reason.")),
       rays_(add_counters(registry, "whittle_rays_total", "Rays of succeeded jobs, by kind.")),
       targets_(add_counters(registry, "whittle_error_targets_total",
                             "Succeeded jobs with a target error, by whether it was met.")),
@@ -144,6 +149,7 @@ void JobMetrics::create_series() {
     ended_.Add({{"state", state}});
     run_seconds_.Add({{"state", state}}, duration_buckets_s);
   }
+  for (const char* reason : {"expires_at", "age", "artifact_bytes"}) expired_.Add({{"reason", reason}});
   for (const char* kind : {"camera", "shadow", "reflection", "refraction"}) rays_.Add({{"kind", kind}});
   for (const bool value : {false, true}) {
     targets_.Add(yes_or_no("met", value));
@@ -160,6 +166,14 @@ void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noe
     // Out of memory: the change is not counted.
   }
   next_.on_state_changed(id, to);
+}
+
+void JobMetrics::on_expired(const char* reason, int jobs) noexcept {
+  try {
+    expired_.Add({{"reason", reason}}).Increment(jobs);
+  } catch (const std::exception&) {
+    return;  // out of memory
+  }
 }
 
 void JobMetrics::on_waiters_notified(const std::string& id) noexcept {

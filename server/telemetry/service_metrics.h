@@ -45,6 +45,7 @@ struct GaugeValues {
   double queue_age_s = 0;
   queue::DiskSpace disk_space;
   std::uint64_t upload_bytes = 0;
+  std::int64_t artifact_bytes = 0, artifact_bytes_max = 0;
   std::size_t connections = 0, event_listeners = 0;
   std::uint64_t cache_geometry_bytes = 0, cache_image_bytes = 0;
   int worker_pid = 0;  ///< 0: no worker runs
@@ -66,12 +67,13 @@ class JobMetrics final : public queue::JobObserver {
   void on_waiters_notified(const std::string& id) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
   void on_removed(const std::string& id) noexcept override { next_.on_removed(id); }
+  void on_expired(const char* reason, int jobs) noexcept override;
 
  private:
   void create_series();
   void count_end(const queue::Job& job);
 
-  Counters &submitted_, &ended_, &from_cache_, &rays_, &targets_, &geometry_, &textures_;
+  Counters &submitted_, &ended_, &from_cache_, &expired_, &rays_, &targets_, &geometry_, &textures_;
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
   const FindJob find_;
   queue::JobObserver& next_;

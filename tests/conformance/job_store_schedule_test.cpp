@@ -192,6 +192,52 @@ TEST_P(JobStoreConformance, DeletesDocumentAndImagesOfAnExpiredJobAndLaterItsRow
   EXPECT_EQ(store().count(JobState::succeeded), 0);
 }
 
+TEST_P(JobStoreConformance, ExpiresJobsByTheTimeSinceTheirEnd) {
+  const Retention retention{.expired_ms = 1000, .succeeded_ms = 500, .failed_ms = 200};
+  const std::string succeeded = submit([&](Job& job) { job.expires_at = now + 1'000'000; });
+  store().succeed(succeeded, claim().fence, now, "{}", {{"image.png", "image/png", std::string(64, 'a'), 5}});
+  const std::string failed = submit();
+  store().fail(failed, claim().fence, now + 1, {});
+  const std::string cancelled = submit(), waiting = submit();
+  store().cancel(cancelled, now + 2);
+  EXPECT_EQ(store().run_maintenance(now + 200, retention, 10).aged, 0);
+  EXPECT_EQ(store().run_maintenance(now + 201, retention, 10).aged, 1);
+  EXPECT_TRUE(find(failed).expired);
+  EXPECT_EQ(find(failed).expires_at, now + 201);
+  EXPECT_EQ(store().run_maintenance(now + 499, retention, 10).aged, 1);
+  EXPECT_TRUE(find(cancelled).expired);
+  EXPECT_FALSE(find(succeeded).expired);
+  EXPECT_EQ(store().run_maintenance(now + 500, retention, 10).artifacts.size(), 1u);
+  EXPECT_TRUE(find(succeeded).expired) << "also with a later expires_at of its own";
+  EXPECT_EQ(store().run_maintenance(now + 1500, retention, 10).deleted, 3);
+  EXPECT_TRUE(store().document(waiting));
+}
+
+TEST_P(JobStoreConformance, ExpiresTheJobsThatEndedFirstWhenArtifactsAreTooLarge) {
+  const auto finish = [&](char sha256, std::uint64_t bytes) {
+    const std::string id = submit();
+    store().succeed(id, claim().fence, ++now, "{}", {{"image.png", "image/png", std::string(64, sha256), bytes}});
+    return id;
+  };
+  const std::string first = finish('a', 100), equal = finish('a', 100), second = finish('b', 50), last = finish('c', 7);
+  const auto run = [&](std::int64_t bytes, int limit = 10) {
+    return store().run_maintenance(now, {.expired_ms = 1000, .artifact_bytes = bytes}, limit);
+  };
+  EXPECT_EQ(store().all().statistics.artifact_bytes(), 157) << "equal artifacts count once";
+  EXPECT_EQ(run(157).evicted, 0);
+  const MaintenanceResult part = run(156, 1);
+  EXPECT_EQ(part.evicted, 1);
+  EXPECT_TRUE(part.more) << "the other job has the same image";
+  EXPECT_TRUE(find(first).expired);
+  EXPECT_EQ(run(156).evicted, 1);
+  EXPECT_TRUE(find(equal).expired);
+  EXPECT_EQ(store().all().statistics.artifact_bytes(), 57);
+  EXPECT_EQ(run(6).evicted, 2);
+  EXPECT_TRUE(find(second).expired && find(last).expired);
+  EXPECT_EQ(store().all().statistics.artifact_bytes(), 0);
+  EXPECT_FALSE(run(0).more);
+}
+
 TEST_P(JobStoreConformance, DoesNotExpireJobsThatHaveNotEnded) {
   const std::string waiting = submit([&](Job& job) { job.expires_at = now; });
   const std::string running = submit([&](Job& job) { job.expires_at = now, job.priority = 60; });

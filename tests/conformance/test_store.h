@@ -66,8 +66,11 @@ class TestStore {
   auto retry_batch(const std::string& id, std::int64_t now) { return all_.batches.retry(id, now); }
   auto failing_batches() { return all_.batches.list_failing(); }
 
-  auto run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
-    return all_.maintenance.run_maintenance(now, expired_kept_ms, limit);
+  auto run_maintenance(std::int64_t now, std::int64_t expired_ms, int limit) {
+    return all_.maintenance.run_maintenance(now, {.expired_ms = expired_ms}, limit);
+  }
+  auto run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) {
+    return all_.maintenance.run_maintenance(now, retention, limit);
   }
   int recover(const std::string& boot_id, std::int64_t now) { return all_.maintenance.recover(boot_id, now); }
   bool is_artifact_referenced(const std::string& sha256) { return all_.maintenance.is_artifact_referenced(sha256); }
@@ -144,8 +147,8 @@ class ForwardingTransitions : public queue::JobTransitions {
 class ForwardingMaintenance : public queue::MaintenanceStore {
  public:
   explicit ForwardingMaintenance(queue::MaintenanceStore& target) : target_(target) {}
-  queue::MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
-    return target_.run_maintenance(now, expired_kept_ms, limit);
+  queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
+    return target_.run_maintenance(now, retention, limit);
   }
   int recover(const std::string& boot_id, std::int64_t now) override { return target_.recover(boot_id, now); }
   bool is_artifact_referenced(const std::string& sha256) override { return target_.is_artifact_referenced(sha256); }

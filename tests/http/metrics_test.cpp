@@ -89,12 +89,15 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   succeeded("d");
   observed.on_progress("a", 0.5);
   observed.on_removed("a");
+  observed.on_expired("age", 3);
   EXPECT_EQ(next.calls, 11) << "every call is passed on";
   const std::string text = text_of(registry);
   for (const char* line : {"whittle_jobs_submitted_total 1",
                            "whittle_jobs_ended_total{state=\"succeeded\"} 4",
                            "whittle_jobs_ended_total{state=\"failed\"} 0",
                            "whittle_jobs_from_cache_total 1",
+                           "whittle_jobs_expired_total{reason=\"age\"} 3",
+                           "whittle_jobs_expired_total{reason=\"artifact_bytes\"} 0",
                            "whittle_job_wait_seconds_sum 6",
                            "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
                            "whittle_rays_total{kind=\"camera\"} 9",

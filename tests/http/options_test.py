@@ -1,5 +1,7 @@
 """Options from flags, environment and file: validation, precedence, and the effect of each option."""
 import json
+import re
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -109,6 +111,22 @@ class Options(unittest.TestCase):
             start = [row for row in daemon.log_rows() if row["event"] == "starting"]
             self.assertEqual(len(start), 1)
             self.assertEqual(start[0]["render_wait_s"], "60")
+
+    def test_the_oldest_images_are_deleted_above_artifact_bytes(self):
+        with Daemon("--artifact-bytes", "1") as daemon:
+            job_id = daemon.submit(scene())
+            job = wait_until(lambda: (job := daemon.job(job_id))["expired"] and job, "the images to expire")
+            self.assertEqual((job["state"], job["artifacts"]), ("succeeded", []))
+            self.assertEqual(daemon.get(f"/v1/jobs/{job_id}/image.png").status, 410)
+            metrics = daemon.health("/metrics").body.decode()
+        for line in ('whittle_jobs_expired_total{reason="artifact_bytes"} 1', "whittle_artifact_bytes 0", "whittle_artifact_limit_bytes 1"):
+            self.assertIn(f"\n{line}\n", metrics)
+
+    def test_images_may_have_half_of_the_disk_by_default(self):
+        with Daemon() as daemon:
+            metrics = daemon.health("/metrics").body.decode()
+            limit = float(re.search(r"^whittle_artifact_limit_bytes (\S+)$", metrics, re.MULTILINE).group(1))
+            self.assertAlmostEqual(limit / shutil.disk_usage(daemon.data).total, 0.5, delta=0.01)
 
     def test_port_and_directory_in_use_are_reported(self):
         with Daemon() as daemon:

@@ -89,8 +89,8 @@ class LateMaintenance final : public ForwardingMaintenance {
  public:
   LateMaintenance(MaintenanceStore& target, std::function<void()>& call)
       : ForwardingMaintenance(target), between(call) {}
-  MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
-    MaintenanceResult result = ForwardingMaintenance::run_maintenance(now, expired_kept_ms, limit);
+  MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) override {
+    MaintenanceResult result = ForwardingMaintenance::run_maintenance(now, retention, limit);
     between();
     return result;
   }

@@ -92,7 +92,7 @@ class SubmitTest : public testing::Test {
                          .owner_queued_limit = 3,
                          .owner_artifact_bytes_limit = 10,
                          .reply_kept_ms = 1000,
-                         .expired_kept_ms = 1000};
+                         .retention = {.expired_ms = 1000}};
   Queue queue{stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), settings};
 };
 

@@ -192,6 +192,12 @@ std::vector<queue::Artifact> read_artifacts(Database& database, const std::strin
   return artifacts;
 }
 
+std::int64_t read_artifact_bytes(Database& database) {
+  Query total = database.query("SELECT bytes FROM artifact_total");
+  total.row();
+  return total.integer(0);
+}
+
 // ---- batches and replies
 
 void insert_batch(Database& database, const queue::Batch& batch) {

@@ -310,6 +310,10 @@ class SqliteStatistics final : public queue::JobStatistics {
     });
   }
 
+  std::int64_t artifact_bytes() override {
+    return connections_.reader.run([](Database& database) { return read_artifact_bytes(database); });
+  }
+
   queue::QueueDepth depth() override {
     return connections_.reader.run([&](Database& database) {
       queue::QueueDepth depth;

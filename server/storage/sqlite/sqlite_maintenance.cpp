@@ -1,6 +1,7 @@
 /// Maintenance in time: ended leases, due jobs, deadlines, expiry, recovery.
 
 #include <cassert>
+#include <limits>
 
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_rows.h"
@@ -8,13 +9,32 @@
 namespace storage::sqlite {
 namespace {
 
+constexpr const char* aged_jobs =
+    "SELECT id FROM jobs INDEXED BY jobs_ended WHERE ended_at IS NOT NULL AND expired = 0"
+    " AND ((state = 'succeeded' AND ended_at <= ?1) OR (state IN ('failed', 'cancelled') AND ended_at <= ?2)) LIMIT ?3";
+
+/// Moments from the retention.
+struct Limits {
+  Limits(std::int64_t moment, const queue::Retention& retention)
+      : now(moment),
+        delete_before(now - retention.expired_ms),
+        succeeded_before(now - retention.succeeded_ms.value_or(now)),
+        failed_before(now - retention.failed_ms.value_or(now)),
+        artifact_bytes(retention.artifact_bytes.value_or(std::numeric_limits<std::int64_t>::max())) {}
+  std::int64_t now, delete_before, succeeded_before, failed_before, artifact_bytes;
+};
+
 /// One step inside a transaction.
 struct Step {
   Database& database;
-  const std::int64_t now, delete_before, limit;
+  const Limits& limits;
+  const std::int64_t limit;
+  const std::int64_t now = limits.now;
   queue::MaintenanceResult result{};
 
-  static bool is_due(Database& database, std::int64_t now, std::int64_t delete_before) {
+  static bool is_due(Database& database, const Limits& limits) {
+    if (read_artifact_bytes(database) > limits.artifact_bytes && oldest_with_artifacts(database)) return true;
+    if (database.query(aged_jobs, limits.succeeded_before, limits.failed_before, std::int64_t{1}).row()) return true;
     Query any = database.query(
         "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
@@ -23,9 +43,17 @@ struct Step {
         "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
         " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
-        now, delete_before);
+        limits.now, limits.delete_before);
     any.row();
     return any.integer(0) != 0;
+  }
+
+  static std::optional<std::string> oldest_with_artifacts(Database& database) {
+    Query oldest = database.query(
+        "SELECT id FROM jobs INDEXED BY jobs_ended WHERE state = 'succeeded' AND ended_at IS NOT NULL AND expired = 0"
+        " ORDER BY ended_at LIMIT 1");
+    if (!oldest.row()) return std::nullopt;
+    return oldest.text(0);
   }
 
   /// Ids of at most `limit` jobs that are due now.
@@ -73,24 +101,36 @@ struct Step {
   }
 
   void expire() {
-    const auto ids = find(
-        "SELECT id FROM jobs INDEXED BY jobs_expiring WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?"
-        " LIMIT ?");
-    for (const std::string& id : ids) {
-      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
-      result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
-      database.change("DELETE FROM artifacts WHERE job_id = ?", id);
-      database.change("DELETE FROM documents WHERE job_id = ?", id);
-      database.change("UPDATE jobs SET expired = 1, revision = revision + 1 WHERE id = ?", id);
+    for (const std::string& id : find("SELECT id FROM jobs INDEXED BY jobs_expiring"
+                                      " WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ? LIMIT ?"))
+      expire(id, result.expired);
+    for (const std::string& id :
+         database.query(aged_jobs, limits.succeeded_before, limits.failed_before, limit).texts())
+      expire(id, result.aged);
+    while (result.evicted < limit && read_artifact_bytes(database) > limits.artifact_bytes) {
+      const std::optional<std::string> oldest = oldest_with_artifacts(database);
+      if (!oldest) return;
+      expire(*oldest, result.evicted);
     }
-    result.expired = static_cast<int>(ids.size());
+  }
+
+  void expire(const std::string& id, int& count) {
+    const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+    result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
+    database.change("DELETE FROM artifacts WHERE job_id = ?", id);
+    database.change("DELETE FROM documents WHERE job_id = ?", id);
+    database.change(
+        "UPDATE jobs SET expired = 1, expires_at = min(coalesce(expires_at, ?1), ?1), revision = revision + 1"
+        " WHERE id = ?2",
+        now, id);
+    ++count;
   }
 
   void delete_expired() {
     result.deleted = database.change(
         "DELETE FROM jobs WHERE id IN (SELECT id FROM jobs INDEXED BY jobs_expired"
         " WHERE expired = 1 AND expires_at <= ? LIMIT ?)",
-        delete_before, limit);
+        limits.delete_before, limit);
     result.deleted += database.change(
         "DELETE FROM replies WHERE (owner, route, key) IN (SELECT owner, route, key FROM replies WHERE expires_at <= ?"
         " LIMIT ?)",
@@ -102,12 +142,12 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
  public:
   explicit SqliteMaintenance(Connections& connections) : connections_(connections) {}
 
-  queue::MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
-    const std::int64_t delete_before = now - expired_kept_ms;
-    const auto is_due = [&](Database& database) { return Step::is_due(database, now, delete_before); };
+  queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
+    const Limits limits(now, retention);
+    const auto is_due = [&](Database& database) { return Step::is_due(database, limits); };
     if (!connections_.reader.run(is_due)) return {};
     return connections_.writer.run([&](Database& database) {
-      Step step{database, now, delete_before, limit};
+      Step step{database, limits, limit};
       step.release_abandoned();
       step.clear_not_before();
       step.fail_overdue();

@@ -67,6 +67,7 @@ CREATE INDEX jobs_delayed ON jobs (not_before, work) WHERE not_before IS NOT NUL
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
 CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
+CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND expired = 0;
 CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
 CREATE INDEX jobs_by_content ON jobs (content_key, id)
   WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
@@ -164,6 +165,8 @@ CREATE TABLE owner_usage (
 -- The pass at which the latest claim was made.
 CREATE TABLE latest_pass (pass INTEGER NOT NULL) STRICT;
 INSERT INTO latest_pass VALUES (0);
+CREATE TABLE artifact_total (bytes INTEGER NOT NULL) STRICT;  -- equal artifacts count once
+INSERT INTO artifact_total VALUES (0);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
 CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs + 1, work = work + new.work WHERE state = new.state;
@@ -196,9 +199,13 @@ CREATE TRIGGER last_document_of_scene_deleted AFTER DELETE ON documents WHEN old
 END;
 CREATE TRIGGER artifact_inserted AFTER INSERT ON artifacts BEGIN
   UPDATE owner_usage SET artifact_bytes = artifact_bytes + new.bytes WHERE owner = new.owner;
+  UPDATE artifact_total SET bytes = bytes + new.bytes WHERE 1 =
+    (SELECT count(*) FROM (SELECT 1 FROM artifacts WHERE sha256 = new.sha256 LIMIT 2));
 END;
 CREATE TRIGGER artifact_deleted AFTER DELETE ON artifacts BEGIN
   UPDATE owner_usage SET artifact_bytes = artifact_bytes - old.bytes WHERE owner = old.owner;
+  UPDATE artifact_total SET bytes = bytes - old.bytes WHERE NOT EXISTS
+    (SELECT 1 FROM artifacts WHERE sha256 = old.sha256);
 END;
 
 CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
