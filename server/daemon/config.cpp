@@ -223,7 +223,8 @@ void check_new_key(const Arguments& arguments, Command& command, Errors& errors)
 }  // namespace
 
 tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& words,
-                                                               const Environment& environment) {
+                                                               const Environment& environment,
+                                                               const CheckConfig& check) {
   Arguments arguments;
   parse(words, arguments);
   Command command = arguments.command;
@@ -246,6 +247,10 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
   const bool listens = command.task != Task::probe && command.task != Task::backup;
   if (listens) check_listeners(command.config, settings, errors);
   check_new_key(arguments, command, errors);
+  if (check && (command.task == Task::run || command.task == Task::check)) {
+    const Errors found = check(command.config);
+    errors.insert(errors.end(), found.begin(), found.end());
+  }
   if (!errors.empty()) return errors;
   return command;
 }

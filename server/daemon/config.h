@@ -6,6 +6,7 @@
 /// places.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -62,10 +63,15 @@ struct Command {
 
 using Environment = std::vector<std::pair<std::string, std::string>>;  ///< name, value
 
+/// Errors of what a configuration names; their places are flags.
+using CheckConfig = std::function<std::vector<ConfigError>(const Config&)>;
+
 /// `arguments` without the program's name. Reads the file that `--config` names and nothing else. `--help` and
-/// `--version` are valid whatever the rest is.
+/// `--version` are valid whatever the rest is. The errors of `check` are added if the daemon is to start, or its
+/// configuration to be checked; options with errors have their default then.
 tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& arguments,
-                                                               const Environment& environment);
+                                                               const Environment& environment,
+                                                               const CheckConfig& check = {});
 
 /// The variables of this process that start with WHITTLE_.
 Environment process_environment();

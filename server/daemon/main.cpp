@@ -187,6 +187,9 @@ int check_and_run(const Command& command) {
   if (!credentials) return print_errors(credentials.error());
   if (command.task == Task::run) return run(command, *credentials);
   print_settings(command);
+  for (const auto& [where, sentence] : find_conflicts(command.config)) {
+    std::fprintf(stderr, "whittled: warning: %s: %s\n", where.c_str(), sentence.c_str());
+  }
   return 0;
 }
 
@@ -215,7 +218,7 @@ int run_command(const Command& command) {
 }  // namespace whittled
 
 int main(int argument_count, char** arguments) {
-  const auto command =
-      whittled::read_command({arguments + 1, arguments + argument_count}, whittled::process_environment());
+  const auto command = whittled::read_command({arguments + 1, arguments + argument_count},
+                                              whittled::process_environment(), whittled::find_start_errors);
   return command ? whittled::run_command(*command) : whittled::print_errors(command.error());
 }

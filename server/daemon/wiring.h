@@ -34,6 +34,12 @@ struct Credentials {
 };
 tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Config& config);
 
+// ---- start_check.cpp; nothing is created or changed
+/// Everything that would stop the start, except what a running daemon with the same configuration causes.
+std::vector<ConfigError> find_start_errors(const Config& config);
+/// Addresses and data that another process uses, such as a running daemon.
+std::vector<ConfigError> find_conflicts(const Config& config);
+
 /// The data directory: the stores, and the free space of the disk.
 struct Storage {
   /// Locks the directory. `on_disk_failure` is called once, at the first I/O error. Throws with the reason if the

@@ -212,7 +212,7 @@ class JobStatistics {
   virtual ~JobStatistics() = default;
   virtual std::int64_t count(JobState state) = 0;
   virtual OwnerUsage owner_usage(const std::string& owner) = 0;
-  virtual std::int64_t artifact_bytes() = 0;  ///< of all jobs; equal artifacts count once
+  virtual std::int64_t artifact_bytes() = 0;  ///< sum over all jobs; equal artifacts count once
   virtual QueueDepth depth() = 0;
   /// Jobs that would be claimed before this one if all were claimed now, one after the other, and owners had no running
   /// jobs; counted up to `limit`. Empty where it is not queued or has a not_before.

@@ -177,7 +177,7 @@ class AssetDirectory(unittest.TestCase):
             for path in ("/nowhere/assets", file.name):
                 result = whittled("--assets", path, "--data", data, "--listen", "127.0.0.1:0", "--health-listen",
                                   "127.0.0.1:0")
-                self.assertEqual(result.returncode, 1)
+                self.assertEqual(result.returncode, 2)
                 self.assertIn(f"cannot open the asset directory {path}", result.stderr)
 
     def test_may_be_relative_to_the_working_directory(self):

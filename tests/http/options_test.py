@@ -1,7 +1,11 @@
 """Options from flags, environment and file: validation, precedence, and the effect of each option."""
+import contextlib
 import json
+import os
+import pathlib
 import re
 import shutil
+import sqlite3
 import subprocess
 import tempfile
 import unittest
@@ -27,6 +31,44 @@ class Options(unittest.TestCase):
         for place in (f"{file.name}:1: ", f"{file.name}:3: ", "--listen: ", "--wat: ", "WHITTLE_LIGHTS: "):
             self.assertEqual(sum(line.startswith(f"whittled: {place}") for line in lines), 1, place)
         self.assertIn("without keys", result.stderr)
+
+    def test_everything_that_would_stop_the_start_is_reported_at_once(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "file").write_text("")
+            wrong = {"--jobs": "many", "--assets": folder / "none", "--keys": folder / "none", "--data": folder / "file" / "data",
+                     "--webhook-secret-file": folder / "none", "--webhook-networks": "everywhere", "--listen": "192.0.2.1:8080"}
+            options = [text for option in wrong.items() for text in option]
+            for task in ((), ("--check-config",)):
+                result = whittled(*task, *options)
+                self.assertEqual((result.returncode, result.stdout), (2, ""))
+                places = [line.split(": ")[1] for line in result.stderr.splitlines()]
+                self.assertEqual(sorted(places), sorted(wrong), result.stderr)
+            self.assertEqual(list(folder.iterdir()), [folder / "file"])
+
+    def test_data_of_another_program_stops_the_start(self):
+        for text, word in (("PRAGMA user_version = 3; CREATE TABLE jobs (id)", "version 3"), (None, "not a database")):
+            with tempfile.TemporaryDirectory() as folder, self.subTest(word):
+                path = pathlib.Path(folder) / "whittle.db"
+                if text:
+                    with contextlib.closing(sqlite3.connect(path)) as database:
+                        database.executescript(text)
+                else:
+                    path.write_text("text" * 1000)
+                before = path.read_bytes()
+                result = whittled("--check-config", "--data", folder)
+                self.assertEqual((result.returncode, path.read_bytes()), (2, before))
+                self.assertRegex(result.stderr, f"whittled: --data: .*{word}")
+
+    def test_check_config_creates_nothing_and_warns_of_a_running_daemon(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(whittled("--check-config", "--data", folder + "/a/b").returncode, 0)
+            self.assertEqual(os.listdir(folder), [])
+        with Daemon() as daemon:
+            result = whittled("--check-config", "--data", daemon.data, "--listen", f"127.0.0.1:{daemon.port}")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stderr, "warning: --listen: .*Address already in use")
+            self.assertIn("warning: --data: ", result.stderr)
 
     def test_check_config_prints_the_options_in_file_format(self):
         first = whittled("--check-config", "--jobs", "3", "--log-level", "debug")

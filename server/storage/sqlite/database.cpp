@@ -1,6 +1,7 @@
 #include "server/storage/sqlite/database.h"
 
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -155,7 +156,8 @@ bool Database::in_transaction() const { return sqlite3_get_autocommit(connection
 
 // ---- schemas
 
-void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+/// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`.
+static std::int64_t read_version(Database& database, const std::string& path, std::int64_t version) {
   std::int64_t found = 0;
   {
     Query query = database.query("PRAGMA user_version");
@@ -168,6 +170,17 @@ void prepare(Database& database, const std::string& path, std::int64_t version, 
                                   " program: its schema has version " + std::to_string(found) +
                                   ", this program supports version " + std::to_string(version) + " only");
   }
+  return found;
+}
+
+void check_file(const std::string& path, std::int64_t version) {
+  if (::access(path.c_str(), F_OK) != 0) return;
+  Database database(path, Database::Access::read_only);
+  (void)read_version(database, path, version);
+}
+
+void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+  const std::int64_t found = read_version(database, path, version);
   database.script("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
   database.sync_commits(true);  // FULL: with WAL, no acknowledged commit is lost at power loss
   if (found == version) return;

@@ -31,7 +31,7 @@ std::optional<std::string> read_document(Database& database, const std::string& 
 /// The scene that the document of a job patches; none if the document is complete.
 std::optional<std::string> read_scene(Database& database, const std::string& id);
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
-std::int64_t read_artifact_bytes(Database& database);  ///< of all jobs
+std::int64_t read_artifact_bytes(Database& database);  ///< sum over all jobs
 
 void insert_batch(Database& database, const queue::Batch& batch);
 std::optional<queue::BatchState> read_batch(Database& database, const std::string& id);

@@ -77,6 +77,8 @@ void read_attempts(Database& database, queue::Delivery& delivery) {
 
 }  // namespace
 
+void check_deliveries_file(const std::string& directory) { check_file(directory + "/webhooks.db", schema_version); }
+
 SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, queue::DiskHealth* health)
     : commits_(
           std::make_unique<GroupCommit>(open(directory + "/webhooks.db"), health == nullptr ? own_health_ : *health)) {}

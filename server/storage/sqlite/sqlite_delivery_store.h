@@ -13,6 +13,9 @@ namespace storage::sqlite {
 
 class GroupCommit;
 
+/// As check_jobs_file.
+void check_deliveries_file(const std::string& directory);
+
 /// WAL with synchronous = FULL over a single connection; calls that wait at once share a commit.
 class SqliteDeliveryStore final : public queue::DeliveryStore {
  public:

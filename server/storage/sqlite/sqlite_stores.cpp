@@ -265,6 +265,8 @@ class BytesReader final : public queue::ArtifactReader {
 
 }  // namespace
 
+void check_jobs_file(const std::string& directory) { check_file(file_of(directory), jobs_schema_version); }
+
 Connections::Connections(const std::string& directory, const SqliteSettings& settings)
     : lock(directory),
       writer(open_writer(file_of(directory), settings.synchronous),

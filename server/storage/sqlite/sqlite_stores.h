@@ -20,6 +20,9 @@ struct SqliteSettings {
 
 struct Connections;
 
+/// Throws StoreFailure if SqliteStores would because of the content of the file. Changes nothing.
+void check_jobs_file(const std::string& directory);
+
 /// WAL with synchronous = FULL: a durable call survives power loss. Writes share syncs (group commit), so more callers
 /// at once mean more writes a second. A copy of the directory of a running daemon is not a backup.
 class SqliteStores {
