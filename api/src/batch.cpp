@@ -29,6 +29,7 @@ struct Axis {
 /// The difference of one document from the scene.
 struct Variation {
   Json patch;                        ///< see apply_patch
+  Json values;                       ///< values of a sweep, by pointer; else null
   std::vector<std::string> members;  ///< those of the document that the patch changes
   std::string place;                 ///< prefix of the pointers of issues
   std::string suffix;                ///< end of their messages
@@ -85,6 +86,8 @@ class Documents {
   void add(const Variation& variation) {
     Frame frame;
     frame.patch = variation.patch.dump();
+    frame.variation = variation.values.is_null() ? frame.patch : variation.values.dump();
+    if (frame.variation.size() > variation_bytes_max) frame.variation.clear();
     frame.complete = !content_ || changes_content(variation);
     bytes_ += frame.patch.size();
     std::optional<std::string> text = document_text(variation, frame.complete);
@@ -172,7 +175,7 @@ class Documents {
 
 void add_frames(const Json& frames, Documents& documents) {
   for (std::size_t i = 0; i < frames.size() && !documents.full(); ++i) {
-    Variation variation{frames[i], {}, "/frames/" + std::to_string(i), ""};
+    Variation variation{frames[i], {}, {}, "/frames/" + std::to_string(i), ""};
     for (const auto& [name, value] : frames[i].items()) variation.members.push_back(name);
     documents.add(variation);
   }
@@ -217,16 +220,17 @@ void add_sweep(const std::vector<Axis>& axes, std::size_t count, Documents& docu
   std::vector<std::string> members;
   for (const Axis& axis : axes) members.push_back(axis.member);
   for (std::size_t combination = 0; combination < count && !documents.full(); ++combination) {
-    Variation variation{Json::array(), members, "/scene", ""};
-    std::string values;
+    Variation variation{Json::array(), Json::object(), members, "/scene", ""};
+    std::vector<const Json*> chosen(axes.size());
     std::size_t rest = combination;
-    for (std::size_t i = axes.size(); i-- > 0;) {
+    for (std::size_t i = axes.size(); i-- > 0; rest /= axes[i].values.size())
+      chosen[i] = &axes[i].values[rest % axes[i].values.size()];
+    std::string values;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
       const Axis& axis = axes[i];
-      const Json& value = axis.values[rest % axis.values.size()];
-      rest /= axis.values.size();
-      const Json operation{{"op", axis.operation}, {"path", axis.text}, {"value", value}};
-      variation.patch.insert(variation.patch.begin(), operation);
-      values.insert(0, axis.text + " = " + value.dump() + (values.empty() ? "" : ", "));
+      variation.patch.push_back({{"op", axis.operation}, {"path", axis.text}, {"value", *chosen[i]}});
+      variation.values[axis.text] = *chosen[i];
+      values += (i == 0 ? "" : ", ") + axis.text + " = " + chosen[i]->dump();
     }
     variation.suffix = " (with " + values + ")";
     documents.add(variation);

@@ -74,6 +74,7 @@ inline constexpr Failure job_running{"job_running", 409, "The job is running"};
 inline constexpr Failure job_ended{"job_ended", 409, "The job has ended"};
 inline constexpr Failure job_expired{"job_expired", 410, "The job has expired"};
 inline constexpr Failure batch_not_found{"batch_not_found", 404, "There is no such batch"};
+inline constexpr Failure batch_running{"batch_running", 409, "Jobs of the batch have not ended"};
 inline constexpr Failure batch_ended{"batch_ended", 409, "The batch has ended"};
 inline constexpr Failure batch_not_failed{"batch_not_failed", 409, "No job of the batch has failed"};
 inline constexpr Failure job_not_failed{"job_not_failed", 409, "The job has not failed"};

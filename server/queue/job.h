@@ -64,8 +64,9 @@ struct Job {
   std::string owner;  ///< name of the API key; empty without keys
   int weight = 1;     ///< turns of the owner for each turn of an owner with weight 1, see JobTransitions::claim
   std::string name;
-  std::string batch;    ///< id of the batch it belongs to; empty: none
-  int batch_index = 0;  ///< position in the batch, from 0
+  std::string batch;      ///< id of the batch it belongs to; empty: none
+  int batch_index = 0;    ///< position in the batch, from 0
+  std::string variation;  ///< api::Frame::variation; empty: not in a batch, or too long
   JobState state = JobState::queued;
   std::int64_t created_at = 0;
   std::optional<std::int64_t> started_at;  ///< start of the latest attempt
@@ -152,6 +153,7 @@ struct Submission {
   std::uint32_t width = 0, height = 0;
   bool large = false;
   std::int64_t work = 0;                 ///< see Job
+  std::string variation = {};            ///< see Job
   std::vector<std::string> assets = {};  ///< see Job
   std::string accuracy = {};             ///< see Job
   std::string owner = {};                ///< name of the API key; empty without keys

@@ -145,6 +145,18 @@ struct BatchRetry {
   bool suspects = false;  ///< there are suspects among them
 };
 
+/// Newest first, as JobPage.
+struct BatchPage {
+  std::vector<BatchState> items;
+  std::string next_cursor;
+};
+
+/// Jobs of a batch that were removed, and the artifacts that they named.
+struct BatchRemoval {
+  std::vector<std::string> jobs;
+  std::vector<Artifact> artifacts;
+};
+
 struct OwnerUsage {
   std::int64_t queued_jobs = 0;
   std::int64_t artifact_bytes = 0;  ///< images of all jobs; equal images count once for each job
@@ -257,6 +269,9 @@ class BatchStore {
  public:
   virtual ~BatchStore() = default;
   virtual std::optional<BatchState> find(const std::string& id) = 0;
+  virtual BatchPage list(const std::string& cursor, int limit) = 0;  ///< as JobStore::list
+  /// As JobStore::remove, of at most `limit` jobs that have ended.
+  virtual BatchRemoval remove_ended(const std::string& id, int limit) = 0;
   /// As JobTransitions::cancel, of all its jobs.
   virtual BatchCancel cancel(const std::string& id, std::int64_t now) = 0;
   /// As JobTransitions::retry, of all that failed or were cancelled and have not expired.

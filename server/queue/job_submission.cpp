@@ -95,6 +95,7 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.accuracy = submission.accuracy;
   job.large = submission.large;
   job.work = submission.work;
+  job.variation = submission.variation;
   job.assets = submission.assets;
   if (request.cache != api::CacheUse::off) job.content_key = submission.content_key;
   return job;

@@ -242,6 +242,16 @@ int JobLifecycle::retry_batch(const std::string& id) {
   return static_cast<int>(retried.jobs.size());
 }
 
+bool JobLifecycle::remove_batch(const std::string& id) {
+  BatchRemoval removal;
+  do {  // in small steps, so that others write between them
+    removal = context_.stores.batches.remove_ended(id, maintenance_step);
+    for (const std::string& job : removal.jobs) context_.notifications.notify_removed(job);
+    for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
+  } while (!removal.jobs.empty());
+  return !context_.stores.batches.find(id);
+}
+
 /// Called after the end of a job that failed.
 void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
   const std::optional<Job> job = context_.stores.jobs.find(job_id);

@@ -181,6 +181,8 @@ class JobLifecycle {
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision);
   void cancel_batch(const std::string& id);
   int retry_batch(const std::string& id);  ///< number of jobs that are queued again
+  /// Removes the jobs that have ended, and the batch with the last one. True if it is gone.
+  bool remove_batch(const std::string& id);
 
   // ---- for the daemon
 
@@ -216,6 +218,7 @@ class JobQueries {
   /// See ThroughputEstimate.
   std::optional<double> seconds_per_work() { return context_.throughput.seconds_per_work(); }
   std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
+  BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
   /// As ArtifactPins::open.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }

@@ -76,6 +76,11 @@ Json first_image(const queue::Job& job) {
   return job.artifacts.empty() ? Json(nullptr) : link_to(job, job.artifacts.front().name);
 }
 
+Json variation_json(const queue::Job& job) {
+  if (job.batch.empty()) return nullptr;
+  return {{"index", job.batch_index}, {"values", stored_json(job.variation)}};
+}
+
 Json job_json(const queue::JobView& view, std::int64_t now_ms) {
   const queue::Job& job = view.job;
   const std::string self = "/v1/jobs/" + job.id;
@@ -111,6 +116,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"cancel_requested", job.cancel_requested},
           {"labels", std::move(labels)},
           {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
+          {"variation", variation_json(job)},
           {"image", {{"width", job.width}, {"height", job.height}}},
           {"accuracy", stored_json(job.accuracy)},
           {"report", stored_json(measured ? std::string() : job.report)},
@@ -169,7 +175,9 @@ std::string write_event(const queue::JobEvent& event) {
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
 }
 
-std::string write_batch(const queue::BatchState& state) {
+namespace {
+
+Json batch_json(const queue::BatchState& state) {
   using enum queue::JobState;
   const auto count = [&](queue::JobState which) {
     const auto found = state.jobs.find(which);
@@ -189,20 +197,31 @@ std::string write_batch(const queue::BatchState& state) {
   const queue::Batch& batch = state.batch;
   const std::string self = "/v1/batches/" + batch.id;
   const bool may_retry = count(failed) + count(cancelled) > 0;
-  return text_of({{"id", batch.id},
-                  {"name", batch.name},
-                  {"state", queue::name_of(verdict)},
-                  {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
-                  {"created_at", time_json(batch.created_at)},
-                  {"size", batch.size},
-                  {"jobs", std::move(by_state)},
-                  {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
-                  {"links",
-                   {{"self", self},
-                    {"jobs", "/v1/jobs?batch=" + batch.id},
-                    {"cancel", ended < all ? Json(self + "/cancel") : Json(nullptr)},
-                    {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
-                    {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}});
+  return {{"id", batch.id},
+          {"name", batch.name},
+          {"state", queue::name_of(verdict)},
+          {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
+          {"created_at", time_json(batch.created_at)},
+          {"size", batch.size},
+          {"jobs", std::move(by_state)},
+          {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
+          {"links",
+           {{"self", self},
+            {"jobs", "/v1/jobs?batch=" + batch.id},
+            {"cancel", ended < all ? Json(self + "/cancel") : Json(nullptr)},
+            {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
+            {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}};
+}
+
+}  // namespace
+
+std::string write_batch(const queue::BatchState& state) { return text_of(batch_json(state)); }
+
+std::string write_batch_list(const queue::BatchPage& page) {
+  Json items = Json::array();
+  for (const queue::BatchState& state : page.items) items.push_back(batch_json(state));
+  return text_of({{"items", std::move(items)},
+                  {"next_cursor", page.next_cursor.empty() ? Json(nullptr) : Json(page.next_cursor)}});
 }
 
 std::string write_queue(const queue::QueueState& state) {

@@ -39,6 +39,9 @@ std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
 /// jobs.
 std::string write_batch(const queue::BatchState& state);
 
+/// {items: [batch], next_cursor}
+std::string write_batch_list(const queue::BatchPage& page);
+
 /// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
 std::string write_queue(const queue::QueueState& state);
 

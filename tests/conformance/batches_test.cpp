@@ -20,6 +20,7 @@ InsertRequest batch_of(int count, std::optional<int> max_failed = {}) {
     job.owner = "ann";
     job.batch = batch_id;
     job.batch_index = i;
+    job.variation = R"({"n":)" + std::to_string(i) + "}";
     admission.jobs.push_back({job, "document " + std::to_string(i)});
   }
   return admission;
@@ -47,8 +48,50 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   EXPECT_TRUE(list(of_batch).empty());
   EXPECT_EQ(find(id_of(2)).batch, batch_id);
   EXPECT_EQ(find(id_of(2)).batch_index, 2);
+  EXPECT_EQ(find(id_of(2)).variation, R"({"n":2})");
   EXPECT_EQ(store().document(id_of(1)), "document 1");
   EXPECT_FALSE(store().find_batch(id_of(0)));
+}
+
+TEST_P(JobStoreConformance, ListsBatchesNewestFirstInPages) {
+  EXPECT_TRUE(store().list_batches("", 2).items.empty());
+  std::vector<std::string> ids;
+  for (const char last : {'1', '2', '3'}) {
+    InsertRequest request = batch_of(1);
+    ids.push_back(request.batch->id = batch_id.substr(0, 35) + last);
+    request.jobs[0].job.id = request.jobs[0].job.id.substr(0, 34) + "f" + last;
+    request.jobs[0].job.batch = request.batch->id;
+    store().insert(request, now);
+  }
+  const BatchPage first = store().list_batches("", 2);
+  ASSERT_EQ(first.items.size(), 2u);
+  EXPECT_EQ(first.items[0].batch.id, ids[2]);
+  EXPECT_EQ(first.items[1].batch.id, ids[1]);
+  EXPECT_EQ(first.items[1].jobs, (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));
+  const BatchPage second = store().list_batches(first.next_cursor, 2);
+  ASSERT_EQ(second.items.size(), 1u);
+  EXPECT_EQ(second.items[0].batch.id, ids[0]);
+  EXPECT_EQ(second.next_cursor, "");
+}
+
+TEST_P(JobStoreConformance, RemovesTheEndedJobsOfABatchAndTheBatchWithTheLast) {
+  store().insert(batch_of(4), now);
+  const std::string sha256(64, 'a');
+  for (int i = 0; i < 3; ++i) {
+    const Claim claimed = claim();
+    store().succeed(claimed.job.id, claimed.fence, now, "{}", {{"image.png", "image/png", sha256, 5}});
+  }
+  EXPECT_EQ(store().remove_ended(batch_id, 2).jobs, (std::vector{id_of(0), id_of(1)}));
+  const std::string other = submit();
+  const BatchRemoval last = store().remove_ended(batch_id, 2);
+  EXPECT_EQ(last.jobs, std::vector{id_of(2)});
+  EXPECT_EQ(last.artifacts.size(), 1u);
+  EXPECT_TRUE(store().remove_ended(batch_id, 2).jobs.empty()) << "one waits";
+  EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));
+  store().cancel(id_of(3), now);
+  store().remove_ended(batch_id, 2);
+  EXPECT_FALSE(store().find_batch(batch_id));
+  EXPECT_TRUE(store().find(other));
 }
 
 TEST_P(JobStoreConformance, KeepsTheSceneOfABatchAsLongAsOneOfItsDocuments) {

@@ -64,6 +64,8 @@ class TestStore {
   auto find_batch(const std::string& id) { return all_.batches.find(id); }
   auto cancel_batch(const std::string& id, std::int64_t now) { return all_.batches.cancel(id, now); }
   auto retry_batch(const std::string& id, std::int64_t now) { return all_.batches.retry(id, now); }
+  auto list_batches(const std::string& cursor, int limit) { return all_.batches.list(cursor, limit); }
+  auto remove_ended(const std::string& id, int limit) { return all_.batches.remove_ended(id, limit); }
   auto failing_batches() { return all_.batches.list_failing(); }
 
   auto run_maintenance(std::int64_t now, std::int64_t expired_ms, int limit) {

@@ -51,6 +51,31 @@ class Batches(OneDaemon):
         self.assertEqual([job["labels"] for job in jobs], [{}, {}, {"n": "3"}])
         self.assertEqual([job["report"]["requirements"]["depth_cue"] for job in jobs], [True, True, False])
         self.assertEqual({job["batch"] for job in jobs}, {batch["id"]})
+        self.assertEqual([job["variation"] for job in jobs], [{"index": i, "values": frame} for i, frame in enumerate(frames)])
+
+    def test_omits_long_variations_from_the_jobs(self):
+        lights = [{"type": "point", "position": [i, 6, 5]} for i in range(200)]
+        batch = self.accepted({"scene": scene(), "frames": [{"lights": lights}, {"lights": lights[:1]}]})
+        values = [job["variation"]["values"] for job in self.jobs(batch)]
+        self.assertEqual(values, [None, {"lights": lights[:1]}])
+        self.assertIsNone(self.finished()["variation"])
+
+    def test_are_listed_newest_first_and_deleted_with_their_jobs(self):
+        ids = [self.accepted({"scene": scene(), "frames": [{}]})["id"] for _ in range(3)]
+        first = json_of(self.daemon.get("/v1/batches?limit=2"))
+        self.assertEqual([batch["id"] for batch in first["items"]], ids[:0:-1])
+        second = json_of(self.daemon.get(f"/v1/batches?limit=1&cursor={first['next_cursor']}"))
+        self.assertEqual([batch["id"] for batch in second["items"]], ids[:1])
+        self.assert_problem(self.daemon.get("/v1/batches?state=queued"), 400, "invalid_query")
+        batch = self.accepted({"scene": scene(), "frames": [{}, {"job": {"run_after": FAR}}]})
+        wait_until(lambda: self.batch(batch)["jobs"]["succeeded"] == 1, "one job")
+        jobs = self.jobs(batch)
+        self.assert_problem(self.daemon.request("DELETE", batch["links"]["self"]), 409, "batch_running")
+        self.daemon.request("POST", batch["links"]["cancel"])
+        self.assertEqual(self.daemon.request("DELETE", batch["links"]["self"]).status, 204)
+        self.assert_problem(self.daemon.request("DELETE", batch["links"]["self"]), 404, "batch_not_found")
+        for job in jobs:
+            self.assertEqual(self.daemon.get(job["links"]["self"]).status, 404)
 
     def test_of_a_sweep_has_all_combinations_the_last_pointer_fastest(self):
         batch = self.accepted({"scene": scene(), "sweep": {
@@ -60,6 +85,7 @@ class Batches(OneDaemon):
         jobs = self.jobs(batch)
         self.assertEqual([job["image"]["width"] for job in jobs], [8, 8, 8, 16, 16, 16])
         self.assertEqual(jobs[0]["labels"], {"a": "b"})
+        self.assertEqual(jobs[4]["variation"], {"index": 4, "values": {"/image/width": 16, "/objects/0/radius": 0.2, "/job/labels": {"a": "b"}}})
         single = self.finished(objects=[{**scene()["objects"][0], "radius": 0.2}, scene()["objects"][1]])
         self.assertEqual(jobs[4]["artifacts"][0]["sha256"], single["artifacts"][0]["sha256"])
 

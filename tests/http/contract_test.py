@@ -17,11 +17,9 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
 # Described replies that need a broken machine; their problem has the same schema as all others.
 NEED_A_BROKEN_MACHINE = {
-    ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
+    ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("listBatches", 503), ("removeBatch", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
-    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
-    ("getDeliveries", 503),
-    ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
     ("render", 500),  # a scene that kills the worker: none is known
 }
 
@@ -253,7 +251,11 @@ class Contract(unittest.TestCase):
                 for what in ("cancel", "retry"):
                     path = "/v1/batches/{id}/" + what
                     self.check(seen, path, self.daemon.request("POST", path.format(id=id_)), "POST")
-        self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
+        for query in ("?limit=2", "?limit=0"):
+            self.check(seen, "/v1/batches", self.daemon.get("/v1/batches" + query))
+        for method, what in (("DELETE", ""), ("POST", "/cancel"), ("DELETE", ""), ("DELETE", "")):
+            path = "/v1/batches/{id}" + what
+            self.check(seen, path, self.daemon.request(method, path.format(id=batch_id)), method)
 
     def check_expired_jobs(self, seen):
         done = self.daemon.submit(scene(job={"expires_in": 1}))

@@ -28,9 +28,15 @@ struct BatchLimits {
   std::size_t all_values = 20'000'000;  ///< values of all documents that are read: some seconds
 };
 
+/// Differences of longer JSON are not kept with their jobs.
+inline constexpr std::size_t variation_bytes_max = 4096;
+
 /// One document of a batch.
 struct Frame {
-  std::string patch;     ///< see apply_patch
+  std::string patch;  ///< see apply_patch
+  /// The difference from the scene for people and programs: the merge patch, or an object from the pointers of the
+  /// sweep to the values; as JSON, empty if it is too long.
+  std::string variation;
   Document document;     ///< as patched, but complete only if `complete`
   Digests digests;       ///< those of the complete document
   SceneContent content;  ///< that of the complete document

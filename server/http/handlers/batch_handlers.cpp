@@ -82,6 +82,7 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
     if (!problem) problem = deployment_problem(scene, memory_bytes, "/scene", context);
     queue::Submission job = submission_of(
         request, {std::move(frame.patch), std::move(frame.document), std::move(frame.digests), frame.content}, context);
+    job.variation = std::move(frame.variation);
     std::vector<std::string>& uploads = submission.scene.assets;
     uploads.insert(uploads.end(), job.assets.begin(), job.assets.end());
     job.assets.clear();
@@ -122,6 +123,27 @@ Answer get_batch(Request& request, const ApiContext& context) {
   if (!state) return state.error();
   Reply reply = batch_reply(200, *state);
   reply.headers.emplace_back("Cache-Control", "no-cache");
+  return reply;
+}
+
+Answer list_batches(Request& request, const ApiContext& context) {
+  const auto query = read_list_query(request.head.query);
+  if (!query) return query.error();
+  return json_reply(200, resources::write_batch_list(context.queue.queries.list_batches(query->cursor, query->limit)));
+}
+
+Answer remove_batch(Request& request, const ApiContext& context) {
+  const auto state = find_batch(request, context);
+  if (!state) return state.error();
+  const std::int64_t waiting = count(*state, queue::JobState::queued) + count(*state, queue::JobState::running);
+  // Also if a retry came between.
+  if (waiting > 0 || !context.queue.lifecycle.remove_batch(state->batch.id)) {
+    return Problem{
+        failures::batch_running,
+        std::to_string(waiting) + " jobs of the batch have not ended; cancel it first, and wait for its end"};
+  }
+  Reply reply;
+  reply.status = 204;
   return reply;
 }
 

@@ -18,6 +18,13 @@
 namespace http::handlers {
 
 // ---- job_handlers.cpp
+struct ListQuery {
+  queue::JobFilter filter;
+  std::string cursor;
+  int limit = 50;
+};
+/// Reads the parameters of a list. The problem has the errors of all of them.
+tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs);
 Answer submit_job(Request& request, const ApiContext& context);
 Answer validate_job(Request& request, const ApiContext& context);
 Answer measure(Request& request, const ApiContext& context);
@@ -43,6 +50,8 @@ Answer get_job_events(Request& request, const ApiContext& context);
 Answer get_events(Request& request, const ApiContext& context);
 
 // ---- batch_handlers.cpp
+Answer list_batches(Request& request, const ApiContext& context);
+Answer remove_batch(Request& request, const ApiContext& context);
 Answer submit_batch(Request& request, const ApiContext& context);
 Answer get_batch(Request& request, const ApiContext& context);
 Answer cancel_batch(Request& request, const ApiContext& context);

@@ -12,13 +12,7 @@
 namespace http::handlers {
 namespace {
 
-constexpr int list_default = 50, list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
-
-struct ListQuery {
-  queue::JobFilter filter;
-  std::string cursor;
-  int limit = list_default;
-};
+constexpr int list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
 
 /// Reads a "label" parameter into the filter; returns the error, or nothing.
 std::string read_label(const std::string& value, queue::JobFilter& filter) {
@@ -49,21 +43,6 @@ std::string read_list_parameter(const std::string& name, const std::string& valu
   }
   query.filter.text = value;  // q
   return "";
-}
-
-/// Returns the errors of all parameters as one sentence; empty if there are none.
-std::string read_list_query(const Pairs& pairs, ListQuery& query) {
-  std::string errors;
-  const auto add_error = [&](const std::string& error) {
-    if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
-  };
-  for (auto pair = pairs.begin(); pair != pairs.end(); ++pair) {
-    const bool repeated =
-        std::any_of(pairs.begin(), pair, [&](const auto& earlier) { return earlier.first == pair->first; });
-    if (repeated && pair->first != "label") add_error(pair->first + " is given twice");
-    add_error(read_list_parameter(pair->first, pair->second, query));
-  }
-  return errors;
 }
 
 tracer::Result<api::MeasureRequest, Problem> parse_measure(const std::string& body, const ApiContext& context) {
@@ -164,6 +143,22 @@ Answer apply_change(const std::string& id, const ApiContext& context, const api:
 
 }  // namespace
 
+tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs) {
+  ListQuery query;
+  std::string errors;
+  const auto add_error = [&](const std::string& error) {
+    if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
+  };
+  for (auto pair = pairs.begin(); pair != pairs.end(); ++pair) {
+    const bool repeated =
+        std::any_of(pairs.begin(), pair, [&](const auto& earlier) { return earlier.first == pair->first; });
+    if (repeated && pair->first != "label") add_error(pair->first + " is given twice");
+    add_error(read_list_parameter(pair->first, pair->second, query));
+  }
+  if (!errors.empty()) return Problem{failures::invalid_query, errors};
+  return query;
+}
+
 Answer submit_job(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   auto scene = take_scene(request, context);
@@ -202,10 +197,9 @@ Answer validate_job(Request& request, const ApiContext& context) {
 }
 
 Answer list_jobs(Request& request, const ApiContext& context) {
-  ListQuery query;
-  const std::string errors = read_list_query(request.head.query, query);
-  if (!errors.empty()) return Problem{failures::invalid_query, errors};
-  queue::JobPage page = context.queue.queries.list(query.filter, query.cursor, query.limit);
+  const auto query = read_list_query(request.head.query);
+  if (!query) return query.error();
+  queue::JobPage page = context.queue.queries.list(query->filter, query->cursor, query->limit);
   std::vector<queue::JobView> views;
   views.reserve(page.items.size());
   for (queue::Job& job : page.items) {

@@ -27,6 +27,7 @@ CREATE TABLE jobs (
   name TEXT NOT NULL,
   batch_id TEXT,
   batch_index INTEGER NOT NULL,
+  variation TEXT NOT NULL,
   state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
   created_at INTEGER NOT NULL,
   started_at INTEGER,
@@ -71,7 +72,7 @@ CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND
 CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
 CREATE INDEX jobs_by_content ON jobs (content_key, id)
   WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
-CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
+CREATE INDEX jobs_by_batch ON jobs (batch_id, id, state) WHERE batch_id IS NOT NULL;
 
 -- The scenes that the documents of batches have in common, under the id of the batch.
 CREATE TABLE scenes (id TEXT NOT NULL PRIMARY KEY, document BLOB NOT NULL) STRICT;

@@ -193,6 +193,41 @@ class SqliteBatches final : public queue::BatchStore {
     return connections_.reader.run([&](Database& database) { return read_batch(database, id); });
   }
 
+  queue::BatchPage list(const std::string& cursor, int limit) override {
+    return connections_.reader.run([&](Database& database) {
+      const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
+      std::vector<std::string> ids =
+          database
+              .query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, std::int64_t{limit} + 1)
+              .texts();
+      queue::BatchPage page;
+      if (ids.size() > static_cast<std::size_t>(limit)) {
+        ids.pop_back();
+        page.next_cursor = ids.back();
+      }
+      for (const std::string& id : ids) page.items.push_back(read_batch(database, id).value());
+      return page;
+    });
+  }
+
+  queue::BatchRemoval remove_ended(const std::string& id, int limit) override {
+    return connections_.writer.run([&](Database& database) {
+      queue::BatchRemoval removal;
+      removal.jobs = database
+                         .query(
+                             "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
+                             " AND state NOT IN ('queued', 'running') LIMIT ?",
+                             id, std::int64_t{limit})
+                         .texts();
+      for (const std::string& job : removal.jobs) {
+        const std::vector<queue::Artifact> artifacts = read_artifacts(database, job);
+        removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
+        database.change("DELETE FROM jobs WHERE id = ?", job);
+      }
+      return removal;
+    });
+  }
+
   queue::BatchCancel cancel(const std::string& id, std::int64_t now) override {
     return connections_.writer.run([&](Database& database) {
       queue::BatchCancel changed;
