@@ -108,7 +108,8 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   http::HttpServer health(health_server_settings(config, storage), http::health_routes(checks), new_request_id, log);
   log.write(telemetry::Level::info, "listening",
             {{"port", std::int64_t{api.port()}}, {"health_port", std::int64_t{health.port()}}});
-  std::printf("listening on http://%s\nhealth on http://%s\n", to_text({config.listen.host, api.port()}).c_str(),
+  std::printf("{\"listening\":\"http://%s\"}\n{\"health\":\"http://%s\"}\n",
+              to_text({config.listen.host, api.port()}).c_str(),
               to_text({config.health_listen.host, health.port()}).c_str());
   std::fflush(stdout);  // scripts read the ports from it
 
@@ -159,7 +160,7 @@ void create_key(const Command& command) {
 
 int probe_readiness(const Config& config) {
   const http::Probe probe = http::probe(config.health_listen.host, config.health_listen.port);
-  std::printf("%s\n", probe.answer.c_str());
+  std::fprintf(stderr, "whittled: %s: %s\n", to_text(config.health_listen).c_str(), probe.answer.c_str());
   return probe.ready ? 0 : exit_failed;
 }
 

@@ -257,6 +257,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
           .sha256 = tracer::sha256_hex,
           .deliveries = [&deliveries = storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
           .room = [&disk = storage.disk] { return disk.now(); },
+          .uploads_bytes = config.uploads_bytes,
           .job_memory_bytes = config.job_memory_bytes,
           .render_wait = std::chrono::seconds(config.render_wait_s),
           .draining = [&draining] { return draining.load(); },

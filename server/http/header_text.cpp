@@ -116,8 +116,8 @@ bool none_match_names(std::optional<std::string_view> if_none_match, std::string
   return false;
 }
 
-bool is_json(std::string_view content_type) {
-  if (lowered(take_until(content_type, ';')) != "application/json") return false;
+bool is_json(std::string_view content_type, std::string_view media_type) {
+  if (lowered(take_until(content_type, ';')) != media_type) return false;
   while (!content_type.empty()) {
     const std::string parameter = lowered(take_until(content_type, ';'));
     if (!parameter.starts_with("charset=")) continue;

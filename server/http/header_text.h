@@ -75,7 +75,7 @@ std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer);
 /// True if If-None-Match contains `etag` (with its quotes) by weak comparison, or "*".
 bool none_match_names(std::optional<std::string_view> if_none_match, std::string_view etag);
 
-/// True if the Content-Type is application/json and its charset, if given, is UTF-8.
-bool is_json(std::string_view content_type);
+/// True if the Content-Type is `media_type` and its charset, if given, is UTF-8.
+bool is_json(std::string_view content_type, std::string_view media_type = "application/json");
 
 }  // namespace http

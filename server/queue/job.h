@@ -220,6 +220,7 @@ struct Rejection {
   };
   Reason reason = Reason::queue_full;
   std::int64_t value = 0, limit = 0;
+  std::int64_t added = 0;  ///< jobs of the request, for a limit of queued jobs
 };
 
 }  // namespace queue

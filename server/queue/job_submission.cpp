@@ -34,12 +34,12 @@ std::optional<Rejection> JobSubmission::reserve(const std::string& owner, std::i
   std::int64_t reserved = 0;
   for (const auto& [name, count] : reserved_) reserved += count;
   const std::int64_t queued = context_.stores.statistics.count(JobState::queued) + reserved;
-  if (queued + jobs > settings.queued_limit) return Rejection{Reason::queue_full, queued, settings.queued_limit};
+  if (queued + jobs > settings.queued_limit) return Rejection{Reason::queue_full, queued, settings.queued_limit, jobs};
   const OwnerUsage usage = context_.stores.statistics.owner_usage(owner);
   const auto of_owner = reserved_.find(owner);
   const std::int64_t owners = usage.queued_jobs + (of_owner == reserved_.end() ? 0 : of_owner->second);
   if (owners + jobs > settings.owner_queued_limit) {
-    return Rejection{Reason::owner_queued_jobs, owners, settings.owner_queued_limit};
+    return Rejection{Reason::owner_queued_jobs, owners, settings.owner_queued_limit, jobs};
   }
   if (usage.artifact_bytes >= settings.owner_artifact_bytes_limit) {
     return Rejection{Reason::owner_artifact_bytes, usage.artifact_bytes, settings.owner_artifact_bytes_limit};
@@ -137,7 +137,8 @@ void JobSubmission::make_durable(const std::string& id) {
 }
 
 /// Stores the only job of the request, which runs at once if the runner has a free slot and no other job waits.
-std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, const Job& job) {
+std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view) {
+  const Job& job = view.job;
   const bool may_run = !ended(job.state) && !job.not_before;  // otherwise run_maintenance notifies the runner in time
   std::optional<AttachedRunner::Slot> slot;
   if (may_run) slot.emplace(context_.runner);
@@ -152,6 +153,7 @@ std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, const Job
     slot->run(*std::move(result.claim));
   }
   slot.reset();
+  if (!ended(job.state) && !claimed && !request.reply) add_position(context_, view);
   if (may_run && !claimed) context_.runner.notify();
   return std::nullopt;
 }
@@ -173,7 +175,7 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
   request.durable = submission.durable;
   const Job& job = request.jobs.emplace_back(new_job(std::move(submission), pinned)).job;
   const bool from_cache = job.state == JobState::succeeded;
-  const JobView view{job, from_cache ? 1.0 : 0.0};
+  JobView view{job, from_cache ? 1.0 : 0.0};
   if (idempotency) {
     request.reply = KeptReply{key, idempotency->request_sha256, write_reply(view, from_cache),
                               job.created_at + context_.settings.reply_kept_ms};
@@ -184,7 +186,7 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
                                   from_cache ? std::vector<std::string>{} : std::vector{job.id});
   std::optional<KeptReply> earlier;
   try {
-    earlier = insert(request, view.job);
+    earlier = insert(request, view);
   } catch (...) {
     context_.running.set_durable(job.id, true);
     throw;

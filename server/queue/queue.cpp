@@ -16,7 +16,21 @@ constexpr int maintenance_step = 100;  // jobs of each kind: some milliseconds o
 
 constexpr std::int64_t position_max = 1000;  // counting walks an index
 
+/// Until the running jobs have ended, and then this work.
+std::optional<double> eta_s(QueueContext& context, double work) {
+  const std::optional<double> seconds_per_work = context.throughput.seconds_per_work();
+  if (!seconds_per_work) return std::nullopt;
+  return *seconds_per_work * (work + context.running.remaining_work());
+}
+
 }  // namespace
+
+void add_position(QueueContext& context, JobView& view) {
+  const std::optional<JobsBefore> before = context.stores.statistics.queue_position(view.job.id, position_max);
+  if (!before || before->jobs >= position_max) return;
+  view.queue_position = before->jobs + 1;
+  view.waiting_eta_s = eta_s(context, static_cast<double>(before->work + view.job.work));
+}
 
 // ---- ArtifactPins
 
@@ -294,20 +308,8 @@ std::optional<JobView> JobQueries::find(const std::string& id) {
   if (!job) return std::nullopt;
   const double fraction = job->state == JobState::succeeded ? 1 : progress(id);
   JobView view{*std::move(job), fraction};
-  if (view.job.state != JobState::queued) return view;
-  const std::optional<JobsBefore> before = context_.stores.statistics.queue_position(id, position_max);
-  if (before && before->jobs < position_max) {
-    view.queue_position = before->jobs + 1;
-    view.waiting_eta_s = eta_s(static_cast<double>(before->work + view.job.work));
-  }
+  if (view.job.state == JobState::queued) add_position(context_, view);
   return view;
-}
-
-/// Until the running jobs have ended, and then this work.
-std::optional<double> JobQueries::eta_s(double work) {
-  const std::optional<double> seconds_per_work = context_.throughput.seconds_per_work();
-  if (!seconds_per_work) return std::nullopt;
-  return *seconds_per_work * (work + context_.running.remaining_work());
 }
 
 JobPage JobQueries::list(const JobFilter& filter, const std::string& cursor, int limit) {
@@ -322,7 +324,7 @@ QueueState JobQueries::state() {
     state.oldest_age_s =
         static_cast<double>(std::max<std::int64_t>(context_.clock() - *state.depth.oldest_at, 0)) / 1000;
   }
-  state.eta_s = eta_s(static_cast<double>(state.depth.work));
+  state.eta_s = eta_s(context_, static_cast<double>(state.depth.work));
   return state;
 }
 

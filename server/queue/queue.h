@@ -118,6 +118,9 @@ struct QueueContext {
   JobNotifications notifications;
 };
 
+/// Sets the position and the estimated time of a waiting job.
+void add_position(QueueContext& context, JobView& view);
+
 /// Submission of jobs: within the quotas, once for each Idempotency-Key, from the result cache where that has the
 /// images. Thread-safe. Every call may throw StoreFailure.
 class JobSubmission {
@@ -139,7 +142,7 @@ class JobSubmission {
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
   NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
-  std::optional<KeptReply> insert(InsertRequest& request, const Job& job);
+  std::optional<KeptReply> insert(InsertRequest& request, JobView& view);
   void notify_stored(const Job& job);
 
   QueueContext& context_;
@@ -228,7 +231,6 @@ class JobQueries {
   std::string not_ready();
 
  private:
-  std::optional<double> eta_s(double work);
   QueueContext& context_;
 };
 

@@ -192,6 +192,31 @@ TEST_P(JobStoreConformance, DeletesDocumentAndImagesOfAnExpiredJobAndLaterItsRow
   EXPECT_EQ(store().count(JobState::succeeded), 0);
 }
 
+TEST_P(JobStoreConformance, EndsNoJobBeforeItsStartWhenTheClockIsSetBack) {
+  const std::int64_t before = now - 5000;
+  const auto submit_now = [&](std::optional<std::int64_t> deadline = {}) {
+    return submit([&](Job& job) { job.created_at = now, job.deadline = deadline; });
+  };
+  const auto claim_before = [&] { return store().claim("boot", before, lease_end, false).value(); };
+  const std::string succeeded = submit_now();
+  store().succeed(succeeded, claim_before().fence, before, "{}", {});
+  const std::string failed = submit_now();
+  store().fail(failed, claim_before().fence, before, {});
+  const std::string stopped = submit_now();
+  const Claim claimed = claim_before();
+  store().cancel(stopped, before);
+  store().release(stopped, claimed.fence, before, {});
+  const std::string cancelled = submit_now(), overdue = submit_now(before);
+  store().cancel(cancelled, before);
+  store().run_maintenance(before, kept_ms, 10);
+  for (const std::string& id : {succeeded, failed, stopped, cancelled, overdue}) {
+    const Job job = find(id);
+    EXPECT_TRUE(ended(job.state));
+    EXPECT_GE(job.ended_at.value(), job.started_at.value_or(job.created_at));
+    EXPECT_GE(job.started_at.value_or(now), job.created_at);
+  }
+}
+
 TEST_P(JobStoreConformance, ExpiresJobsByTheTimeSinceTheirEnd) {
   const Retention retention{.expired_ms = 1000, .succeeded_ms = 500, .failed_ms = 200};
   const std::string succeeded = submit([&](Job& job) { job.expires_at = now + 1'000'000; });

@@ -145,7 +145,7 @@ class Daemon(Served):
 
     def read_port(self, what):
         line = self.process.stdout.readline().decode()
-        found = re.fullmatch(what + r" on http://127\.0\.0\.1:(\d+)\n", line)
+        found = re.fullmatch(r'\{"' + what + r'":"http://127\.0\.0\.1:(\d+)"\}\n', line)
         if not found:
             self.process.kill()
             self.process.wait(PATIENCE_S)

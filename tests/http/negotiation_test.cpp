@@ -109,6 +109,8 @@ TEST(ContentType, AcceptsJsonUnlessTheCharsetIsNotUtf8) {
   EXPECT_TRUE(http::is_json("application/json; profile=x"));
   EXPECT_FALSE(http::is_json("application/json; charset=latin1"));
   EXPECT_FALSE(http::is_json("text/plain"));
+  EXPECT_TRUE(http::is_json("Application/merge-patch+json; charset=utf-8", "application/merge-patch+json"));
+  EXPECT_FALSE(http::is_json("application/json", "application/merge-patch+json"));
   EXPECT_FALSE(http::is_json("application/jsonx"));
   EXPECT_FALSE(http::is_json(""));
 }

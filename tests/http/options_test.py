@@ -84,10 +84,16 @@ class Options(unittest.TestCase):
         with Daemon() as daemon:
             place = f"127.0.0.1:{daemon.health_port}"
             ready = wait_until(lambda: (answer := whittled("--probe", "--health-listen", place)).returncode == 0 and answer, "the worker to start")
-        self.assertEqual(ready.stdout.strip(), "ready")
+        self.assertEqual((ready.stdout, ready.stderr), ("", f"whittled: {place}: ready\n"))
         gone = whittled("--probe", "--health-listen", place)
         self.assertEqual(gone.returncode, 1)
-        self.assertIn("no answer", gone.stdout)
+        self.assertEqual(gone.stdout, "")
+        self.assertRegex(gone.stderr, f"{place}: no answer .*health_listen")
+        with Daemon("--disk-free-bytes", str(1 << 50)) as daemon:
+            place = f"127.0.0.1:{daemon.health_port}"
+            unready = whittled("--probe", "--health-listen", place)
+        self.assertEqual((unready.returncode, unready.stdout), (1, ""))
+        self.assertIn(f"{place}: status 503: ", unready.stderr)
 
     def test_check_config_reports_ignored_variables(self):
         result = whittled("--check-config", environment={"WHITTLE_PORT": "tcp://10.0.0.1:80"})

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import socket
 import subprocess
 import sys
 import tempfile
@@ -195,6 +196,23 @@ class Requests(unittest.TestCase):
         self.assertEqual(len(set(posts)), 1)
         self.assertIn("unavailable", done.stderr)
         self.assertIn("a: internal: a stub", done.stderr)
+
+    def test_over_the_wrong_protocol_end_at_once_with_advice(self):
+        alert = b"\x15\x03\x01\x00\x02\x02\x46"  # protocol_version
+        for scheme, reply, advice in (("https", b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not use TLS: use http://"),
+                                      ("http", alert, "uses TLS: use https://")):
+            with self.subTest(scheme), tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as server:
+                def answer(listener=server, content=reply):
+                    connection, _ = listener.accept()
+                    with connection:
+                        connection.recv(1 << 16)
+                        connection.sendall(content)
+                threading.Thread(target=answer, daemon=True).start()
+                pathlib.Path(name, "a.json").write_text('{"version": 1}', encoding="utf-8")
+                done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"{scheme}://127.0.0.1:{server.getsockname()[1]}"],
+                                      cwd=name, capture_output=True, text=True, check=False, timeout=120)
+                self.assertNotEqual(done.returncode, 0)
+                self.assertIn(advice, done.stderr)
 
     def test_rejected_for_the_key_end_the_run_with_exit_code_3(self):
         for status in (401, 403):

@@ -18,6 +18,8 @@
 ///   silent              stops the heartbeat and never ends
 ///   print COUNT TEXT    writes that many numbered lines to its standard error
 ///   badname             sends an image whose name contains a line break
+///
+/// While the file that FAKE_WORKER_HANGS names exists, a new process hangs before it is ready.
 
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -28,6 +30,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -161,6 +164,8 @@ void run(const Assign& job, const std::shared_ptr<std::atomic<bool>>& cancelled)
 int main() {
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
+  const char* const hangs = std::getenv("FAKE_WORKER_HANGS");
+  while (hangs != nullptr && exists(hangs)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   send_message(Ready{"fake"});
   std::thread([] {
     while (true) {

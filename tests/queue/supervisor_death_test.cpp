@@ -173,3 +173,21 @@ TEST_F(SupervisorTest, StartsASubmittedJobWithoutAnotherClaimWhileNoneWaits) {
   transitions.claim_failures = 1'000'000;
   EXPECT_TRUE(reaches(submit("finish direct"), JobState::succeeded));
 }
+
+TEST_F(SupervisorTest, ReplacesAStandbyThatHangsWhileItStarts) {
+  setenv("FAKE_WORKER_HANGS", path("hangs").c_str(), 1);
+  worker::SupervisorSettings with = settings();
+  with.start_timeout = std::chrono::seconds(2);
+  with.standby_start_timeout = std::chrono::milliseconds(1);
+  start(with);
+  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
+  create("hangs");
+  std::string crashing = submit("crash", 1);
+  EXPECT_TRUE(eventually([&] {  // each crash is followed by another worker, until a standby that hangs takes over
+    if (state(crashing) == JobState::failed) crashing = submit("crash", 1);
+    return log.fields("worker_ended").find("not ready within 1 ms") != std::string::npos;
+  }));
+  std::filesystem::remove(path("hangs"));
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+  unsetenv("FAKE_WORKER_HANGS");
+}

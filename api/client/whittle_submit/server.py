@@ -3,6 +3,7 @@ import http.client
 import json
 import os
 import shutil
+import ssl
 import time
 import urllib.parse
 
@@ -54,6 +55,17 @@ def parse_problem(body):
         return {}
 
 
+def tls_advice(error):
+    """Returns the end of a sentence about an error that a repetition does not cure; None for others."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return f"has a certificate that is not trusted: {error.verify_message}"
+    if isinstance(error, ssl.SSLError) and error.reason in ("WRONG_VERSION_NUMBER", "HTTP_REQUEST"):
+        return "does not use TLS: use http:// in place of https://"
+    if isinstance(error, http.client.BadStatusLine) and error.line.startswith("\x15\x03"):  # an alert record (RFC 8446, 5.1)
+        return "uses TLS: use https:// in place of http://"
+    return None
+
+
 class Server:
     """`report(message)` informs the user. A server that does not respond is tried again for `patience_s` seconds."""
 
@@ -91,6 +103,8 @@ class Server:
                 retry_after = response.headers.get("Retry-After", "")
             except (OSError, http.client.HTTPException) as error:
                 self.close()
+                if advice := tls_advice(error):
+                    raise ServerError(f"{self.url.geturl()} {advice}") from error
                 reason = str(error) or type(error).__name__
                 if not repeat:
                     raise ResponseLost(reason) from error

@@ -6,6 +6,10 @@
 
 namespace http::handlers {
 
+/// Rule for a name in the path; the number of characters that were received follows.
+static constexpr const char* asset_name_rule =
+    "an asset is named by the sha256 of its bytes, 64 lower-case hex digits; characters in the path: ";
+
 /// Existing assets are marked as used, so that they are kept until the client submits its job.
 Answer find_missing_assets(Request& request, const ApiContext& context) {
   const auto body = take_json(request, "the hashes");
@@ -37,12 +41,15 @@ Answer put_asset(Request& request, const ApiContext& context) {
   const queue::AssetStore::Put put = context.assets.put(sha256, read);
   if (put == queue::AssetStore::Put::other_bytes) {
     return Problem{failures::asset_mismatch,
-                   "the " + size + " bytes have another sha256 than the path; nothing was stored"};
+                   (api::is_asset_hash(sha256) ? "the " + size + " bytes have another sha256 than the path"
+                                               : asset_name_rule + std::to_string(sha256.size())) +
+                       "; nothing was stored"};
   }
   if (put == queue::AssetStore::Put::no_room) {
     return Problem{failures::uploads_full, "uploads have " + std::to_string(context.assets.bytes()) +
                                                " bytes, and with these " + size +
-                                               " they would exceed the limit uploads_bytes; nothing was stored"};
+                                               " they would exceed the limit uploads_bytes of " +
+                                               std::to_string(context.uploads_bytes) + "; nothing was stored"};
   }
   const bool is_new = put == queue::AssetStore::Put::stored;
   Reply reply = json_reply(is_new ? 201 : 200, api::write_asset(sha256, request.body.size_bytes()));
@@ -56,7 +63,7 @@ Answer get_asset(Request& request, const ApiContext& context) {
   if (!reader) {
     return Problem{failures::asset_not_found, api::is_asset_hash(sha256)
                                                   ? "there is no asset " + sha256 + "; upload it with PUT"
-                                                  : "assets are named by 64 lower-case hex digits"};
+                                                  : asset_name_rule + std::to_string(sha256.size())};
   }
   const std::string etag = '"' + sha256 + '"';
   Reply reply;

@@ -105,8 +105,10 @@ struct Scene {
   api::Digests digests;
   api::SceneContent content;  ///< see api::content_of
 };
-/// Takes the body of a request that must be JSON. Problems: 411, 415.
-tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
+/// Takes the body of a request that must be JSON; `other_type` is a second media type that it may have. Problems: 411,
+/// 415.
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what,
+                                               std::string_view other_type = {});
 /// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);
 /// The problem of a valid scene that cannot be rendered here: missing files, or too much memory. `memory_bytes` is the

@@ -228,7 +228,7 @@ Answer change_job(Request& request, const ApiContext& context) {
   if (!view) return view.error();
   const auto revision = required_revision(request);
   if (!revision) return revision.error();
-  const auto body = take_json(request, "a change");
+  const auto body = take_json(request, "a change", "application/merge-patch+json");
   if (!body) return body.error();
   const auto patch = api::parse_change(*body, context.limits);
   if (patch) return apply_change(view->job.id, context, *patch, *revision);

@@ -110,11 +110,12 @@ Problem problem_of(const queue::Rejection& rejection) {
   using Reason = queue::Rejection::Reason;
   const std::string value = std::to_string(rejection.value);
   const std::string limit = std::to_string(rejection.limit) + "; nothing was stored";
+  const std::string more = " queued, " + std::to_string(rejection.added) + " more would exceed the limit ";
   switch (rejection.reason) {
     case Reason::queue_full:
-      return {failures::queue_full, value + " jobs are queued, the limit queued_jobs is " + limit};
+      return {failures::queue_full, value + " jobs are" + more + "queued_jobs, which is " + limit};
     case Reason::owner_queued_jobs:
-      return {failures::quota_exceeded, value + " of your jobs are queued, the limit key_queued_jobs is " + limit};
+      return {failures::quota_exceeded, value + " of your jobs are" + more + "key_queued_jobs, which is " + limit};
     case Reason::owner_artifact_bytes:
       return {failures::quota_exceeded,
               "your images have " + value + " bytes, the limit key_artifact_bytes is " + limit + "; delete some"};

@@ -43,6 +43,7 @@ struct ApiContext {
   /// Webhook deliveries of a job, oldest first.
   std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
   queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };
+  std::uint64_t uploads_bytes = 0;                ///< limit of `assets`, for messages
   std::uint64_t job_memory_bytes = 16ull << 30;   ///< scenes with a greater estimate are refused
   std::chrono::milliseconds render_wait{60'000};  ///< option render_wait_s
   std::function<bool()> draining;                 ///< true: new work is refused, reads are answered

@@ -86,8 +86,12 @@ Probe probe(const std::string& host, std::uint16_t port) {
   client.set_connection_timeout(3);
   client.set_read_timeout(3);
   const httplib::Result result = client.Get("/readyz");
-  if (!result) return {false, "no answer: " + httplib::to_string(result.error())};
-  return {result->status == 200, result->body};
+  std::string answer = "no answer to GET /readyz within 3 s; is this the option health_listen of a running daemon? ";
+  if (!result) return {false, answer.append(httplib::to_string(result.error()))};
+  const bool ready = result->status == 200;
+  answer.assign(ready ? "" : "status " + std::to_string(result->status) + ": ");
+  answer.append(result->body, 0, result->body.find_last_not_of('\n') + 1);
+  return {ready, answer};
 }
 
 }  // namespace http

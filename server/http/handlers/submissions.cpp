@@ -32,14 +32,16 @@ std::string content_key_of(const Scene& scene, const ApiContext& context) {
 
 }  // namespace
 
-tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what) {
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what, std::string_view other_type) {
   if (!request.head.content_length) {
     return Problem{failures::length_required, "send " + std::string(what) + " with its Content-Length"};
   }
   const auto type = request.head.header("content-type");
-  if (type && is_json(*type)) return request.body.take();
+  if (type && (is_json(*type) || (!other_type.empty() && is_json(*type, other_type)))) return request.body.take();
   const std::string value = type ? "it is \"" + std::string(*type) + "\"" : "it is missing";
-  return Problem{failures::unsupported_media_type, "Content-Type must be application/json, " + value};
+  const std::string alternative = other_type.empty() ? "" : " or " + std::string(other_type);
+  return Problem{failures::unsupported_media_type,
+                 "Content-Type must be application/json" + alternative + ", " + value};
 }
 
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context) {

@@ -241,7 +241,8 @@ std::optional<queue::KeptReply> read_reply(Database& database, const queue::Repl
 
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now) {
   database.change(
-      "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
+      "UPDATE jobs SET state = 'running', started_at = max(?, created_at), attempt = attempt + 1, fence = fence + 1, "
+      "boot_id = ?,"
       " lease_until = ?, revision = revision + 1 WHERE id = ?",
       now, terms.boot_id, terms.lease_until, id);
   Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);

@@ -50,11 +50,11 @@ queue::Claim claim_job(Database& database, const std::string& id, const queue::C
 std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
                                            std::int64_t now);
 
-/// An UPDATE of a running job that returns to queued, or to cancelled where that was requested; ?1 is now. The attempt
-/// and the condition follow.
+/// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
+/// queued, or to cancelled where that was requested; ?1 is now. The attempt and the condition follow.
 inline constexpr const char* released_columns =
     "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-    " ended_at = iif(cancel_requested, ?1, NULL), cancel_requested = 0, revision = revision + 1,"
+    " ended_at = iif(cancel_requested, max(?1, started_at), NULL), cancel_requested = 0, revision = revision + 1,"
     " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
 
 }  // namespace storage::sqlite

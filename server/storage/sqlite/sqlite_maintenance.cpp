@@ -93,7 +93,8 @@ struct Step {
     for (const std::string& id : result.overdue) {
       assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
       database.change(
-          "UPDATE jobs SET state = 'failed', ended_at = ?1, not_before = NULL, revision = revision + 1,"
+          "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, revision = revision + "
+          "1,"
           " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
           now, id);
       insert_problem(database, id, queue::deadline_exceeded());

@@ -12,14 +12,15 @@ namespace {
 bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, queue::JobState state) {
   assert(queue::may_move(queue::JobState::running, state));
   return database.change(
-             "UPDATE jobs SET state = ?1, ended_at = ?2, cancel_requested = 0, revision = revision + 1,"
+             "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), cancel_requested = 0, revision = revision + "
+             "1,"
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
              std::string(queue::name_of(state)), now, id, fence) == 1;
 }
 
 queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
-  if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
+  if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = max(?1, created_at), not_before = NULL,"
                       " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
                       " WHERE id = ?2 AND state = 'queued'",
                       now, id) == 1) {

@@ -52,6 +52,9 @@ struct SupervisorSettings {
   std::chrono::milliseconds heartbeat_timeout{10'000};
   /// Loading Embree and the image library takes 0.2 s, on a cold disk seconds.
   std::chrono::milliseconds start_timeout{60'000};
+  /// A standby that replaces the worker before it is ready has this time from its start, so that one that hangs costs
+  /// no more.
+  std::chrono::milliseconds standby_start_timeout{10'000};
   /// A cancelled or overdue job is reported as ended after this, even if the worker has not stopped it yet (100 ms are
   /// promised; a commit fits into the rest). A large file or BVH may take a second or two to stop.
   std::chrono::milliseconds cancel_answer{10};

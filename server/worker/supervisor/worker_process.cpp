@@ -32,10 +32,12 @@ bool is_from_daemon(const Message& message) {
 // ---- start
 
 std::unique_ptr<WorkerProcess::Instance> WorkerProcess::start_instance() const {
-  return std::make_unique<Instance>(
+  auto instance = std::make_unique<Instance>(
       settings_.executable,
       Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
               static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files});
+  instance->ready_by = instance->started_at + settings_.start_timeout;
+  return instance;
 }
 
 void WorkerProcess::start_if_due(Time now) {
@@ -47,6 +49,7 @@ void WorkerProcess::start_if_due(Time now) {
 
 void WorkerProcess::start_worker(Time now) {
   try {
+    if (standby_ != nullptr) standby_->ready_by = standby_->started_at + settings_.standby_start_timeout;
     worker_ = standby_ != nullptr ? std::move(standby_) : start_instance();
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
@@ -176,12 +179,15 @@ void WorkerProcess::read_standby() {
     auto* ready = message == nullptr ? nullptr : std::get_if<Ready>(message);
     if (ready != nullptr) standby_->ready = std::move(*ready);
     if (message != nullptr && (ready != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;
-    log_output(standby_->child);
-    log_(LogLevel::warning, "standby_ended", {{"pid", std::to_string(standby_->child.pid())}});
-    standby_.reset();
-    standby_at_ = Time::clock::now() + settings_.restart_pause_max;
-    return;
+    return end_standby();
   }
+}
+
+void WorkerProcess::end_standby() {
+  log_output(standby_->child);
+  log_(LogLevel::warning, "standby_ended", {{"pid", std::to_string(standby_->child.pid())}});
+  standby_.reset();
+  standby_at_ = Time::clock::now() + settings_.restart_pause_max;
 }
 
 /// Output consists mostly of messages of libraries.
@@ -224,9 +230,11 @@ void WorkerProcess::on_exit(const std::string& reason, bool planned_shutdown, co
 }
 
 void WorkerProcess::check_timeouts(Time now) {
-  if (state_ == WorkerState::starting && now >= worker_->started_at + settings_.start_timeout) {
-    end("was not ready within the start timeout", false);
+  if (state_ == WorkerState::starting && now >= worker_->ready_by) {
+    const auto time = std::chrono::duration_cast<std::chrono::milliseconds>(worker_->ready_by - worker_->started_at);
+    end("was not ready within " + std::to_string(time.count()) + " ms", false);
   }
+  if (standby_ != nullptr && !standby_->ready && now >= standby_->ready_by) end_standby();
   if (state_ == WorkerState::ready && now >= last_message_at_ + settings_.heartbeat_timeout) {
     end("sent no heartbeat within the heartbeat timeout", false);
   }
@@ -235,11 +243,12 @@ void WorkerProcess::check_timeouts(Time now) {
 WorkerProcess::Time WorkerProcess::next_deadline() const {
   Time next = Time::max();
   if (state_ == WorkerState::absent && may_start_) next = restart_at_;
-  if (state_ == WorkerState::starting) next = worker_->started_at + settings_.start_timeout;
+  if (state_ == WorkerState::starting) next = worker_->ready_by;
   if (state_ == WorkerState::ready) {
     next = last_message_at_ + settings_.heartbeat_timeout;
     if (standby_ == nullptr && may_start_) next = std::min(next, standby_at_);
   }
+  if (standby_ != nullptr && !standby_->ready) next = std::min(next, standby_->ready_by);
   return next;
 }
 

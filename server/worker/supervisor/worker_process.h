@@ -76,6 +76,7 @@ class WorkerProcess {
     }
     ChildProcess child;
     Time started_at = Time::clock::now();
+    Time ready_by{};
     std::optional<Ready> ready;
   };
 
@@ -85,6 +86,7 @@ class WorkerProcess {
   void on_ready();
   void on_heartbeat(const Heartbeat& heartbeat, std::size_t job_count);
   void read_standby();
+  void end_standby();
   void on_exit(const std::string& reason, bool planned_shutdown, const char* code);
   void log_output(ChildProcess& child) const;
   void set_not_ready(std::string reason);
