@@ -1,8 +1,11 @@
-"""openapi.yaml as a page for people: every operation with its parameters and replies. No script, no link elsewhere."""
+"""A page for people: examples, the fields of scene documents, every operation with its parameters and replies, and all problems. No
+script, no link elsewhere."""
 import html
+import json
+import re
 
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
-h2{margin-top:2.5rem;font-size:1.1rem}code{background:#f0f0f0;padding:0 .25em}table{border-collapse:collapse;width:100%}
+pre{overflow-x:auto}h2{margin-top:2.5rem;font-size:1.1rem}code{background:#f0f0f0;padding:0 .25em}table{border-collapse:collapse;width:100%}
 td{border-top:1px solid #ddd;padding:.25rem .75rem .25rem 0;vertical-align:top}td:first-child{white-space:nowrap}
 @media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}code{background:#303030}td{border-color:#444}}"""
 
@@ -34,7 +37,56 @@ def operation_html(method, path, item, operation, document):
     return f"{title}<p>{text}</p>{table(named)}<p>Replies:</p>{table(replies)}"
 
 
-def page(document):
+EXAMPLES = (
+    ("An image from a scene document", "curl -s --fail --json @scene.json -H 'Accept: image/png' -o image.png http://127.0.0.1:8080/v1/render"),
+    ("A job, and its end within a minute", "curl -s --fail --json @scene.json -H 'Prefer: wait=60' http://127.0.0.1:8080/v1/jobs"),
+    ("All errors of a document", "curl -s --fail --json @scene.json http://127.0.0.1:8080/v1/jobs/validate"))
+
+
+def field_text(field):
+    parts = [field.get("description", "")]
+    for key, before in (("type", ""), ("enum", "one of "), ("const", ""), ("default", "default ")):
+        if key in field:
+            value = field[key]
+            words = value if isinstance(value, list) and key != "default" else [value]
+            parts.append(before + ", ".join(word if key == "type" else json.dumps(word) for word in words))
+    parts += [f"see {name}" for name in re.findall(r'"#/\$defs/(\w+)"', json.dumps({**field, "properties": None}))]
+    return "; ".join(part.rstrip(".") for part in dict.fromkeys(parts) if part)
+
+
+def fields(schema, prefix=""):
+    """Rows (name, text) of all properties, those of inner objects as "outer.inner"."""
+    rows = []
+    for name, field in schema.get("properties", {}).items():
+        rows.append((prefix + name, field_text(field)))
+        rows += fields(field, prefix + name + ".")
+        if isinstance(field.get("items"), dict):
+            rows += fields(field["items"], prefix + name + "[].")
+    for kind in ("oneOf", "anyOf", "allOf"):
+        for part in schema.get(kind, []):
+            rows += fields(part, prefix)
+    return list(dict.fromkeys(rows))
+
+
+def scene_html(schema):
+    parts = [f"<h2 id=\"scene\">Scene documents</h2><p>{html.escape(schema['description'])} For programs: "
+             f"<a href=\"/schemas/scene.schema.json\">scene.schema.json</a>.</p>{table(fields(schema))}"]
+    for name, part in schema["$defs"].items():
+        about = html.escape(field_text({key: value for key, value in part.items() if key not in ("properties", "oneOf", "anyOf", "allOf")}))
+        parts.append(f"<h3 id=\"scene-{name}\"><code>{name}</code></h3><p>{about}</p>{table(fields(part))}")
+    return "".join(parts)
+
+
+def problems_html(contract):
+    """The table of problems in api/docs/http.md."""
+    rows = re.findall(r"^\| (\d{3}) \| ([^|]+) \| ([^|]+) \|[^|]*\|$", contract, re.MULTILINE)
+    plain = [(f"{status} {code}", re.sub(r"\[([^]]*)\]\([^)]*\)|`", r"\1", cause)) for status, codes, cause in rows
+             for code in re.findall(r"`(\w+)`", codes)]
+    return f"<h2 id=\"problems\">Problems</h2>{table(plain)}"
+
+
+def page(document, schema, contract):
+    examples = "".join(f"<p>{html.escape(title)}:</p><pre>{html.escape(command)}</pre>" for title, command in EXAMPLES)
     operations = "\n".join(operation_html(method, path, item, item[method], document)
                            for path, item in document["paths"].items()
                            for method in ("get", "post", "put", "patch", "delete") if method in item)
@@ -42,4 +94,5 @@ def page(document):
     return (f"<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Whittle: the HTTP interface</title>"
             f"<meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style></head><body>"
             f"<h1>Whittle over HTTP</h1><p>{about}</p><p>For machines: <a href=\"/openapi.json\">openapi.json</a>, with all "
-            f"schemas.</p>\n{operations}\n</body></html>\n")
+            f"schemas.</p>\n<h2 id=\"examples\">Examples</h2>{examples}{scene_html(schema)}{operations}\n{problems_html(contract)}"
+            "</body></html>\n")

@@ -1,4 +1,5 @@
-"""Turns openapi.yaml into C++ source that holds it as JSON and as a page: embed_openapi.py openapi.yaml openapi.cpp"""
+"""Turns openapi.yaml, the schema of scenes and the table of problems into C++ source that holds them as JSON and as a page:
+embed_openapi.py openapi.yaml scene.schema.json CONTRACT openapi.cpp"""
 
 import json
 import sys
@@ -16,16 +17,21 @@ def function(name, text):
 
 
 def main():
-    yaml_path, cpp_path = sys.argv[1:]
+    yaml_path, schema_path, contract_path, cpp_path = sys.argv[1:]
     with open(yaml_path, encoding="utf-8") as file:
         document = yaml.safe_load(file)
+    with open(schema_path, encoding="utf-8") as file:
+        schema = json.load(file)
+    with open(contract_path, encoding="utf-8") as file:
+        contract = file.read()
     # Aliases in the YAML become copies: JSON has none.
     text = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
     with open(cpp_path, "w", encoding="utf-8") as file:
         file.write('#include "api/openapi.h"\n\nnamespace api {\n')
         file.write(function("openapi_json", text.encode()))
+        file.write(function("scene_schema_json", json.dumps(schema, ensure_ascii=True, indent=1).encode()))
         # As references: bytes beyond ASCII are no char everywhere.
-        file.write(function("docs_html", docs_page.page(document).encode("ascii", "xmlcharrefreplace")))
+        file.write(function("docs_html", docs_page.page(document, schema, contract).encode("ascii", "xmlcharrefreplace")))
         file.write("}  // namespace api\n")
 
 

@@ -34,6 +34,8 @@ bool read_document(Reading& reading, const Cursor& at) {
     if (const auto field = fields.take(name)) read_section(reading, *field);
   };
   if (!fields || !read_version(reading, fields)) return false;
+  std::string schema;  // for editors
+  fields.optional("$schema", Name{schema});
   fields.optional("name", Name{scene.name});
   section("image", read_image);
   if (const auto camera = fields.take_required("camera")) read_camera(reading, *camera);
@@ -152,7 +154,7 @@ Digests digests_of(json::Tape& tape, json::Node* root) {
   std::string text;
   json::Node* key = root + 1;
   for (std::uint32_t i = 0; i < root->size; ++i, key = tape.next(key + 1)) {
-    if (key->string() == "job") continue;
+    if (key->string() == "job" || key->string() == "$schema") continue;
     text.clear();
     append_value(text, tape, key + 1);
     digests.emplace(key->string(), tracer::sha256_hex(text));

@@ -210,6 +210,8 @@ class JobStore {
   /// The newest succeeded job with this content key that expires after `expires_after` or never.
   virtual std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) = 0;
   virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted
+  /// The scene of the batch that the document is a patch of; none if it is complete.
+  virtual std::optional<std::string> scene(const std::string& id) = 0;
   /// At most `limit` (>= 1) jobs older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   /// Changes all fields or none. With `revision`: only while the job has that one.

@@ -312,6 +312,12 @@ std::optional<JobView> JobQueries::find(const std::string& id) {
   return view;
 }
 
+std::optional<std::string> JobQueries::document(const std::string& id) {
+  std::optional<std::string> document = context_.stores.jobs.document(id);
+  const std::optional<std::string> scene = document ? context_.stores.jobs.scene(id) : std::nullopt;
+  return scene ? api::apply_patch(*scene, *document) : document;
+}
+
 JobPage JobQueries::list(const JobFilter& filter, const std::string& cursor, int limit) {
   return context_.stores.jobs.list(filter, cursor, std::max(limit, 1));
 }

@@ -221,6 +221,8 @@ class JobQueries {
   /// See ThroughputEstimate.
   std::optional<double> seconds_per_work() { return context_.throughput.seconds_per_work(); }
   std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
+  /// The complete document of a job; none if it is unknown or has expired.
+  std::optional<std::string> document(const std::string& id);
   BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
   /// As ArtifactPins::open.

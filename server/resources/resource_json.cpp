@@ -129,6 +129,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
             {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
             {"preview", self + "/preview"},
+            {"scene", job.expired ? Json(nullptr) : Json(self + "/scene")},
             {"image", measured ? link_to(job, "measure.png") : first_image(job)},
             {"measurement", measured ? link_to(job, "measure.json") : Json(nullptr)}}}};
 }

@@ -105,6 +105,7 @@ TEST_P(JobStoreConformance, KeepsTheSceneOfABatchAsLongAsOneOfItsDocuments) {
   const Claim first = claim();
   EXPECT_EQ(first.document, "document 0");
   EXPECT_EQ(first.scene, "scene");
+  EXPECT_EQ(store().scene(id_of(2)), "scene");
   store().succeed(first.job.id, first.fence, now, "{}", {});
   EXPECT_EQ(store().run_maintenance(now + 5, 1000, 10).expired, 1);
   EXPECT_TRUE(store().is_asset_referenced(upload));
@@ -115,7 +116,9 @@ TEST_P(JobStoreConformance, KeepsTheSceneOfABatchAsLongAsOneOfItsDocuments) {
   store().remove(id_of(1));
   EXPECT_FALSE(store().is_asset_referenced(upload));
   EXPECT_TRUE(store().find(id_of(0))) << "expired, without a document";
-  EXPECT_EQ(claim().scene, std::nullopt) << "submitted alone";
+  const Claim alone = claim();
+  EXPECT_EQ(alone.scene, std::nullopt) << "submitted alone";
+  EXPECT_EQ(store().scene(alone.job.id), std::nullopt);
 }
 
 TEST_P(JobStoreConformance, InsertsNothingOfABatchUnderAUsedKey) {

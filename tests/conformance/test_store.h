@@ -18,6 +18,7 @@ class TestStore {
   auto find(const std::string& id) { return all_.jobs.find(id); }
   auto find_by_content_key(const std::string& key, std::int64_t t) { return all_.jobs.find_by_content_key(key, t); }
   auto document(const std::string& id) { return all_.jobs.document(id); }
+  auto scene(const std::string& id) { return all_.jobs.scene(id); }
   auto list(const queue::JobFilter& filter, const std::string& cursor, int limit) {
     return all_.jobs.list(filter, cursor, limit);
   }
@@ -102,6 +103,7 @@ class ForwardingJobStore : public queue::JobStore {
     return target_.find_by_content_key(key, expires_after);
   }
   std::optional<std::string> document(const std::string& id) override { return target_.document(id); }
+  std::optional<std::string> scene(const std::string& id) override { return target_.scene(id); }
   queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
     return target_.list(filter, cursor, limit);
   }

@@ -51,7 +51,8 @@ TEST(JobJson, LinksArtifactsAndEmbedsTheReportOfASucceededJob) {
   expect_part(text, R"("report":{"non_finite":0})");
   expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
   expect_part(text, R"("cancel":null,"retry":null,"events":"/v1/jobs/)" + view.job.id +
-                        R"(/events","preview":"/v1/jobs/)" + view.job.id + R"(/preview","image":")" + url + "\"");
+                        R"(/events","preview":"/v1/jobs/)" + view.job.id + R"(/preview","scene":"/v1/jobs/)" +
+                        view.job.id + R"(/scene","image":")" + url + "\"");
 }
 
 TEST(JobJson, HasAMeasurementInsteadOfAReportForMeasureJobs) {

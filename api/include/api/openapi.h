@@ -1,12 +1,14 @@
 #pragma once
-/// The HTTP contract for programs: api/openapi.yaml as JSON and as a page, built into the program.
+/// The HTTP contract: api/openapi.yaml as JSON, the JSON schema of scene documents, and a page for people with both;
+/// all built into the program.
 
 #include <string_view>
 
 namespace api {
 
-/// Both live as long as the program.
+/// All live as long as the program.
 std::string_view openapi_json();
+std::string_view scene_schema_json();
 std::string_view docs_html();
 
 }  // namespace api

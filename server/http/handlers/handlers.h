@@ -31,6 +31,8 @@ Answer measure(Request& request, const ApiContext& context);
 Answer list_jobs(Request& request, const ApiContext& context);
 Answer get_deliveries(Request& request, const ApiContext& context);
 Answer get_queue(Request& request, const ApiContext& context);
+/// The document as submitted; of a job of a batch, its scene with the patch applied.
+Answer get_scene(Request& request, const ApiContext& context);
 Answer change_job(Request& request, const ApiContext& context);
 Answer cancel_job(Request& request, const ApiContext& context);
 Answer retry_job(Request& request, const ApiContext& context);
@@ -80,6 +82,7 @@ Answer get_asset(Request& request, const ApiContext& context);
 Answer get_root(Request& request);
 Answer get_version(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
+Answer get_scene_schema(Request& request);
 Answer get_docs(Request& request);
 Answer get_liveness(Request& request);
 /// Readiness of the service. A probe costs a durable write, so its result is kept for a second.

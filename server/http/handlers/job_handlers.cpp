@@ -217,6 +217,16 @@ Answer get_deliveries(Request& request, const ApiContext& context) {
   return reply;
 }
 
+Answer get_scene(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  auto document = context.queue.queries.document(view->job.id);
+  if (!document) return Problem{failures::job_expired, "the document of job " + view->job.id + " has expired"};
+  Reply reply = json_reply(200, *std::move(document));
+  reply.job_id = view->job.id;
+  return reply;
+}
+
 Answer get_queue(Request&, const ApiContext& context) {
   Reply reply = json_reply(200, resources::write_queue(context.queue.queries.state()));
   reply.headers.emplace_back("Cache-Control", "no-cache");

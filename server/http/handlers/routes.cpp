@@ -31,7 +31,8 @@ std::string_view token_of(const RequestHead& head) {
 }
 
 bool is_open(const RequestHead& head) {
-  return head.path == "/" || head.path == "/docs" || head.path == "/openapi.json";
+  return head.path == "/" || head.path == "/docs" || head.path == "/openapi.json" ||
+         head.path == "/schemas/scene.schema.json";
 }
 
 Problem unauthenticated(const RequestHead& head) {
@@ -107,6 +108,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/", get_root, {}},
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/docs", get_docs, {}},
+      {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},
       {"GET", "/v1/version", with_context(get_version), {}},
       {"POST", "/v1/jobs", with_context(submit_job), {}},
       {"GET", "/v1/jobs", with_context(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
@@ -114,6 +116,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"POST", "/v1/render", with_context(render), {}},
       {"POST", "/v1/measure", with_context(measure), {}},
       {"GET", "/v1/jobs/{id}", with_context(get_job), {"wait"}},
+      {"GET", "/v1/jobs/{id}/scene", with_context(get_scene), {}},
       {"PATCH", "/v1/jobs/{id}", with_context(change_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_context(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_context(cancel_job), {}},

@@ -53,8 +53,8 @@ struct ApiContext {
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
-/// Checks a head before its body is read. With keys (`ring`): the key must be valid, except for "/", "/docs" and
-/// "/openapi.json". Without keys (null): Host must be this machine, because a web page in a local browser could use a
+/// Checks a head before its body is read. With keys (`ring`): the key must be valid, except for the
+/// documentation. Without keys (null): Host must be this machine, because a web page in a local browser could use a
 /// name of its own that resolves to this machine (DNS rebinding); and a page of another site may only read, because
 /// browsers send its requests without a body unasked (Fetch Metadata, W3C 2021; Origin, RFC 6454). A key cannot be sent
 /// in this way.

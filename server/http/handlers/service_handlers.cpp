@@ -23,7 +23,8 @@ constexpr const char* index_text =
     "  POST /v1/measure              measures time against accuracy in a scene\n"
     "  POST /v1/batches              submits variations of a scene\n"
     "  GET  /docs                    documentation of all routes\n"
-    "  GET  /openapi.json            OpenAPI document\n";
+    "  GET  /openapi.json            OpenAPI document\n"
+    "  GET  /schemas/scene.schema.json  JSON schema of scene documents\n";
 
 Reply document_reply(std::string content_type, std::string body) {
   Reply reply;
@@ -44,6 +45,10 @@ Answer get_version(Request&, const ApiContext& context) {
 }
 
 Answer get_openapi(Request&) { return json_reply(200, std::string(api::openapi_json())); }
+
+Answer get_scene_schema(Request&) {
+  return document_reply("application/schema+json", std::string(api::scene_schema_json()));
+}
 
 Answer get_docs(Request&) {
   Reply reply = document_reply("text/html; charset=utf-8", std::string(api::docs_html()));

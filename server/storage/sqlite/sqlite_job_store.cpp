@@ -243,6 +243,10 @@ class SqliteJobStore final : public queue::JobStore {
     return connections_.reader.run([&](Database& database) { return read_document(database, id); });
   }
 
+  std::optional<std::string> scene(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_scene(database, id); });
+  }
+
   queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
     return connections_.reader.run([&](Database& database) {
       std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
