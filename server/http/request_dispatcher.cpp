@@ -18,6 +18,14 @@
 namespace http {
 namespace {
 
+/// The X-Request-Id of the client, with which its own log names the request; nothing if it is absent or no plain word.
+std::optional<std::string> id_of(const RequestHead& head) {
+  constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._:/+=-";
+  const auto id = head.header("x-request-id");
+  if (!id || id->empty() || id->size() > 128 || id->find_first_not_of(plain) != std::string_view::npos) return {};
+  return std::string(*id);
+}
+
 using telemetry::Level;
 
 double milliseconds_since(Time start) {
@@ -272,7 +280,7 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   auto pending = std::make_shared<PendingRequest>();
   pending->client = client.number;
   pending->request = *std::exchange(client.connection.request, std::nullopt);
-  pending->request.id = new_request_id_();
+  pending->request.id = id_of(pending->request.head).value_or(new_request_id_());
   pending->started = now;
   client.pending = pending;
   client.notified = false;

@@ -11,6 +11,7 @@ import unittest
 
 import numpy
 
+from tests.http.daemon import Daemon
 from tests.support import images
 from tests.support.whittle import BIN, SCENES, scene, whittle
 
@@ -41,6 +42,27 @@ class Render(WithDirectory):
         self.assertEqual(png.shape, (16, 16, 3))
         self.assertGreater(len(numpy.unique(png)), 10, "the image is nearly uniform")
         numpy.testing.assert_array_equal(png, srgb_codes(exr))
+
+    def test_reports_as_json_what_the_service_reports(self):
+        report = self.directory / "report.json"
+        done = self.render(scene("tiny"), "a.png", "a.exr", options=("--report", report, "--quiet"))
+        self.assertEqual((done.returncode, done.stdout), (0, b""), done.stderr)
+        written = json.loads(report.read_text("utf-8"))
+        with Daemon() as daemon:
+            document = scene("tiny", output={"formats": ["png", "exr"]})
+            served = daemon.wait_for_end(daemon.submit(document))["report"]
+        self.assertEqual([pathlib.Path(artifact["name"]).name for artifact in written["artifacts"]], ["a.png", "a.exr"])
+        for varying in ("time_ms", "artifacts", "geometry_reused", "textures"):
+            self.assertEqual(type(written.pop(varying)), type(served.pop(varying)))
+        self.assertEqual(written, served)
+        done = self.render(scene("tiny"), "a.png", options=("--report", "-"))
+        self.assertEqual(json.loads(done.stdout)["rays"], written["rays"])
+        self.assertIn(b"time ", done.stderr)
+
+    def test_reports_nothing_without_a_place_for_it(self):
+        done = self.render(scene("tiny"), "a.png", options=("--report", self.directory / "none" / "report.json"))
+        self.assertEqual(done.returncode, 3)
+        self.assertFalse((self.directory / "a.png").exists())
 
     def test_reads_a_file_or_standard_input(self):
         from_file = whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png")

@@ -281,6 +281,14 @@ class Service(OneDaemon):
         self.assertEqual([rows[i]["status"] for i in ids], [200, 404, 400])
         self.assertEqual(rows[ids[1]]["problem"], "not_found")
 
+    def test_keeps_the_request_id_of_the_client(self):
+        for sent in ("client-7/a.b:c+d=", "x" * 128):
+            reply = self.daemon.get("/nothing", X_Request_Id=sent)
+            self.assertEqual((reply.headers["X-Request-Id"], json_of(reply)["request_id"]), (sent, sent))
+            wait_until(lambda sent=sent: sent in {row.get("request_id") for row in self.daemon.log_rows()}, "the log line")
+        for refused in ("", "x" * 129, "two words", 'quo"te', "caf\xe9"):
+            self.assertEqual(len(self.daemon.get("/nothing", X_Request_Id=refused).headers["X-Request-Id"]), 36)
+
     def test_logs_hostile_paths_on_one_line(self):
         self.daemon.get("/%1b%5b31m%22%0a")  # refused by the HTTP server
         self.daemon.get("/a%22b%C3%A9'{}")

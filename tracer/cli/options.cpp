@@ -108,6 +108,8 @@ CLI::App* add_render(CLI::App& app, RenderOptions& options) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
+  command->add_option("--report", options.report_path, "Write the report of the render as JSON (- is standard output)")
+      ->type_name("FILE");
   add_threads(*command, options.threads);
   command->add_flag("--quiet", options.quiet, "No progress bar, no summary on standard error");
   return command;

@@ -29,6 +29,7 @@ struct RenderOptions {
   };
   SceneSource scene;
   std::vector<Output> outputs;  ///< at least one
+  std::string report_path;      ///< JSON file, "-" for standard output; empty: none
   std::uint32_t threads = 0;    ///< 0 is one per processor
   bool quiet = false;           ///< no progress bar, no summary
 };

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "api/report.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/messages.h"
 #include "tracer/cli/progress.h"
@@ -45,6 +47,7 @@ struct RenderSummary {
     tracer::FileError error;
   };
   double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
+  std::uint64_t memory_bytes = 0;                                  ///< size of the compiled scene and the image
   std::vector<File> files;
 };
 
@@ -136,17 +139,35 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, co
   auto rendered = tracer::render(
       **compiled, {.elapsed_ms = [&] { return whole.elapsed_ms(); }, .threads = options.threads}, control);
   summary.trace_ms = watch.lap_ms();
+  summary.memory_bytes = tracer::memory_bytes(**compiled);
+  if (rendered) summary.memory_bytes += rendered->image.rgb.size() * sizeof(float);
   return rendered;
 }
 
+/// As the service reports a job, with the paths as names of the artifacts.
+std::string report_of(const tracer::Scene& scene, const tracer::Rendered& rendered, const RenderSummary& summary) {
+  std::vector<api::ReportedArtifact> artifacts;
+  std::uint64_t memory_bytes = summary.memory_bytes;
+  for (const auto& [path, bytes, error] : summary.files) {
+    artifacts.push_back({path, error});
+    memory_bytes += bytes;
+  }
+  api::StageTimes times;
+  times.parse = summary.parse_ms;
+  times.build = summary.build_ms;
+  times.trace = summary.trace_ms;
+  times.encode = summary.encode_ms;
+  return api::write_report(scene, rendered.error, artifacts, rendered.statistics, times, memory_bytes) + '\n';
+}
+
 /// Writes all files, then publishes all of them: after a full disk no old file has been replaced. Returns an exit code
-/// on failure only.
-std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer::Output& settings,
+/// on failure only. `files`: those of `outputs`, and that of the report if there is one.
+std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer::Scene& scene,
                                   const std::vector<RenderOptions::Output>& outputs, std::vector<PendingFile>& files,
                                   const tracer::RenderControl& control, RenderSummary& summary) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     Stopwatch watch;
-    const auto encoded = tracer::encode(rendered.image, outputs[i].format, settings);
+    const auto encoded = tracer::encode(rendered.image, outputs[i].format, scene.output);
     summary.encode_ms += watch.lap_ms();
     if (!encoded) return fail(encoded.error());
     if (const auto written = files[i].write(encoded->bytes); !written) return fail(written.error().message);
@@ -154,6 +175,11 @@ std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer
         {outputs[i].path, encoded->bytes.size(), tracer::file_error(rendered.error, encoded->error)});
   }
   if (control.cancelled()) return fail(nothing_written, interrupted);
+  if (files.size() > outputs.size()) {
+    const std::string report = report_of(scene, rendered, summary);
+    const std::span bytes(reinterpret_cast<const std::uint8_t*>(report.data()), report.size());
+    if (const auto written = files.back().write(bytes); !written) return fail(written.error().message);
+  }
   for (PendingFile& file : files) {
     if (const auto published = file.publish(); !published) return fail(published.error().message);
   }
@@ -187,10 +213,17 @@ ExitCode run(const RenderOptions& options) {
     files.push_back(std::move(*file));
   }
 
+  const bool prints_report = options.report_path == "-";
+  if (!options.report_path.empty() && !prints_report) {
+    auto file = PendingFile::create(options.report_path);
+    if (!file) return fail(file.error().message);
+    files.push_back(std::move(*file));
+  }
+
   const auto rendered = trace(scene, loaded->assets, options, control, summary);
   if (!rendered) return fail(rendered.error(), nothing_written);
-  if (const auto stopped = write_all(*rendered, scene.output, options.outputs, files, control, summary))
-    return *stopped;
+  if (const auto stopped = write_all(*rendered, scene, options.outputs, files, control, summary)) return *stopped;
+  if (prints_report) std::fputs(report_of(scene, *rendered, summary).c_str(), stdout);
   if (!options.quiet) print_summary(*rendered, summary);
   return success;
 }
