@@ -131,6 +131,14 @@ tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, co
   });
 }
 
+tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits) {
+  return read_request<Webhook>(bytes, limits.document, [&](json::Tape& tape, Webhook& webhook) {
+    Reading reading(tape, limits);
+    read_webhook(reading, reading.root, webhook);
+    return reading.take_issues();
+  });
+}
+
 tracer::Result<MeasureRequest, Refusal> parse_measure(std::string_view bytes, const Limits& limits) {
   return read_request<MeasureRequest>(
       bytes, limits.document, [&](json::Tape& tape, MeasureRequest& request) { return read(tape, limits, request); });

@@ -95,9 +95,10 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
 
   telemetry::RequestMetrics request_metrics(jobs.registry);
   const auto new_request_id = [&jobs] { return jobs.ids.next(); };
-  http::HttpServer api(api_server_settings(config, storage, keys, request_metrics),
-                       http::client_routes(api_context(config, storage, jobs, supervisor, keys, draining)),
-                       new_request_id, log);
+  http::HttpServer api(
+      api_server_settings(config, storage, keys, request_metrics),
+      http::client_routes(api_context(config, storage, jobs, supervisor, webhooks.get(), keys, draining)),
+      new_request_id, log);
   const http::Health checks{.not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
                             .draining = [&draining] { return draining.load(); },
                             .metrics =

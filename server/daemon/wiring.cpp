@@ -243,27 +243,33 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
 }
 
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
-                             const worker::Supervisor& supervisor, const keys::KeyRing* keys,
-                             const std::atomic<bool>& draining) {
+                             const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
+                             const keys::KeyRing* keys, const std::atomic<bool>& draining) {
   const api::Limits limits = document_limits(config);
-  return {.queue = jobs.queue,
-          .events = jobs.events,
-          .assets = storage.uploads,
-          .clock = queue::system_clock(),
-          .limits = limits,
-          .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes, config.batch_values},
-          .missing_files = [assets = config.assets, &uploads = storage.uploads](
-                               const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
-          .sha256 = tracer::sha256_hex,
-          .deliveries = [&deliveries = storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
-          .room = [&disk = storage.disk] { return disk.now(); },
-          .uploads_bytes = config.uploads_bytes,
-          .job_memory_bytes = config.job_memory_bytes,
-          .render_wait = std::chrono::seconds(config.render_wait_s),
-          .draining = [&draining] { return draining.load(); },
-          .effective_limits = effective_limits(config, limits),
-          .sandbox = [&supervisor] { return supervisor.sandbox(); },
-          .keys = keys};
+  http::ApiContext context{
+      .queue = jobs.queue,
+      .events = jobs.events,
+      .assets = storage.uploads,
+      .clock = queue::system_clock(),
+      .limits = limits,
+      .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes, config.batch_values},
+      .missing_files = [assets = config.assets, &uploads = storage.uploads](
+                           const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
+      .sha256 = tracer::sha256_hex,
+      .deliveries = [&deliveries = storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
+      .room = [&disk = storage.disk] { return disk.now(); },
+      .uploads_bytes = config.uploads_bytes,
+      .job_memory_bytes = config.job_memory_bytes,
+      .render_wait = std::chrono::seconds(config.render_wait_s),
+      .draining = [&draining] { return draining.load(); },
+      .effective_limits = effective_limits(config, limits),
+      .sandbox = [&supervisor] { return supervisor.sandbox(); },
+      .keys = keys};
+  if (webhooks != nullptr) {
+    context.redeliver = [webhooks](const auto&... ids) { return webhooks->redeliver(ids...); };
+    context.send_test_webhook = [webhooks](const std::string& url) { return webhooks->send_test(url); };
+  }
+  return context;
 }
 
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,

@@ -79,7 +79,7 @@ struct Maintenance {
   queue::AssetCollector collector;
 };
 
-/// Null without secrets.
+/// Null without secrets. `webhooks` of api_context is this.
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log);
 
@@ -93,8 +93,8 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
 http::HttpServerSettings health_server_settings(const Config& config, const Storage& storage);
 
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
-                             const worker::Supervisor& supervisor, const keys::KeyRing* keys,
-                             const std::atomic<bool>& draining);
+                             const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
+                             const keys::KeyRing* keys, const std::atomic<bool>& draining);
 
 /// Throws queue::StoreFailure.
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,

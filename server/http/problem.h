@@ -73,6 +73,8 @@ inline constexpr Failure not_acceptable{"not_acceptable", 406, "No accepted form
 inline constexpr Failure job_running{"job_running", 409, "The job is running"};
 inline constexpr Failure job_ended{"job_ended", 409, "The job has ended"};
 inline constexpr Failure job_expired{"job_expired", 410, "The job has expired"};
+inline constexpr Failure delivery_not_found{"delivery_not_found", 404, "There is no such delivery"};
+inline constexpr Failure webhooks_disabled{"webhooks_disabled", 409, "This service sends no webhooks"};
 inline constexpr Failure batch_not_found{"batch_not_found", 404, "There is no such batch"};
 inline constexpr Failure batch_running{"batch_running", 409, "Jobs of the batch have not ended"};
 inline constexpr Failure batch_ended{"batch_ended", 409, "The batch has ended"};

@@ -35,9 +35,9 @@ inline const char* name_of(DeliveryState state) {
 
 /// A message to a webhook: the same bytes at every attempt.
 struct Delivery {
-  std::string id;  ///< webhook-id: receivers recognise repetitions by it
-  std::string job_id;
-  std::string event;  ///< "job.succeeded"
+  std::string id;      ///< webhook-id: receivers recognise repetitions by it
+  std::string job_id;  ///< or the id of a test call
+  std::string event;   ///< "job.succeeded"
   std::string url;
   std::string body;
   DeliveryState state = DeliveryState::pending;
@@ -76,6 +76,8 @@ class DeliveryStore {
                               std::optional<std::int64_t> next_attempt_at) = 0;
 
   virtual std::vector<Delivery> of_job(const std::string& job_id) = 0;  ///< oldest first
+  /// Makes a delivery of the job pending again, due at `now`. False if there is none.
+  virtual bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now) = 0;
   /// Deletes deliveries that are not pending and were created before `then`.
   virtual void delete_before(std::int64_t then) = 0;
 };

@@ -142,6 +142,10 @@ std::string write_event(std::string_view event, const queue::JobView& view, std:
   return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
 }
 
+std::string write_event(std::string_view event, std::int64_t now_ms) {
+  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
+}
+
 std::string write_deliveries(const std::vector<queue::Delivery>& deliveries) {
   Json items = Json::array();
   for (const queue::Delivery& delivery : deliveries) {
@@ -176,9 +180,7 @@ std::string write_event(const queue::JobEvent& event) {
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
 }
 
-namespace {
-
-Json batch_json(const queue::BatchState& state) {
+static Json batch_json(const queue::BatchState& state) {
   using enum queue::JobState;
   const auto count = [&](queue::JobState which) {
     const auto found = state.jobs.find(which);
@@ -213,8 +215,6 @@ Json batch_json(const queue::BatchState& state) {
             {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
             {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}};
 }
-
-}  // namespace
 
 std::string write_batch(const queue::BatchState& state) { return text_of(batch_json(state)); }
 

@@ -31,6 +31,9 @@ std::string write_event(const queue::JobEvent& event);
 /// Body of a webhook: {type, timestamp, data: job}. `event` is "job.succeeded", "job.failed" or "job.cancelled".
 std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms);
 
+/// Body of a test call: {type, timestamp, data: {}}.
+std::string write_event(std::string_view event, std::int64_t now_ms);
+
 /// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
 std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
 

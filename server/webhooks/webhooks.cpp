@@ -52,6 +52,7 @@ std::string hmac_sha256(const Secret& secret, std::string_view text) {
   return {reinterpret_cast<const char*>(digest.data()), size};
 }
 
+constexpr std::string_view test_event = "webhook.test";
 constexpr int gone = 410;  // the receiver rejects further deliveries (Standard Webhooks, "Delivery")
 constexpr std::chrono::milliseconds longest_sleep = std::chrono::hours(1);
 
@@ -127,6 +128,28 @@ void Webhooks::on_ended(const std::string& id) noexcept {
   changed_.notify_all();
 }
 
+bool Webhooks::redeliver(const std::string& job_id, const std::string& delivery_id) {
+  if (!store_.redeliver(job_id, delivery_id, clock_())) return false;
+  wake();
+  return true;
+}
+
+std::string Webhooks::send_test(const std::string& url) {
+  const std::int64_t now = clock_();
+  const std::string id = ids_.next(), event(test_event), body = resources::write_event(test_event, now);
+  store_.enqueue({ids_.next(), id, event, url, body, queue::DeliveryState::pending, now, now, {}});
+  wake();
+  return id;
+}
+
+void Webhooks::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    has_new_ = true;
+  }
+  changed_.notify_all();
+}
+
 void Webhooks::run() {
   for (;;) {
     Pause pause = settings_.store_pause;
@@ -138,9 +161,11 @@ void Webhooks::run() {
       log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
     }
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, pause,
-                      [&] { return stopping_ || (!failed && (!ended_.empty() || !finished_hosts_.empty())); });
+    changed_.wait_for(lock, pause, [&] {
+      return stopping_ || (!failed && (has_new_ || !ended_.empty() || !finished_hosts_.empty()));
+    });
     if (stopping_) return;
+    has_new_ = false;
   }
 }
 
@@ -241,7 +266,7 @@ void Webhooks::attempt(const queue::Delivery& delivery) {
   }
   if (attempt.detail.empty()) attempt.detail = "the receiver answered " + std::to_string(response.status);
   const std::size_t failures = delivery.attempts.size();
-  if (response.status == gone || failures >= retry_pauses.size()) {
+  if (response.status == gone || failures >= retry_pauses.size() || delivery.event == test_event) {
     store_.record_attempt(delivery.id, attempt, queue::DeliveryState::abandoned, std::nullopt);
     return log_(queue::LogLevel::warning, "webhook_abandoned", fields);
   }

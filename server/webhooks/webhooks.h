@@ -78,6 +78,12 @@ class Webhooks final : public queue::CompletionListener {
   Webhooks(const Webhooks&) = delete;
   Webhooks& operator=(const Webhooks&) = delete;
 
+  /// Sends a delivery of the job again, with the same id and content; its pauses continue after its last attempt. False
+  /// if there is none. Throws StoreFailure, as the next.
+  bool redeliver(const std::string& job_id, const std::string& delivery_id);
+  /// Sends one message of type "webhook.test", without retries. Returns the id under which the store has the delivery.
+  std::string send_test(const std::string& url);
+
   void register_webhook(const std::string& id, const api::Webhook& webhook) override;
   void on_ended(const std::string& id) noexcept override;
 
@@ -85,6 +91,7 @@ class Webhooks final : public queue::CompletionListener {
   using Pause = std::chrono::milliseconds;
 
   void run();
+  void wake();
   Pause run_once();
   void create_delivery(const std::string& id);
   Pause dispatch_due();
@@ -105,6 +112,7 @@ class Webhooks final : public queue::CompletionListener {
   std::condition_variable changed_;
   std::set<std::string> subscribed_;                   ///< jobs with a subscription
   std::set<std::string> ended_;                        ///< subscribed jobs that may have ended
+  bool has_new_ = false;                               ///< deliveries were added or made due
   std::vector<std::string> finished_hosts_;            ///< their attempts have ended
   std::map<std::string, std::future<void>> attempts_;  ///< by host; used by thread_ only
   std::thread thread_;                                 ///< last: it uses all other members

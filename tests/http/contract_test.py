@@ -10,20 +10,20 @@ import xml.etree.ElementTree
 
 import jsonschema
 
+from tests.http.contract_parts import NOBODY, ContractParts
 from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene, wait_until
 
-NOBODY = "0190a000-0000-7000-8000-000000000001"
 METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
 # Described replies that need a broken machine; their problem has the same schema as all others.
 NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("listBatches", 503), ("removeBatch", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
-    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getScene", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
 }
 
 
-class Contract(unittest.TestCase):
+class Contract(ContractParts, unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.daemon = Daemon()
@@ -121,6 +121,7 @@ class Contract(unittest.TestCase):
         self.check_changes(seen)
         self.check_expired_jobs(seen)
         self.check_batches(seen)
+        self.check_webhooks(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -230,34 +231,6 @@ class Contract(unittest.TestCase):
         document = scene(name="twice", job={"cache": "use"})
         self.daemon.wait_for_end(self.daemon.submit(document))
         self.check(seen, "/v1/jobs", self.daemon.request("POST", "/v1/jobs", document), "POST")
-
-    def check_batches(self, seen):
-        good = {"scene": scene(), "frames": [{}, {"name": "second"}]}
-        for body in (json.dumps(good).encode(), b"{", b"[" * 100, b'{"scene": {}, "frames": []}'):
-            self.check(seen, "/v1/batches", self.daemon.request("POST", "/v1/batches", body), "POST")
-        other = self.daemon.request("POST", "/v1/batches", b"{}", {"Content-Type": "text/plain"})
-        self.check(seen, "/v1/batches", other, "POST")
-        with self.daemon.socket() as connection:
-            connection.sendall(b"POST /v1/batches HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            self.assertIn(b" 411 ", connection.makefile("rb").readline())
-            seen.add(("submitBatch", 411))
-        waiting = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "sweep": {"/camera/fov": [30, 40]}}
-        batch_id = json_of(self.daemon.request("POST", "/v1/batches", waiting))["id"]
-        done = json_of(self.daemon.request("POST", "/v1/batches", good))["id"]
-        wait_until(lambda: json_of(self.daemon.get(f"/v1/batches/{done}"))["state"] == "succeeded", "the batch")
-        for id_ in (batch_id, done, NOBODY):
-            self.check(seen, "/v1/batches/{id}", self.daemon.get(f"/v1/batches/{id_}"))
-            archive = "/v1/batches/{id}/artifacts.tar"
-            self.check(seen, archive, self.daemon.get(archive.format(id=id_)))
-            for _ in range(2):
-                for what in ("cancel", "retry"):
-                    path = "/v1/batches/{id}/" + what
-                    self.check(seen, path, self.daemon.request("POST", path.format(id=id_)), "POST")
-        for query in ("?limit=2", "?limit=0"):
-            self.check(seen, "/v1/batches", self.daemon.get("/v1/batches" + query))
-        for method, what in (("DELETE", ""), ("POST", "/cancel"), ("DELETE", ""), ("DELETE", "")):
-            path = "/v1/batches/{id}" + what
-            self.check(seen, path, self.daemon.request(method, path.format(id=batch_id)), method)
 
     def check_expired_jobs(self, seen):
         done = self.daemon.submit(scene(job={"expires_in": 1}))

@@ -254,5 +254,38 @@ class DeliveryLog(WithReceiver):
         jsonschema.Draft202012Validator(schema).validate(json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries")))
 
 
+
+class Calls(WithReceiver):
+    def test_are_repeated_on_request_with_the_same_id_and_body(self):
+        receiver = self.receiver((410, {}))  # abandoned at once
+        daemon = self.daemon()
+        job_id = self.submit(daemon, receiver.url())
+        def delivery():
+            items = json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries"))["items"]
+            return items[0] if items else {"state": "none", "attempts": []}
+        wait_until(lambda: delivery()["state"] == "abandoned", "the refused delivery")
+        reply = daemon.request("POST", f"/v1/jobs/{job_id}/deliveries/{delivery()['id']}/redeliver")
+        self.assertEqual(reply.status, 202)
+        wait_until(lambda: delivery()["state"] == "delivered", "the second delivery")
+        self.assertEqual([attempt["status"] for attempt in delivery()["attempts"]], [410, 204])
+        first, second = receiver.seen
+        self.assertEqual((first[1]["webhook-id"], first[2]), (second[1]["webhook-id"], second[2]))
+
+    def test_can_be_tested_without_a_job_or_retries(self):
+        receiver = self.receiver((204, {}), (500, {}))
+        daemon = self.daemon()
+        for state, status in (("delivered", 204), ("abandoned", 500)):
+            reply = daemon.request("POST", "/v1/webhooks/test", {"url": receiver.url()})
+            self.assertEqual(reply.status, 202)
+            def result(path=reply.headers["Location"]):
+                return json_of(daemon.get(path))["items"][0]
+            wait_until(lambda s=state, r=result: r()["state"] == s, state)
+            self.assertEqual((result()["event"], [attempt["status"] for attempt in result()["attempts"]]), ("webhook.test", [status]))
+        self.assertEqual([json.loads(body)["type"] for _, _, body in receiver.seen], ["webhook.test"] * 2)
+        with Daemon() as daemon:
+            reply = daemon.request("POST", "/v1/webhooks/test", {"url": receiver.url()})
+            self.assertEqual((reply.status, json_of(reply)["type"]), (409, "urn:whittle:problem:webhooks_disabled"))
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -103,6 +103,18 @@ TEST_F(DeliveryStoreTest, RecordsEveryAttempt) {
   EXPECT_TRUE(store().of_job("b").empty());
 }
 
+TEST_F(DeliveryStoreTest, MakesADeliveryPendingAgain) {
+  enqueue("1", "a", 100);
+  store().record_attempt("1", {100, 1, 410, "gone"}, DeliveryState::abandoned, std::nullopt);
+  EXPECT_FALSE(store().redeliver("b", "1", 500)) << "another job";
+  EXPECT_FALSE(store().redeliver("a", "2", 500));
+  EXPECT_EQ(next_id(), "none");
+  EXPECT_TRUE(store().redeliver("a", "1", 500));
+  const Delivery again = store().next({}).value();
+  EXPECT_EQ(again.next_attempt_at, 500);
+  EXPECT_EQ(again.attempts.size(), 1u);
+}
+
 TEST_F(DeliveryStoreTest, DeletesOldCompletedDeliveriesWithTheirAttempts) {
   for (const char* id : {"1", "2", "3"}) enqueue(id, "a", 100);
   enqueue("4", "a", 200);

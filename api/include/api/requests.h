@@ -42,6 +42,9 @@ struct RequestedChange {
 /// As parse_scene: all issues at once, never throws.
 tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits);
 
+/// Reads a webhook, as in a document. As parse_scene: all issues at once, never throws.
+tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits);
+
 /// Maximum samples per pixel of a reference: for a scene of 320 x 240 pixels, hours on two cores.
 inline constexpr std::uint32_t measure_reference_samples_max = 1'000'000;
 

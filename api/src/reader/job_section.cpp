@@ -55,6 +55,8 @@ void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& e
   if (is_list && at.node->size == 0) add_issue(reading, at, "wrong_length", "must name at least one event");
 }
 
+}  // namespace
+
 void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook) {
   if (!reading.limits.webhooks) {
     add_issue(reading, at, "unsupported",
@@ -66,8 +68,6 @@ void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook) {
   if (const auto events = fields.take("events")) read_events(reading, *events, webhook.events);
   fields.finish();
 }
-
-}  // namespace
 
 void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
                  std::map<std::string, std::optional<std::string>>& labels) {

@@ -32,6 +32,7 @@ void read_materials(Reading& reading, const Cursor& at);
 void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
 void read_job(Reading& reading, const Cursor& at);
+void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook);
 
 /// The labels of a job by name. Null, if it is allowed, is an empty optional.
 void read_labels(Reading& reading, const Cursor& at, bool null_allowed,

@@ -29,7 +29,6 @@ Answer submit_job(Request& request, const ApiContext& context);
 Answer validate_job(Request& request, const ApiContext& context);
 Answer measure(Request& request, const ApiContext& context);
 Answer list_jobs(Request& request, const ApiContext& context);
-Answer get_deliveries(Request& request, const ApiContext& context);
 Answer get_queue(Request& request, const ApiContext& context);
 /// The document as submitted; of a job of a batch, its scene with the patch applied.
 Answer get_scene(Request& request, const ApiContext& context);
@@ -37,6 +36,12 @@ Answer change_job(Request& request, const ApiContext& context);
 Answer cancel_job(Request& request, const ApiContext& context);
 Answer retry_job(Request& request, const ApiContext& context);
 Answer remove_job(Request& request, const ApiContext& context);
+
+// ---- webhook_handlers.cpp
+Answer get_deliveries(Request& request, const ApiContext& context);
+Answer redeliver(Request& request, const ApiContext& context);
+Answer test_webhook(Request& request, const ApiContext& context);
+Answer get_webhook_test(Request& request, const ApiContext& context);
 
 // ---- image_handlers.cpp
 Answer render(Request& request, const ApiContext& context);

@@ -209,14 +209,6 @@ Answer list_jobs(Request& request, const ApiContext& context) {
   return json_reply(200, resources::write_job_list(views, page.next_cursor, context.clock()));
 }
 
-Answer get_deliveries(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  Reply reply = json_reply(200, resources::write_deliveries(context.deliveries(view->job.id)));
-  reply.job_id = view->job.id;
-  return reply;
-}
-
 Answer get_scene(Request& request, const ApiContext& context) {
   const auto view = find_job(request.parameters.front(), context);
   if (!view) return view.error();

@@ -42,6 +42,9 @@ struct ApiContext {
   std::function<std::string(std::string_view)> sha256;  ///< 64 hexadecimal digits
   /// Webhook deliveries of a job, oldest first.
   std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
+  /// See webhooks::Webhooks; both are unset if none are sent.
+  std::function<bool(const std::string& job_id, const std::string& delivery_id)> redeliver{};
+  std::function<std::string(const std::string& url)> send_test_webhook{};
   queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };
   std::uint64_t uploads_bytes = 0;                ///< limit of `assets`, for messages
   std::uint64_t job_memory_bytes = 16ull << 30;   ///< scenes with a greater estimate are refused

@@ -176,6 +176,13 @@ std::vector<queue::Delivery> SqliteDeliveryStore::of_job(const std::string& job_
   });
 }
 
+bool SqliteDeliveryStore::redeliver(const std::string& job_id, const std::string& id, std::int64_t now) {
+  return commits_->run([&](Database& database) {
+    return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
+                           now, id, job_id) == 1;
+  });
+}
+
 void SqliteDeliveryStore::delete_before(std::int64_t then) {
   commits_->run([&](Database& database) {
     return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);

@@ -33,6 +33,7 @@ class SqliteDeliveryStore final : public queue::DeliveryStore {
   void record_attempt(const std::string& id, const queue::DeliveryAttempt& attempt, queue::DeliveryState state,
                       std::optional<std::int64_t> next_attempt_at) override;
   std::vector<queue::Delivery> of_job(const std::string& job_id) override;
+  bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now) override;
   void delete_before(std::int64_t then) override;
 
  private:

@@ -1,0 +1,63 @@
+/// Webhooks: deliveries of a job, redelivery, and test calls.
+
+#include "api/requests.h"
+#include "server/http/handlers/handlers.h"
+#include "server/resources/resource_json.h"
+
+namespace http::handlers {
+namespace {
+
+const Problem webhooks_disabled{failures::webhooks_disabled, "it was started without the option webhook_secret_file"};
+
+Reply deliveries_reply(int status, const std::string& id, const ApiContext& context) {
+  return json_reply(status, resources::write_deliveries(context.deliveries(id)));
+}
+
+}  // namespace
+
+Answer get_deliveries(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  Reply reply = deliveries_reply(200, view->job.id, context);
+  reply.job_id = view->job.id;
+  return reply;
+}
+
+Answer redeliver(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  if (!context.redeliver) return webhooks_disabled;
+  const std::string& delivery = request.parameters.back();
+  if (!context.redeliver(view->job.id, delivery)) {
+    return Problem{failures::delivery_not_found, "job " + view->job.id + " has no delivery with this id"};
+  }
+  Reply reply = deliveries_reply(202, view->job.id, context);
+  reply.job_id = view->job.id;
+  return reply;
+}
+
+Answer test_webhook(Request& request, const ApiContext& context) {
+  if (!context.send_test_webhook) return webhooks_disabled;
+  const auto body = take_json(request, "a webhook");
+  if (!body) return body.error();
+  const auto webhook = api::parse_webhook(*body, context.limits);
+  if (!webhook) {
+    Problem problem = problem_of(webhook.error());
+    if (problem.failure == failures::bad_scene) problem.failure = failures::invalid_request;
+    return problem;
+  }
+  const std::string id = context.send_test_webhook(webhook->url);
+  Reply reply = deliveries_reply(202, id, context);
+  reply.headers.emplace_back("Location", "/v1/webhooks/test/" + id);
+  return reply;
+}
+
+Answer get_webhook_test(Request& request, const ApiContext& context) {
+  const std::string& id = request.parameters.front();
+  if (!is_id(id) || context.deliveries(id).empty()) {
+    return Problem{failures::delivery_not_found, "there is no test call with this id"};
+  }
+  return deliveries_reply(200, id, context);
+}
+
+}  // namespace http::handlers

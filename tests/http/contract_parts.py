@@ -1,0 +1,62 @@
+"""Replies of batches and webhooks, for the comparison with api/openapi.yaml."""
+import json
+import tempfile
+
+from tests.http.daemon import Daemon, json_of, scene, wait_until
+
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+class ContractParts:
+    """Part of a TestCase with `daemon` and `check(seen, template, reply, method)`."""
+
+    def check_batches(self, seen):
+        good = {"scene": scene(), "frames": [{}, {"name": "second"}]}
+        for body in (json.dumps(good).encode(), b"{", b"[" * 100, b'{"scene": {}, "frames": []}'):
+            self.check(seen, "/v1/batches", self.daemon.request("POST", "/v1/batches", body), "POST")
+        other = self.daemon.request("POST", "/v1/batches", b"{}", {"Content-Type": "text/plain"})
+        self.check(seen, "/v1/batches", other, "POST")
+        with self.daemon.socket() as connection:
+            connection.sendall(b"POST /v1/batches HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("submitBatch", 411))
+        waiting = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "sweep": {"/camera/fov": [30, 40]}}
+        batch_id = json_of(self.daemon.request("POST", "/v1/batches", waiting))["id"]
+        done = json_of(self.daemon.request("POST", "/v1/batches", good))["id"]
+        wait_until(lambda: json_of(self.daemon.get(f"/v1/batches/{done}"))["state"] == "succeeded", "the batch")
+        for id_ in (batch_id, done, NOBODY):
+            self.check(seen, "/v1/batches/{id}", self.daemon.get(f"/v1/batches/{id_}"))
+            archive = "/v1/batches/{id}/artifacts.tar"
+            self.check(seen, archive, self.daemon.get(archive.format(id=id_)))
+            for _ in range(2):
+                for what in ("cancel", "retry"):
+                    path = "/v1/batches/{id}/" + what
+                    self.check(seen, path, self.daemon.request("POST", path.format(id=id_)), "POST")
+        for query in ("?limit=2", "?limit=0"):
+            self.check(seen, "/v1/batches", self.daemon.get("/v1/batches" + query))
+        for method, what in (("DELETE", ""), ("POST", "/cancel"), ("DELETE", ""), ("DELETE", "")):
+            path = "/v1/batches/{id}" + what
+            self.check(seen, path, self.daemon.request(method, path.format(id=batch_id)), method)
+
+    def check_webhooks(self, seen):
+        redeliver, test, result = "/v1/jobs/{id}/deliveries/{delivery}/redeliver", "/v1/webhooks/test", "/v1/webhooks/test/{id}"
+        webhook = {"url": "http://127.0.0.1:9/"}
+        self.check(seen, test, self.daemon.request("POST", test, webhook), "POST")
+        job_id = self.daemon.submit(scene())
+        with tempfile.NamedTemporaryFile("w") as secret:
+            print("whsec_" + 32 * "A", file=secret, flush=True)
+            with Daemon("--webhook-secret-file", secret.name) as daemon:
+                for body in (webhook, {"url": "ftp://a"}, b"{", b"[" * 100):
+                    self.check(seen, test, reply := daemon.request("POST", test, body), "POST")
+                    for path in filter(None, (reply.headers["Location"], result.format(id=NOBODY))):
+                        self.check(seen, result, daemon.get(path))
+                self.check(seen, test, daemon.request("POST", test, b"{}", {"Content-Type": "text/plain"}), "POST")
+                with daemon.socket() as connection:
+                    connection.sendall(f"POST {test} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+                    self.assertIn(b" 411 ", connection.makefile("rb").readline())
+                    seen.add(("testWebhook", 411))
+                job = daemon.wait_for_end(daemon.submit(scene(job={"webhook": webhook})))["id"]
+                sent = wait_until(lambda: json_of(daemon.get(f"/v1/jobs/{job}/deliveries"))["items"], "a delivery")[0]["id"]
+                for delivery in (sent, NOBODY):
+                    self.check(seen, redeliver, daemon.request("POST", redeliver.format(id=job, delivery=delivery)), "POST")
+        self.check(seen, redeliver, self.daemon.request("POST", redeliver.format(id=job_id, delivery=NOBODY)), "POST")
