@@ -96,6 +96,7 @@ struct Job {
   std::vector<Artifact> artifacts;
   bool artifacts_synced = true;  ///< false: power loss may have deleted or truncated them
   std::string content_key;       ///< key of its images in the result cache; empty: none
+  bool use_cache = false;        ///< it may end with the images of an equal job
   std::int64_t revision = 1;     ///< grows with every change of the row
 };
 
@@ -152,7 +153,7 @@ struct Submission {
   api::JobRequest job = {};
   std::uint32_t width = 0, height = 0;
   bool large = false;
-  std::int64_t work = 0;                 ///< see Job
+  double work = 0;                       ///< see Job
   std::string variation = {};            ///< see Job
   std::vector<std::string> assets = {};  ///< see Job
   std::string accuracy = {};             ///< see Job

@@ -24,10 +24,45 @@ namespace queue {
 /// Progress, leases and durability of jobs. Thread-safe.
 class RunningJobs {
  public:
-  void begin(const Claim& claim) {
+  /// True if the job follows one that runs with the same content key: it needs no worker, and waits for take_followers.
+  /// A job with a deadline does not follow, because only a worker's jobs are stopped in time.
+  bool begin(const Claim& claim) {
     const std::lock_guard lock(mutex_);
-    running_.insert_or_assign(claim.job.id, Running{0.0, claim.job.work, claim.job.started_at.value()});
-    leases_.insert_or_assign(claim.job.id, claim.fence);
+    const Job& job = claim.job;
+    leases_.insert_or_assign(job.id, claim.fence);
+    if (job.use_cache && !job.deadline && !job.suspect) {
+      const auto leader = leaders_.find(job.content_key);
+      if (leader != leaders_.end()) leader->second.followers.push_back({job.id, claim.fence});
+      if (leader != leaders_.end()) return true;
+    }
+    if (!job.content_key.empty()) leaders_.try_emplace(job.content_key, Leader{job.id, {}});
+    running_.insert_or_assign(job.id, Running{0.0, job.work, job.started_at.value()});
+    return false;
+  }
+  struct Followers {
+    std::string content_key;
+    std::vector<Lease> leases;
+  };
+  /// The jobs that follow this one, which has ended or returns to the queue. Later ones do not follow it.
+  Followers take_followers(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    const auto leader =
+        std::find_if(leaders_.begin(), leaders_.end(), [&](const auto& l) { return l.second.id == id; });
+    if (leader == leaders_.end()) return {};
+    Followers followers{leader->first, std::move(leader->second.followers)};
+    leaders_.erase(leader);
+    return followers;
+  }
+  /// The lease of a job that follows another one, and does not any more.
+  std::optional<Lease> stop_following(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    std::optional<Lease> lease;
+    const auto is_it = [&](const Lease& follower) {
+      if (follower.job_id == id) lease = follower;
+      return follower.job_id == id;
+    };
+    for (auto& [key, leader] : leaders_) std::erase_if(leader.followers, is_it);
+    return lease;
   }
   void end_lease(const std::string& id, std::int64_t fence) {
     const std::lock_guard lock(mutex_);
@@ -96,8 +131,13 @@ class RunningJobs {
     double progress = 0;
     std::int64_t work = 0, started_at = 0;
   };
+  struct Leader {
+    std::string id;
+    std::vector<Lease> followers;
+  };
   std::mutex mutex_;
   std::unordered_map<std::string, Running> running_;
+  std::unordered_map<std::string, Leader> leaders_;       ///< by content key: few, as they have workers
   std::unordered_map<std::string, std::int64_t> leases_;  ///< fence by id
   std::unordered_set<std::string> not_durable_;
 };
@@ -132,10 +172,12 @@ class JobNotifications {
     notify_queued(id);
     if (observer_ != nullptr) observer_->on_state_changed(id, to);
   }
-  void notify_claimed(const Claim& claim) {
-    running_.begin(claim);
+  /// As RunningJobs::begin.
+  bool notify_claimed(const Claim& claim) {
+    const bool follows = running_.begin(claim);
     waiters_.on_started(claim.job.id);
     notify_state(claim.job.id, JobState::running);
+    return follows;
   }
   void notify_end(const std::string& id, JobState state) {
     notify_state(id, state);

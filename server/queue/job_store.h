@@ -253,8 +253,9 @@ class JobTransitions {
 
   /// The next three return false when `fence` is not the latest or the job is not running. A job whose cancel was
   /// requested may still succeed or fail if the worker was faster.
+  /// Not `rendered`: with the result of an equal job; the attempt does not count.
   virtual bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                       const std::vector<Artifact>& artifacts, bool durable = true) = 0;
+                       const std::vector<Artifact>& artifacts, bool durable = true, bool rendered = true) = 0;
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
   virtual ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -94,10 +95,11 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.height = submission.height;
   job.accuracy = submission.accuracy;
   job.large = submission.large;
-  job.work = submission.work;
+  job.work = static_cast<std::int64_t>(std::min(submission.work, static_cast<double>(work_max)));
   job.variation = submission.variation;
   job.assets = submission.assets;
   if (request.cache != api::CacheUse::off) job.content_key = submission.content_key;
+  job.use_cache = request.cache == api::CacheUse::use && !job.content_key.empty();
   return job;
 }
 
@@ -106,9 +108,7 @@ bool JobSubmission::finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bo
   const std::optional<Job> equal = context_.stores.jobs.find_by_content_key(job.content_key, job.created_at);
   if (!equal || equal->artifacts.empty()) return false;
   const bool sync = durable && !equal->artifacts_synced;
-  for (const Artifact& artifact : equal->artifacts) {
-    if (!pinned.hold(artifact, sync)) return false;
-  }
+  if (!pinned.hold(equal->artifacts, sync)) return false;
   job.started_at = job.created_at;
   job.state = JobState::running;
   end(job, JobState::succeeded, job.created_at);
@@ -120,8 +120,7 @@ bool JobSubmission::finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bo
 
 NewJob JobSubmission::new_job(Submission submission, ArtifactPins::Pinned& pinned) {
   NewJob fresh{job_of(submission), std::move(submission.document)};
-  const bool may_use = submission.job.cache == api::CacheUse::use && !fresh.job.content_key.empty();
-  if (may_use) finish_from_cache(fresh.job, pinned, submission.durable);
+  if (fresh.job.use_cache) finish_from_cache(fresh.job, pinned, submission.durable);
   return fresh;
 }
 
@@ -149,8 +148,7 @@ std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& 
   const bool claimed = result.claim.has_value();
   if (claimed) {
     result.claim->document = std::move(request.jobs.front().document);
-    context_.notifications.notify_claimed(*result.claim);
-    slot->run(*std::move(result.claim));
+    if (!context_.notifications.notify_claimed(*result.claim)) slot->run(*std::move(result.claim));
   }
   slot.reset();
   if (!ended(job.state) && !claimed && !request.reply) add_position(context_, view);

@@ -64,6 +64,11 @@ bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
   return true;
 }
 
+bool ArtifactPins::Pinned::hold(const std::vector<Artifact>& artifacts, bool sync) {
+  return std::all_of(artifacts.begin(), artifacts.end(),
+                     [&](const Artifact& artifact) { return hold(artifact, sync); });
+}
+
 bool ArtifactPins::Pinned::pin(const std::string& sha256) {
   if (!held_.insert(sha256).second) return false;
   const std::lock_guard lock(pins_.mutex_);
@@ -108,16 +113,51 @@ void JobLifecycle::seed_throughput_estimate() {
 
 std::optional<Claim> JobLifecycle::claim(const ClaimFilter& filter) {
   if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
-  const std::int64_t now = context_.clock();
-  const ClaimTerms terms{context_.boot_id, now + context_.settings.lease_ms};
-  auto claim = context_.stores.transitions.claim(terms, now, filter);
-  if (!claim) return claim;
-  if (claim->scene) {  // a patch that does not apply was not accepted; the worker reports it as bad_scene
-    claim->document = api::apply_patch(*claim->scene, claim->document).value_or(claim->document);
-    claim->scene.reset();
+  for (;;) {
+    const std::int64_t now = context_.clock();
+    const ClaimTerms terms{context_.boot_id, now + context_.settings.lease_ms};
+    auto claim = context_.stores.transitions.claim(terms, now, filter);
+    if (!claim) return claim;
+    if (claim->scene) {  // a patch that does not apply was not accepted; the worker reports it as bad_scene
+      claim->document = api::apply_patch(*claim->scene, claim->document).value_or(claim->document);
+      claim->scene.reset();
+    }
+    const Job& job = claim->job;
+    if (context_.notifications.notify_claimed(*claim)) continue;
+    if (!job.use_cache || !finish_like_equal({job.id, claim->fence}, job.content_key)) return claim;
   }
-  context_.notifications.notify_claimed(*claim);
-  return claim;
+}
+
+/// Ends a claimed job with the images of an equal one, if they exist.
+bool JobLifecycle::finish_like_equal(const Lease& lease, const std::string& content_key) {
+  const std::optional<Job> equal = context_.stores.jobs.find_by_content_key(content_key, context_.clock());
+  if (!equal || equal->artifacts.empty()) return false;
+  ArtifactPins::Pinned pinned(context_.pins);
+  const bool durable = context_.running.is_durable(lease.job_id);
+  if (!pinned.hold(equal->artifacts, durable && !equal->artifacts_synced)) return false;
+  context_.running.clear_progress(lease.job_id);  // its duration says nothing about the speed
+  const bool ended = context_.stores.transitions.succeed(lease.job_id, lease.fence, context_.clock(), equal->report,
+                                                         equal->artifacts, durable, false);
+  finish(lease.job_id, lease.fence, ended, JobState::succeeded);
+  return true;
+}
+
+/// Ends the jobs that follow one which has ended, or returns them to the queue.
+void JobLifecycle::end_followers(const std::string& id) {
+  const RunningJobs::Followers followers = context_.running.take_followers(id);
+  for (const Lease& lease : followers.leases) {
+    try {
+      if (!finish_like_equal(lease, followers.content_key)) release(lease.job_id, lease.fence, {});
+    } catch (const StoreFailure&) {
+      context_.running.end_lease(lease.job_id, lease.fence);  // maintenance queues it again when the lease has ended
+    }
+  }
+  if (!followers.leases.empty()) context_.runner.notify();
+}
+
+bool JobLifecycle::cancel_follower(const std::string& id) {
+  const std::optional<Lease> lease = context_.running.stop_following(id);
+  return lease && finish_cancel(id, lease->fence);
 }
 
 bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std::string& report,
@@ -158,6 +198,7 @@ bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended,
   if (!ended) return false;
   if (state == JobState::succeeded) context_.running.add_duration(id, context_.clock(), context_.throughput);
   context_.notifications.notify_end(id, state);
+  end_followers(id);
   return true;
 }
 
@@ -170,6 +211,7 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, const Rele
   if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued
   if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
   if (outcome == ReleaseOutcome::queued) context_.notifications.notify_queued(id);
+  end_followers(id);
   return outcome != ReleaseOutcome::stale;
 }
 
@@ -193,7 +235,8 @@ void JobLifecycle::renew_leases() {
 CancelOutcome JobLifecycle::cancel(const std::string& id) {
   const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock());
   if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
-  if (outcome == CancelOutcome::cancelling) context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
+  if (outcome == CancelOutcome::cancelling && !cancel_follower(id))
+    context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
   return outcome;
 }
 
@@ -231,9 +274,9 @@ ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& chang
 void JobLifecycle::cancel_batch(const std::string& id) {
   const BatchCancel changed = context_.stores.batches.cancel(id, context_.clock());
   for (const std::string& job : changed.cancelled) context_.notifications.notify_end(job, JobState::cancelled);
-  context_.runner.call([&](JobRunner& runner) {
-    for (const std::string& job : changed.cancelling) runner.cancel(job);
-  });
+  for (const std::string& job : changed.cancelling) {
+    if (!cancel_follower(job)) context_.runner.call([&](JobRunner& runner) { runner.cancel(job); });
+  }
 }
 
 int JobLifecycle::retry_batch(const std::string& id) {
@@ -284,6 +327,8 @@ bool JobLifecycle::run_maintenance() {
   for (const std::string& id : result.abandoned) {
     context_.running.clear_progress(id);
     context_.waiters.on_stopped(id);
+    (void)context_.running.stop_following(id);
+    end_followers(id);
     context_.notifications.notify_queued_again(id, [&] {
       const std::optional<Job> job = context_.stores.jobs.find(id);
       return job && job->state == JobState::queued;

@@ -76,6 +76,7 @@ class ArtifactPins {
 
     /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none.
     bool hold(const Artifact& artifact, bool sync = false);
+    bool hold(const std::vector<Artifact>& artifacts, bool sync);  ///< false if one does not exist
 
    private:
     bool pin(const std::string& sha256);  ///< false where it was pinned here before
@@ -159,7 +160,8 @@ class JobLifecycle {
 
   // ---- for the runner. As JobTransitions, with this daemon's boot id and clock.
 
-  /// Empty while the disk has no space for a result.
+  /// Empty while the disk has no space for a result. Claims that an equal job makes unnecessary are not returned: such
+  /// a job ends with the images that exist, or as soon as the equal one that runs has ended (RunningJobs::begin).
   std::optional<Claim> claim(const ClaimFilter& filter = {});
   struct Image {
     std::string name;        ///< "image.png"
@@ -195,6 +197,9 @@ class JobLifecycle {
 
  private:
   bool finish(const std::string& id, std::int64_t fence, bool ended, JobState state);
+  bool finish_like_equal(const Lease& lease, const std::string& content_key);
+  void end_followers(const std::string& id);
+  bool cancel_follower(const std::string& id);
   void seed_throughput_estimate();
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);

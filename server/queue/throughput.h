@@ -21,9 +21,8 @@ class ThroughputEstimate {
   }
   /// Median over the latest jobs, for the whole machine; nothing before the first one.
   [[nodiscard]] std::optional<double> seconds_per_work() const {
-    std::unique_lock lock(mutex_);
+    const std::lock_guard lock(mutex_);
     std::deque<double> sorted = seconds_per_work_;
-    lock.unlock();
     if (sorted.empty()) return std::nullopt;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());

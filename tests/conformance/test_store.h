@@ -128,8 +128,8 @@ class ForwardingTransitions : public queue::JobTransitions {
     return target_.renew(leases, until);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable) override {
-    return target_.succeed(id, fence, now, report, artifacts, durable);
+               const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
+    return target_.succeed(id, fence, now, report, artifacts, durable, rendered);
   }
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) override {
     return target_.fail(id, fence, now, problem);

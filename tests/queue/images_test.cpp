@@ -16,9 +16,9 @@ class FailingTransitions final : public ForwardingTransitions {
  public:
   using ForwardingTransitions::ForwardingTransitions;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable) override {
+               const std::vector<Artifact>& artifacts, bool durable, bool rendered) override {
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
+    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
   }
   bool failing = false;
 };

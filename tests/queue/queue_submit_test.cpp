@@ -45,9 +45,9 @@ class RecordingTransitions final : public ForwardingTransitions {
  public:
   RecordingTransitions(JobTransitions& target, Writes& writes) : ForwardingTransitions(target), writes_(writes) {}
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
-               const std::vector<Artifact>& images, bool is_durable) override {
+               const std::vector<Artifact>& images, bool is_durable, bool rendered) override {
     writes_.add(is_durable);
-    return ForwardingTransitions::succeed(id, fence, at, report, images, is_durable);
+    return ForwardingTransitions::succeed(id, fence, at, report, images, is_durable, rendered);
   }
 
  private:
@@ -257,4 +257,64 @@ TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
   std::filesystem::resize_file(temporary.directory.path() + "/" + asset_path(image.sha256), 2);
   EXPECT_EQ(files_only.queries.open(image), nullptr);
   EXPECT_FALSE(files_only.submission.submit(submission("key"))->from_cache);
+}
+
+TEST_F(SubmitTest, SharesTheResultOfAnEqualJobThatRuns) {
+  const auto submit = [&](const std::string& key) { return queue.submission.submit(submission(key))->view.job.id; };
+  const auto job = [&](const std::string& id) { return queue.queries.find(id)->job; };
+  const std::string first = submit("k");
+  const auto claim = queue.lifecycle.claim();
+  ASSERT_EQ(claim.value().job.id, first);
+  const std::string second = submit("k"), third = submit("k"), fourth = submit("k");
+  EXPECT_FALSE(queue.lifecycle.claim()) << "no worker is needed for the others";
+  EXPECT_EQ(job(second).state, JobState::running);
+  EXPECT_EQ(queue.lifecycle.cancel(fourth), CancelOutcome::cancelling);
+  EXPECT_EQ(job(fourth).state, JobState::cancelled) << "at once, and alone";
+  const MemoryFile file("image");
+  queue.lifecycle.succeed(first, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
+  for (const std::string& id : {second, third}) {
+    EXPECT_EQ(job(id).state, JobState::succeeded);
+    EXPECT_EQ(job(id).artifacts.at(0).sha256, job(first).artifacts.at(0).sha256);
+    EXPECT_EQ(job(id).attempt, 0) << "not rendered";
+  }
+  EXPECT_EQ(job(fourth).state, JobState::cancelled);
+}
+
+TEST_F(SubmitTest, RunsAFollowerIfTheJobBeforeItFails) {
+  const auto submit = [&] { return queue.submission.submit(submission("k"))->view.job.id; };
+  const auto state = [&](const std::string& id) { return queue.queries.find(id)->job.state; };
+  submit();
+  const auto first = queue.lifecycle.claim();
+  const std::string second = submit(), third = submit();
+  EXPECT_FALSE(queue.lifecycle.claim());
+  queue.lifecycle.fail(first->job.id, first->fence, {"worker_crashed", "", {}});
+  EXPECT_EQ(state(second), JobState::queued);
+  const auto next = queue.lifecycle.claim();
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->job.id, second);
+  EXPECT_EQ(next->job.attempt, 1) << "the time as a follower is no attempt";
+  EXPECT_FALSE(queue.lifecycle.claim());
+  EXPECT_TRUE(queue.lifecycle.release(second, next->fence, {}));
+  EXPECT_EQ(state(third), JobState::queued);
+  EXPECT_EQ(queue.lifecycle.claim().value().job.id, second);
+}
+
+TEST_F(SubmitTest, EndsAWaitingJobWithTheResultOfAnEqualOne) {
+  const std::string first = queue.submission.submit(submission("k"))->view.job.id;
+  const std::string second = queue.submission.submit(submission("k"))->view.job.id;
+  EXPECT_TRUE(run_one("image"));
+  EXPECT_FALSE(queue.lifecycle.claim());
+  EXPECT_EQ(queue.queries.find(second)->job.state, JobState::succeeded);
+}
+
+TEST_F(SubmitTest, RendersARefreshOrAJobWithADeadlineBesideAnEqualOne) {
+  EXPECT_TRUE(queue.submission.submit(submission("k")));
+  EXPECT_TRUE(queue.lifecycle.claim());
+  Submission refresh = submission("k"), hurried = submission("k");
+  refresh.job.cache = api::CacheUse::refresh;
+  hurried.job.deadline = now + 60'000;
+  EXPECT_TRUE(queue.submission.submit(std::move(refresh)));
+  EXPECT_TRUE(queue.lifecycle.claim());
+  EXPECT_TRUE(queue.submission.submit(std::move(hurried)));
+  EXPECT_TRUE(queue.lifecycle.claim());
 }

@@ -123,7 +123,7 @@ TEST(ThroughputEstimate, IsTheMedianOfTheLatestJobs) {
 }
 
 TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
-  const auto submit_work = [&](std::int64_t work, int priority) {
+  const auto submit_work = [&](double work, int priority) {
     Submission submission;
     submission.document = "{}";
     submission.work = work;

@@ -51,9 +51,9 @@ class FailingTransitions final : public ForwardingTransitions {
  public:
   using ForwardingTransitions::ForwardingTransitions;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable) override {
+               const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
     if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
-    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
+    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
   }
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {

@@ -125,7 +125,6 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
                                           const ApiContext& context);
 /// The sha256 of the uploads that a scene names.
 std::vector<std::string> uploads_of(const tracer::Scene& scene);
-std::int64_t work_of(double work);  ///< as Job::work
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
 /// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,

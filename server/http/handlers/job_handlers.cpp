@@ -182,7 +182,7 @@ Answer measure(Request& request, const ApiContext& context) {
   submission.width = scene.image.window().width();
   submission.height = scene.image.window().height();
   submission.large = true;
-  submission.work = work_of(api::estimated_measure_work(scene, measurement->reference_samples));
+  submission.work = api::estimated_measure_work(scene, measurement->reference_samples);
   submission.assets = uploads_of(scene);
   submission.document = std::move(*body);
   submission.job = std::move(measurement->document.job);

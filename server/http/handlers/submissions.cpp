@@ -80,10 +80,6 @@ std::vector<std::string> uploads_of(const tracer::Scene& scene) {
   return hashes;
 }
 
-std::int64_t work_of(double work) {
-  return static_cast<std::int64_t>(std::min(work, static_cast<double>(queue::work_max)));
-}
-
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
   const tracer::Scene& parsed = scene.parsed.scene;
   queue::Submission submission;
@@ -95,7 +91,7 @@ queue::Submission submission_of(const Request& request, Scene scene, const ApiCo
   submission.height = parsed.image.window().height();
   submission.large = api::is_large(parsed, scene.content);
   const std::optional<double> seconds_per_work = context.queue.queries.seconds_per_work();
-  submission.work = work_of(api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0));
+  submission.work = api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0);
   submission.assets = uploads_of(parsed);
   submission.document = std::move(scene.document);
   submission.job = std::move(scene.parsed.job);

@@ -55,6 +55,7 @@ CREATE TABLE jobs (
   problem_detail TEXT,
   artifacts_synced INTEGER NOT NULL DEFAULT 1,
   content_key TEXT,
+  use_cache INTEGER NOT NULL,
   revision INTEGER NOT NULL,
   fence INTEGER NOT NULL DEFAULT 0,  -- grows with every claim
   boot_id TEXT,                      -- of the daemon with the latest claim

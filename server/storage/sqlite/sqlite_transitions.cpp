@@ -131,9 +131,10 @@ class SqliteTransitions final : public queue::JobTransitions {
   }
 
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable) override {
+               const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
     const auto work = [&](Database& database) {
       if (!end(database, id, fence, now, queue::JobState::succeeded)) return false;
+      if (!rendered) database.change("UPDATE jobs SET attempt = attempt - 1 WHERE id = ?", id);
       insert_report(database, id, report);
       insert_artifacts(database, id, artifacts, durable);
       return true;
