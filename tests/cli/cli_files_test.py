@@ -99,7 +99,7 @@ class Assets(unittest.TestCase):
         document = scene("tiny")
         document["objects"][1]["material"] = {"color": {"file": name}}
         (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
-        return whittle("render", self.directory / "scene.json", "-o", self.directory / "out.png", timeout=20)
+        return whittle("render", self.directory / "scene.json", "-o", self.directory / "out.png")
 
     def test_are_relative_to_the_scene_and_visible_in_the_image(self):
         shutil.copy(SCENES / "assets/tile.png", self.directory / "t.png")
@@ -127,7 +127,7 @@ class Assets(unittest.TestCase):
         document["objects"].append({"type": "mesh", "material": {"color": [0.2, 0.7, 0.3]}, **mesh})
         (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
         outputs = ["-o", self.directory / "out.png"] if command == "render" else []
-        return whittle(command, self.directory / "scene.json", *outputs, timeout=20)
+        return whittle(command, self.directory / "scene.json", *outputs)
 
     def test_of_meshes_give_the_image_of_the_same_mesh_in_the_document(self):
         (self.directory / "sail.obj").write_text("v 0 0.2 1\nv 1.2 0.4 1\nv 0.4 1.6 0.5\nf 1 2 3\n", encoding="utf-8")

@@ -232,20 +232,28 @@ std::multiset<int> nice_levels(int pid) {
 
 TEST_F(WorkerTest, LowersThePriorityOfThreadsOfLargeJobs) {
   auto with = settings();
-  with.executable = worker::default_executable();
   with.slots = 3;
   with.threads = 2;
-  start(with);
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
-  const auto before = nice_levels(supervisor->worker_pid());
-  EXPECT_EQ(before.count(*before.begin()), before.size()) << "small jobs keep the priority";
-  const std::string large = submit_large(scene(2000, 1000, R"("png")"));
-  ASSERT_TRUE(eventually([&] { return queue.queries.progress(large) > 0; }));
-  const auto levels = nice_levels(supervisor->worker_pid());
-  EXPECT_GT(levels.count(*levels.begin() + 5), 0u);
-  EXPECT_GT(levels.count(*levels.begin()), 2u) << "threads without a large job";
-  ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
-  queue.lifecycle.cancel(large);
+  for (const std::string level : {"0", "12"}) {  // of the daemon, if it is started by nice(1)
+    with.executable = path("worker" + level);
+    std::ofstream(with.executable) << "#!/bin/sh\nexec nice -n " << level << ' ' << worker::default_executable()
+                                   << '\n';
+    std::filesystem::permissions(with.executable, std::filesystem::perms::owner_all);
+    supervisor.reset();
+    start(with);
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+    const auto before = nice_levels(supervisor->worker_pid());
+    EXPECT_EQ(before.count(*before.begin()), before.size()) << "small jobs keep the priority";
+    const std::string large = submit_large(scene(2000, 1000, R"("png")"));
+    ASSERT_TRUE(eventually([&] { return queue.queries.progress(large) > 0; }));
+    const auto levels = nice_levels(supervisor->worker_pid());
+    EXPECT_GT(levels.count(std::min(*before.begin() + 5, 19)), 0u) << "at level " << *before.begin();
+    EXPECT_GT(levels.count(*before.begin()), 2u) << "threads without a large job";
+    EXPECT_EQ(*levels.begin(), *before.begin()) << "no thread gets a higher priority";
+    ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+    queue.lifecycle.cancel(large);
+    ASSERT_TRUE(reaches(large, JobState::cancelled));
+  }
 }
 
 TEST_F(WorkerTest, HasItsOwnSession) {

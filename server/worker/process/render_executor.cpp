@@ -20,8 +20,7 @@ namespace {
 
 constexpr std::chrono::milliseconds heartbeat_interval{1000};
 constexpr std::chrono::milliseconds progress_interval{50};
-/// The nice level of the threads of large jobs; the other threads of the worker have 5 (whittled_worker.cpp).
-constexpr int large_job_nice = 10;
+constexpr int nice_max = 19;  // sched(7)
 
 /// Empty without any pixel or memory.
 std::string preview_png(JobControl& control, std::uint32_t side) {
@@ -39,17 +38,23 @@ std::string preview_png(JobControl& control, std::uint32_t side) {
 /// are a third of the processor share. Raising it again needs privileges.
 class LowPriorityObserver : public oneapi::tbb::task_scheduler_observer {
  public:
-  explicit LowPriorityObserver(oneapi::tbb::task_arena& arena) : task_scheduler_observer(arena) { observe(true); }
+  LowPriorityObserver(oneapi::tbb::task_arena& arena, int worker_nice)
+      : task_scheduler_observer(arena), nice_(std::min(worker_nice + 5, nice_max)) {
+    observe(true);
+  }
   ~LowPriorityObserver() override { observe(false); }
   LowPriorityObserver(const LowPriorityObserver&) = delete;
   LowPriorityObserver& operator=(const LowPriorityObserver&) = delete;
-  void on_scheduler_entry(bool) override { setpriority(PRIO_PROCESS, 0, large_job_nice); }
+  void on_scheduler_entry(bool) override { setpriority(PRIO_PROCESS, 0, nice_); }
+
+ private:
+  const int nice_;
 };
 
 }  // namespace
 
-RenderExecutor::RenderExecutor(int socket, const Options& options)
-    : socket_(socket), options_(options), cache_(options.scene_cache_bytes) {
+RenderExecutor::RenderExecutor(int socket, const Options& options, int nice_level)
+    : socket_(socket), options_(options), nice_level_(nice_level), cache_(options.scene_cache_bytes) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { run_waiting_jobs(); });
   threads_.emplace_back([this] { heartbeat_loop(); });
 }
@@ -98,7 +103,7 @@ void RenderExecutor::run_waiting_jobs() {
 
 void RenderExecutor::run_large_job(Assign assigned) {
   oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
-  const LowPriorityObserver observer(arena);
+  const LowPriorityObserver observer(arena, nice_level_);
   arena.execute([&] { run_job(std::move(assigned)); });
 }
 

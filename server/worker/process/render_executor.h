@@ -22,7 +22,8 @@ namespace worker {
 /// Never stopped: the process ends without joining its threads. Thread-safe.
 class RenderExecutor {
  public:
-  RenderExecutor(int socket, const Options& options);
+  /// `nice_level`: that of this process; threads of large jobs get a lower priority.
+  RenderExecutor(int socket, const Options& options, int nice_level);
 
   /// Answers on the socket when the job has ended. Each job has its own oneTBB arena, so that a thread that waits for
   /// the last tiles of one job never starts tiles of another; all arenas share the threads of the machine. A large job
@@ -49,6 +50,7 @@ class RenderExecutor {
 
   const int socket_;
   const Options options_;
+  const int nice_level_;
   tracer::SceneCache cache_;
   std::mutex mutex_;
   std::condition_variable job_available_, busy_;

@@ -44,7 +44,8 @@ bool is_started_by_daemon() {
 void set_oom_score() { std::ofstream("/proc/self/oom_score_adj") << "500"; }
 
 /// The daemon stays responsive while renders use all cores. Threads that are started later inherit the priority.
-void lower_priority() { [[maybe_unused]] const int level = ::nice(5); }
+/// Returns the nice level.
+int lower_priority() { return ::nice(5); }
 
 /// The first use of Embree and of the image library takes 0.2 s.
 bool warm_up() {
@@ -114,7 +115,7 @@ int main() {
     return 2;
   }
   set_oom_score();
-  lower_priority();
+  const int nice_level = lower_priority();
   std::optional<oneapi::tbb::global_control> thread_limit;
   if (options->threads > 0) {
     thread_limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism,
@@ -124,6 +125,6 @@ int main() {
   if (sandbox.empty()) return 1;
   // Before the first heartbeat of the executor.
   worker::send(worker::worker_socket, worker::pack(worker::Ready{std::string(tracer::build()), sandbox}));
-  worker::RenderExecutor executor(worker::worker_socket, *options);
+  worker::RenderExecutor executor(worker::worker_socket, *options, nice_level);
   serve(executor);
 }
