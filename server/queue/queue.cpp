@@ -135,7 +135,6 @@ bool JobLifecycle::finish_like_equal(const Lease& lease, const std::string& cont
   ArtifactPins::Pinned pinned(context_.pins);
   const bool durable = context_.running.is_durable(lease.job_id);
   if (!pinned.hold(equal->artifacts, durable && !equal->artifacts_synced)) return false;
-  context_.running.clear_progress(lease.job_id);  // its duration says nothing about the speed
   const bool ended = context_.stores.transitions.succeed(lease.job_id, lease.fence, context_.clock(), equal->report,
                                                          equal->artifacts, durable, false);
   finish(lease.job_id, lease.fence, ended, JobState::succeeded);
@@ -165,7 +164,9 @@ bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std:
   ArtifactPins::Pinned pinned(context_.pins);
   const bool durable = context_.running.is_durable(id);
   const std::vector<Artifact> artifacts = store_images(pinned, images, durable);
-  const bool ended = context_.stores.transitions.succeed(id, fence, context_.clock(), report, artifacts, durable);
+  const std::int64_t now = context_.clock();
+  const bool ended = context_.stores.transitions.succeed(id, fence, now, report, artifacts, durable);
+  if (ended) context_.running.add_duration(id, now, context_.throughput);
   // make_durable was called meanwhile, and its caller may have read the job as running.
   if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
   return finish(id, fence, ended, JobState::succeeded);
@@ -196,7 +197,6 @@ bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
 bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended, JobState state) {
   context_.running.end_lease(id, fence);
   if (!ended) return false;
-  if (state == JobState::succeeded) context_.running.add_duration(id, context_.clock(), context_.throughput);
   context_.notifications.notify_end(id, state);
   end_followers(id);
   return true;

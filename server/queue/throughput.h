@@ -6,6 +6,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 namespace queue {
 
@@ -16,24 +17,27 @@ class ThroughputEstimate {
   /// its end `at_once` jobs ran, itself included.
   void add(double seconds, double work, std::size_t at_once) {
     const std::lock_guard lock(mutex_);
-    seconds_per_work_.push_back(seconds / static_cast<double>(at_once) / work);
-    if (seconds_per_work_.size() > jobs_max) seconds_per_work_.pop_front();
+    jobs_.emplace_back(seconds / static_cast<double>(at_once) / work, work);
+    if (jobs_.size() > jobs_max) jobs_.pop_front();
   }
-  /// Median over the latest jobs, for the whole machine; nothing before the first one.
+  /// Median over the latest jobs, weighted by their work, for the whole machine; nothing before the first one. Small
+  /// jobs are slow for their work, and a job whose work was estimated much too low has little weight.
   [[nodiscard]] std::optional<double> seconds_per_work() const {
     const std::lock_guard lock(mutex_);
-    std::deque<double> sorted = seconds_per_work_;
-    if (sorted.empty()) return std::nullopt;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return *middle;
+    std::deque<std::pair<double, double>> sorted = jobs_;
+    std::sort(sorted.begin(), sorted.end());
+    double all = 0, below = 0;
+    for (const auto& [seconds, work] : sorted) all += work;
+    for (const auto& [seconds, work] : sorted)
+      if ((below += work) >= all / 2) return seconds;
+    return std::nullopt;
   }
 
   static constexpr std::size_t jobs_max = 63;  ///< recent enough to follow a change, enough for a stable median
 
  private:
   mutable std::mutex mutex_;
-  std::deque<double> seconds_per_work_;  ///< oldest first
+  std::deque<std::pair<double, double>> jobs_;  ///< seconds per work, work; oldest first
 };
 
 }  // namespace queue

@@ -113,13 +113,15 @@ TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
 }
 
-TEST(ThroughputEstimate, IsTheMedianOfTheLatestJobs) {
+TEST(ThroughputEstimate, IsTheMedianOfTheLatestJobsWeightedByTheirWork) {
   ThroughputEstimate throughput;
   EXPECT_EQ(throughput.seconds_per_work(), std::nullopt);
   for (const double seconds : {1.0, 3.0, 900.0}) throughput.add(seconds, 1000, 1);
   EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 3.0 / 1000);
   for (std::size_t i = 0; i < ThroughputEstimate::jobs_max; ++i) throughput.add(14, 1000, 2);
   EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 7.0 / 1000) << "two shared the machine; older jobs are dropped";
+  throughput.add(100, 100'000, 1);
+  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 1.0 / 1000) << "small jobs weigh little";
 }
 
 TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
