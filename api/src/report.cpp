@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/estimate.h"
+#include "api/src/json/json_parser.h"
 #include "api/src/result_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"
@@ -76,6 +77,16 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
   return or_null(seconds);
 }
 
+/// Null if there is none.
+const Json& member(const Json& json, const char* name) {
+  static const Json none;
+  const auto found = json.is_object() ? json.find(name) : json.end();
+  return found == json.end() ? none : *found;
+}
+
+/// 0 for other values.
+double number_of(const Json& json) { return json.is_number() ? json.get<double>() : 0; }
+
 }  // namespace
 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
@@ -106,23 +117,31 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
 
 std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
+bool is_report(std::string_view text) {
+  const DocumentLimits limits{.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024};
+  if (text.size() > limits.bytes) return false;
+  auto tape = json::parse(text, limits);
+  return tape && tape->root()->kind == json::Kind::object;
+}
+
 std::optional<ReportFigures> read_report(const std::string& report) {
   const Json json = Json::parse(report, nullptr, false);
   if (!json.is_object() || !json.contains("rays") || !json.contains("error")) return std::nullopt;
-  // Members that are missing or null count as 0.
-  const auto number = [&](const char* pointer) {
-    const Json value = json.value(Json::json_pointer(pointer), Json());
-    return value.is_number() ? value : Json(0);
+  const auto number = [&](const char* outer, const char* inner) {
+    return number_of(member(member(json, outer), inner));
   };
-  const auto count = [&](const char* pointer) { return number(pointer).get<std::uint64_t>(); };
+  const auto count = [&](const char* outer, const char* inner) {
+    return static_cast<std::uint64_t>(std::clamp(number(outer, inner), 0.0, 0x1p63));
+  };
   ReportFigures figures;
-  figures.rays = {count("/rays/camera"), count("/rays/shadow"), count("/rays/reflection"), count("/rays/refraction")};
-  figures.cache_hits.geometry = json.value("geometry_reused", false);
-  figures.cache_hits.textures = number("/textures/reused").get<std::uint32_t>();
-  figures.cache_hits.decoded_textures = number("/textures/decoded").get<std::uint32_t>();
-  if (const auto target = number("/error/target").get<double>(); target > 0) {
-    figures.target_met = json["error"].value("met", false);
-    figures.error_to_target = number("/error/estimate").get<double>() / target;
+  figures.rays = {count("rays", "camera"), count("rays", "shadow"), count("rays", "reflection"),
+                  count("rays", "refraction")};
+  figures.cache_hits.geometry = member(json, "geometry_reused") == Json(true);
+  figures.cache_hits.textures = static_cast<std::uint32_t>(count("textures", "reused"));
+  figures.cache_hits.decoded_textures = static_cast<std::uint32_t>(count("textures", "decoded"));
+  if (const double target = number("error", "target"); target > 0) {
+    figures.target_met = member(member(json, "error"), "met") == Json(true);
+    figures.error_to_target = number("error", "estimate") / target;
   }
   return figures;
 }

@@ -21,7 +21,8 @@ BIN = SOURCE / "build/fuzz/bin"
 SEEDS = {"fuzz_reader": ["tests/fuzz/corpus/reader", "scenes"],
          "fuzz_http_request": ["tests/fuzz/corpus/http_request"],
          "fuzz_image": ["tests/fuzz/corpus/image"],
-         "fuzz_mesh": ["tests/fuzz/corpus/mesh"]}
+         "fuzz_mesh": ["tests/fuzz/corpus/mesh"],
+         "fuzz_worker_messages": ["tests/fuzz/corpus/worker_messages"]}
 LIMITS = ["-max_len=4096", "-timeout=10", "-rss_limit_mb=2048", "-print_final_stats=1"]
 
 

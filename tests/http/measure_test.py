@@ -89,6 +89,8 @@ class Measuring(OneDaemon):
                          [i in job["measurement"]["pareto_front"] for i in range(len(points))])
         root = xml.etree.ElementTree.fromstring(self.artifact(job, "measure.svg"))
         self.assertEqual(root.tag, "{http://www.w3.org/2000/svg}svg")
+        svg = self.daemon.get(f"/v1/jobs/{job['id']}/measure.svg")
+        self.assertIn("sandbox", svg.headers["Content-Security-Policy"], "a chart runs no scripts")
         chart = self.daemon.get(job["links"]["image"])
         self.assertEqual((chart.headers["Content-Type"], chart.body), ("image/png", self.artifact(job, "measure.png")))
         told = self.daemon.get(job["links"]["measurement"])

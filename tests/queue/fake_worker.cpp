@@ -1,6 +1,6 @@
 /// fake_worker: uses the protocol of the worker and executes each document as a script, one command a line:
 ///
-///   finish TEXT         answers Finished with TEXT as image and report (also for an empty document)
+///   finish TEXT         answers Finished with TEXT as image and in the report (also for an empty document)
 ///   finish_and_crash TEXT   the same, and dies of SIGSEGV at once
 ///   fail CODE           answers Failed
 ///   progress DONE TOTAL
@@ -18,6 +18,8 @@
 ///   silent              stops the heartbeat and never ends
 ///   print COUNT TEXT    writes that many numbered lines to its standard error
 ///   badname             sends an image whose name contains a line break
+///   deep                sends a report that is nested 100,000 deep
+///   descriptors         sends a message with more descriptors than any has
 ///
 /// While the file that FAKE_WORKER_HANGS names exists, a new process hangs before it is ready.
 
@@ -31,6 +33,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -38,6 +41,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/worker/protocol/protocol.h"
 
@@ -53,6 +57,25 @@ void send_message(Message message) {
 }
 
 void send_raw(const std::string& bytes) { (void)!::send(worker_socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+
+/// Without the limit of worker::send.
+void send_with_descriptors(std::string bytes, std::size_t count) {
+  const Descriptor file = sealed_memory("x");
+  const std::vector<int> files(count, file.get());
+  iovec data{bytes.data(), bytes.size()};
+  std::vector<char> control(CMSG_SPACE(count * sizeof(int)));
+  msghdr message{};
+  message.msg_iov = &data;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+  rights->cmsg_level = SOL_SOCKET;
+  rights->cmsg_type = SCM_RIGHTS;
+  rights->cmsg_len = CMSG_LEN(count * sizeof(int));
+  std::memcpy(CMSG_DATA(rights), files.data(), count * sizeof(int));
+  (void)!sendmsg(worker_socket, &message, MSG_NOSIGNAL);
+}
 
 bool exists(const std::string& path) { return access(path.c_str(), F_OK) == 0; }
 
@@ -80,7 +103,8 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
   std::getline(words >> std::ws, argument);
   const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
   if (command == "finish" || command == "finish_and_crash") {
-    send_message(Finished{job.job_id, job.fence, argument, one_image("image.png", sealed_memory(argument))});
+    const std::string report = R"({"text":")" + argument + R"("})";
+    send_message(Finished{job.job_id, job.fence, report, one_image("image.png", sealed_memory(argument))});
     if (command == "finish_and_crash") crash();
     return false;
   }
@@ -136,6 +160,11 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
   if (command == "badname") {
     send_message(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", sealed_memory("x"))});
   }
+  if (command == "deep") {
+    const std::string report = R"({"a":)" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+    send_message(Finished{job.job_id, job.fence, report, one_image("image.png", sealed_memory("x"))});
+  }
+  if (command == "descriptors") send_with_descriptors(pack(Heartbeat{}).bytes, 17);
   if (command == "print") {
     std::istringstream arguments(argument);
     int count = 0;
@@ -143,7 +172,8 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     std::getline(arguments >> count >> std::ws, text);
     for (int i = 0; i < count; ++i) std::fprintf(stderr, "%d %s\n", i, text.c_str());
   }
-  if (command == "stale") send_message(Finished{job.job_id, job.fence - 1, "stale", {}});
+  if (command == "stale")
+    send_message(Finished{job.job_id, job.fence - 1, "{}", one_image("image.png", sealed_memory("x"))});
   if (command == "silent") {
     beating = false;
     for (;;) pause();

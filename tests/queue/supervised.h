@@ -94,6 +94,7 @@ class SupervisorTest : public testing::Test {
   std::string submit(const std::string& document, int max_attempts = 3) {
     queue::Submission submission;
     submission.document = document;
+    submission.width = submission.height = 4096;  // images of all tests fit
     submission.job.max_attempts = max_attempts;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
@@ -101,6 +102,7 @@ class SupervisorTest : public testing::Test {
   std::string submit_large(const std::string& document) {
     queue::Submission submission;
     submission.document = document;
+    submission.width = submission.height = 4096;
     submission.large = true;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }

@@ -110,21 +110,21 @@ TEST_F(SupervisorTest, ReplacesAStoppedWorker) {
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatViolatesTheProtocol) {
   start();
-  for (const std::string violation : {"garbage", "large_garbage", "unsealed", "badname"}) {
+  for (const std::string violation : {"garbage", "large_garbage", "unsealed", "badname", "deep", "descriptors"}) {
     const std::string id = submit(violation + "\nwait " + path("never"), 1);
     ASSERT_TRUE(reaches(id, JobState::failed)) << violation;
     EXPECT_EQ(problem_code(id), "worker_crashed") << violation;
-    EXPECT_NE(find(id).problem->detail.find(" sent a "), std::string::npos) << find(id).problem->detail;
+    EXPECT_NE(find(id).problem->detail.find(" sent "), std::string::npos) << find(id).problem->detail;
   }
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, IgnoresAResultWithAnOldFence) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatSendsAResultWithAnOldFence) {
   start();
-  const std::string id = submit("stale\nfinish fresh");
-  ASSERT_TRUE(reaches(id, JobState::succeeded));
-  EXPECT_EQ(find(id).report, "fresh");
-  EXPECT_EQ(log.count("stale_result"), 1);
+  const std::string id = submit("stale\nfinish fresh", 1);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_NE(find(id).problem->detail.find("answered a job that it does not run"), std::string::npos)
+      << find(id).problem->detail;
 }
 
 TEST_F(SupervisorTest, StoresAResultSentRightBeforeACrash) {
@@ -143,7 +143,7 @@ TEST_F(SupervisorTest, StoresAResultAfterFailuresOfTheStore) {
   const std::string id = submit("finish kept");  // before the start: it is claimed by the supervisor
   start();
   ASSERT_TRUE(reaches(id, JobState::succeeded));
-  EXPECT_EQ(find(id).report, "kept");
+  EXPECT_EQ(find(id).report, R"({"text":"kept"})");
   EXPECT_EQ(find(id).attempt, 1);
   EXPECT_EQ(log.count("store_failure"), 6);
 }

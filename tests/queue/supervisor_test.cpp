@@ -36,7 +36,7 @@ TEST_F(SupervisorTest, StoresReportAndImageOfAJob) {
   const std::string id = submit("progress 1 2\nfinish hello");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   const queue::Job job = find(id);
-  EXPECT_EQ(job.report, "hello");
+  EXPECT_EQ(job.report, R"({"text":"hello"})");
   ASSERT_EQ(job.artifacts.size(), 1u);
   EXPECT_EQ(job.artifacts[0].name, "image.png");
   const auto image = queue.queries.open(job.artifacts[0]);
@@ -71,7 +71,7 @@ TEST_F(SupervisorTest, CarriesALargeDocument) {
   start();
   const std::string id = submit(std::string(30u << 20, 'x') + "\nfinish large");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
-  EXPECT_EQ(find(id).report, "large");
+  EXPECT_EQ(find(id).report, R"({"text":"large"})");
 }
 
 TEST_F(SupervisorTest, RunsNoMoreJobsAtOnceThanSlots) {

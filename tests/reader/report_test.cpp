@@ -20,6 +20,41 @@ TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
       << report;
 }
 
+TEST(Report, AcceptsObjectsOfLimitedDepthAndSizeOnly) {
+  EXPECT_TRUE(api::is_report("{}"));
+  tracer::Scene scene;
+  scene.image = {4, 2};
+  EXPECT_TRUE(api::is_report(api::write_report(scene, {}, {}, {}, {}, 0)));
+  const auto nested = [](std::size_t depth) {
+    return R"({"a":)" + std::string(depth - 1, '[') + std::string(depth - 1, ']') + "}";
+  };
+  EXPECT_TRUE(api::is_report(nested(16)));
+  const std::string large = R"({"a":")" + std::string(api::report_bytes_max, 'x') + R"("})";
+  for (const std::string& text : {std::string(), std::string("[]"), std::string("{"), std::string("{} {}"),
+                                  std::string("{\"a\":\"\xff\"}"), nested(17), nested(100'000), large})
+    EXPECT_FALSE(api::is_report(text)) << text.substr(0, 20);
+}
+
+TEST(Report, MembersOfOtherTypesCountAsZero) {
+  for (const char* const other : {"5", "[1]", "\"text\"", "true", "-1e300", "1e300", "{\"camera\": \"x\"}"}) {
+    const std::string value(other);
+    const std::string report = R"({"rays": )" + value + R"(, "error": )" + value + R"(, "textures": )" + value +
+                               R"(, "geometry_reused": )" + (value == "true" ? "1" : value) + R"(, "time_ms": )" +
+                               value + R"(, "estimated_work": 1})";
+    const auto figures = api::read_report(report);
+    ASSERT_TRUE(figures) << report;
+    EXPECT_EQ(figures->rays.camera, 0u) << report;
+    EXPECT_FALSE(figures->cache_hits.geometry) << report;
+    EXPECT_EQ(figures->target_met, std::nullopt) << report;
+    EXPECT_EQ(figures->seconds_per_work, 0) << report;
+  }
+  const auto huge =
+      api::read_report(R"({"rays": {"camera": 1e300, "shadow": -5}, "error": {"target": 1, "met": "x"}})");
+  EXPECT_EQ(huge->rays.camera, std::uint64_t{1} << 63);
+  EXPECT_EQ(huge->rays.shadow, 0u);
+  EXPECT_EQ(huge->target_met, false);
+}
+
 TEST(Report, HasEveryMember) {
   tracer::Scene scene;
   scene.image = {4, 2};

@@ -72,6 +72,8 @@ Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const 
   if (!reader) throw std::runtime_error("the bytes of artifact " + artifact.sha256 + " are missing");
   Reply reply;
   reply.content_type = artifact.media_type;
+  // A chart (SVG) may contain scripts if the worker was compromised.
+  reply.headers.emplace_back("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; sandbox");
   reply.headers.emplace_back("ETag", '"' + artifact.sha256 + '"');
   reply.job_id = job.id;
   reply.source = source_of(std::move(reader));

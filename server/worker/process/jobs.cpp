@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <new>
 #include <optional>
@@ -224,20 +225,17 @@ double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Image image(const char* name, const char* media_type, std::string_view bytes) {
-  return {name, media_type, sealed_memory(bytes)};
-}
-
 std::vector<Image> images_of(const tracer::Measurement& measurement, const std::string& job_id) {
   const tracer::Plot plot = tracer::chart(measurement);
   const auto png = tracer::plot_png(plot);
   if (!png) throw Stop{queue::Problem{"internal", png.error(), {}}};
   const std::string_view png_bytes(reinterpret_cast<const char*>(png->data()), png->size());
+  const std::string json = api::write_measurement(measurement, {job_id, true});
+  const std::string csv = api::write_measurement_csv(measurement), svg = tracer::plot_svg(plot);
+  const std::string_view contents[] = {json, csv, svg, png_bytes};
   std::vector<Image> images;
-  images.push_back(image("measure.json", "application/json", api::write_measurement(measurement, {job_id, true})));
-  images.push_back(image("measure.csv", "text/csv", api::write_measurement_csv(measurement)));
-  images.push_back(image("measure.svg", "image/svg+xml", tracer::plot_svg(plot)));
-  images.push_back(image("measure.png", "image/png", png_bytes));
+  for (std::size_t i = 0; i < std::size(contents); ++i)
+    images.push_back({measurement_files[i].name, measurement_files[i].media_type, sealed_memory(contents[i])});
   return images;
 }
 

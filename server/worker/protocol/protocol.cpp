@@ -296,6 +296,8 @@ Received receive(int socket, std::size_t body_limit) {
   packet.size = static_cast<std::size_t>(size);
   packet.files = take_files(message);
   if ((message.msg_flags & MSG_TRUNC) != 0) return Malformed{"a packet that is too large"};
+  if ((message.msg_flags & MSG_CTRUNC) != 0 && packet.files.size() == files_limit)
+    return Malformed{"more than " + std::to_string(files_limit) + " descriptors"};
   if ((message.msg_flags & MSG_CTRUNC) != 0) return Lost{};
   return decode(std::move(packet), body_limit);
 }

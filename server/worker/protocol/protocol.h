@@ -90,6 +90,15 @@ struct Image {
   std::string media_type;  ///< "image/png"
   Descriptor bytes;        ///< sealed memory
 };
+/// The files of a measurement.
+struct FileType {
+  const char* name;
+  const char* media_type;
+};
+inline constexpr FileType measurement_files[] = {{"measure.json", "application/json"},
+                                                 {"measure.csv", "text/csv"},
+                                                 {"measure.svg", "image/svg+xml"},
+                                                 {"measure.png", "image/png"}};
 struct Finished {
   std::string job_id;
   std::int64_t fence = 0;

@@ -1,7 +1,6 @@
 #include "server/worker/supervisor/job_dispatcher.h"
 
 #include <algorithm>
-#include <cctype>
 #include <exception>
 #include <utility>
 #include <vector>
@@ -9,17 +8,6 @@
 namespace worker {
 
 using queue::LogLevel;
-
-namespace {
-
-/// Image names of the worker become part of URLs and HTTP headers.
-bool is_valid_name(const std::string& name) {
-  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '_' || c == '+' || c == '/';
-  });
-}
-
-}  // namespace
 
 // ---- claims
 
@@ -155,6 +143,7 @@ void JobDispatcher::start_job(ClaimResult& result) {
   running.fence = result.claim->fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
+  running.requested = {job.kind, job.width, job.height};
   slots_.running.emplace(job.id, running);
   running_count_ = static_cast<int>(slots_.running.size());
   deadlines_.add(job, Time::clock::now());
@@ -226,7 +215,8 @@ void JobDispatcher::on_message(Message& message) {
   if (const auto* progress = std::get_if<Progress>(&message)) {
     if (progress->tiles_total == 0 || !slots_.running.contains(progress->job_id)) return;
     queue_.lifecycle.set_progress(
-        progress->job_id, static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total));
+        progress->job_id,
+        std::min(static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total), 1.0));
   } else if (auto* preview = std::get_if<PreviewResponse>(&message)) {
     if (slots_.running.contains(preview->job_id))
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
@@ -239,11 +229,11 @@ void JobDispatcher::on_message(Message& message) {
   }
 }
 
-/// None if the job does not run in the worker any more.
+/// None if the worker does not run the job. It answers each once, so that it is faulty then.
 std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_t fence) {
   const auto found = slots_.running.find(id);
   if (found == slots_.running.end() || found->second.fence != fence) {
-    log_(LogLevel::warning, "stale_result", {{"job_id", id}});
+    process_.end("answered a job that it does not run", false);
     return std::nullopt;
   }
   if (claims_.owners_excluded && slots_.is_busy(found->second.owner)) {  // jobs of this owner may be claimed again
@@ -259,10 +249,10 @@ std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_
 }
 
 void JobDispatcher::on_finished(Finished& message) {
-  const bool valid = std::all_of(message.images.begin(), message.images.end(), [](const Image& image) {
-    return is_valid_name(image.name) && is_valid_name(image.media_type);
-  });
-  if (!valid) return process_.end("sent a result with an invalid image name", false);
+  if (const auto found = slots_.running.find(message.job_id); found != slots_.running.end()) {
+    const std::string violation = violation_of(message, found->second.requested);
+    if (!violation.empty()) return process_.end(violation, false);
+  }
   const auto job = take(message.job_id, message.fence);
   if (!job) return;
   const auto on_failure = [this, id = message.job_id, job = *job](const queue::Problem& problem) {

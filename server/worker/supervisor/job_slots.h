@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/queue/job.h"
+#include "server/worker/supervisor/message_check.h"
 #include "server/worker/supervisor/supervisor.h"
 
 namespace worker {
@@ -19,6 +20,7 @@ struct RunningJob {
   std::string owner;
   std::int64_t fence = 0;
   int attempt = 1, max_attempts = 1;
+  ResultRequest requested;
   bool cancel_requested = false;              ///< by its owner
   bool large = false;                         ///< see queue::Job
   std::optional<Time> large_since;            ///< it was small before

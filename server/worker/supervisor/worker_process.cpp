@@ -8,6 +8,8 @@
 #include <fstream>
 #include <utility>
 
+#include "server/worker/supervisor/message_check.h"
+
 namespace worker {
 
 using queue::LogLevel;
@@ -20,11 +22,6 @@ std::uint64_t resident_bytes(int pid) {
   std::uint64_t size_pages = 0, resident_pages = 0;
   file >> size_pages >> resident_pages;
   return resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
-bool is_from_daemon(const Message& message) {
-  return std::holds_alternative<Configure>(message) || std::holds_alternative<Assign>(message) ||
-         std::holds_alternative<Cancel>(message) || std::holds_alternative<PreviewRequest>(message);
 }
 
 }  // namespace
@@ -131,13 +128,15 @@ std::optional<Message> WorkerProcess::receive(std::size_t job_count) {
   if (std::holds_alternative<Nothing>(received)) return std::nullopt;
   last_message_at_ = Time::clock::now();
   if (auto* message = std::get_if<Message>(&received)) {
+    if (const std::string violation = violation_of(*message); !violation.empty()) {
+      end(violation, false);
+      return std::nullopt;
+    }
     if (auto* ready = std::get_if<Ready>(message)) {
       worker_->ready = std::move(*ready);
       if (state_ == WorkerState::starting) on_ready();
     } else if (const auto* heartbeat = std::get_if<Heartbeat>(message)) {
       on_heartbeat(*heartbeat, job_count);
-    } else if (is_from_daemon(*message)) {
-      end("sent a message that only the daemon sends", false);
     }
     return std::move(*message);
   }
@@ -176,6 +175,7 @@ void WorkerProcess::read_standby() {
     Received received = standby_->child.receive();
     if (std::holds_alternative<Nothing>(received)) return;
     auto* message = std::get_if<Message>(&received);
+    if (message != nullptr && !violation_of(*message).empty()) message = nullptr;
     auto* ready = message == nullptr ? nullptr : std::get_if<Ready>(message);
     if (ready != nullptr) standby_->ready = std::move(*ready);
     if (message != nullptr && (ready != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;

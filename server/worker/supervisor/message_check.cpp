@@ -1,0 +1,85 @@
+#include "server/worker/supervisor/message_check.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string_view>
+
+#include "api/report.h"
+#include "server/queue/job_waiters.h"
+#include "tracer/encode.h"
+
+namespace worker {
+namespace {
+
+/// Codes of failures that the worker finds itself; the others are of the daemon.
+constexpr std::array<std::string_view, 4> failure_codes{"bad_scene", "bad_asset", "out_of_memory", "internal"};
+
+/// 1000 issues with their pointers take about 100 KB.
+constexpr std::size_t problem_bytes_max = 1u << 20;
+constexpr std::size_t issues_max = 1000;
+
+bool is_short_text(const std::string& text) {
+  return text.size() <= 256 && std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+std::string violation_of(const queue::Problem& problem) {
+  std::size_t bytes = problem.detail.size();
+  for (const tracer::Issue& issue : problem.errors)
+    bytes += issue.pointer.size() + issue.code.size() + issue.detail.size();
+  const bool known = std::find(failure_codes.begin(), failure_codes.end(), problem.code) != failure_codes.end();
+  if (!known) return "sent a failure with an unknown code";
+  if (bytes > problem_bytes_max || problem.errors.size() > issues_max) return "sent a failure that is too long";
+  return {};
+}
+
+/// The type of a file that a job of this kind may have; empty for other names.
+std::string_view media_type_of(const std::string& name, queue::JobKind kind) {
+  if (kind == queue::JobKind::measure) {
+    for (const FileType& file : measurement_files)
+      if (name == file.name) return file.media_type;
+    return {};
+  }
+  for (const tracer::Format format : tracer::all_formats)
+    if (name == "image." + std::string(tracer::extension(format))) return tracer::media_type(format);
+  return {};
+}
+
+}  // namespace
+
+std::string violation_of(const Message& message) {
+  if (std::holds_alternative<Configure>(message) || std::holds_alternative<Assign>(message) ||
+      std::holds_alternative<Cancel>(message) || std::holds_alternative<PreviewRequest>(message))
+    return "sent a message that only the daemon sends";
+  if (const auto* ready = std::get_if<Ready>(&message)) {
+    if (!is_short_text(ready->build) || !is_short_text(ready->sandbox)) return "sent a name that is no short text";
+  } else if (const auto* failed = std::get_if<Failed>(&message)) {
+    return violation_of(failed->problem);
+  } else if (const auto* preview = std::get_if<PreviewResponse>(&message)) {
+    const std::uint32_t side = preview->side;
+    if (side == 0 || side > queue::preview_side_max || preview->png.size() > image_bytes_max(side, side))
+      return "sent a preview of the wrong size";
+  }
+  return {};
+}
+
+std::string violation_of(const Finished& result, const ResultRequest& request) {
+  if (!api::is_report(result.report)) return "sent a result without a valid report";
+  if (result.images.empty()) return "sent a result without files";
+  const std::uint64_t bytes_max =
+      request.kind == queue::JobKind::measure ? measurement_bytes_max : image_bytes_max(request.width, request.height);
+  std::set<std::string_view> names;
+  for (const Image& image : result.images) {
+    const std::string_view media_type = media_type_of(image.name, request.kind);
+    if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
+    if (image.media_type != media_type) return "sent a result with an invalid media type";
+    struct stat status {};
+    if (fstat(image.bytes.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) > bytes_max)
+      return "sent a file that is larger than " + std::to_string(bytes_max) + " bytes";
+  }
+  return {};
+}
+
+}  // namespace worker

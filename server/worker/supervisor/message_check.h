@@ -1,0 +1,37 @@
+#pragma once
+/// Validates what the worker sends before the daemon uses any of it: the worker parses untrusted input, so its process
+/// may be in the hands of whoever wrote that input. Pure functions, tested as tables and fuzzed.
+
+#include <cstdint>
+#include <string>
+
+#include "server/queue/job.h"
+#include "server/worker/protocol/protocol.h"
+
+namespace worker {
+
+// Each returns the end of a sentence that begins "The worker process", or an empty string if the message is valid.
+
+/// Checks all that does not depend on a job: the kind of the message, the length of its texts, codes of problems, the
+/// size of previews.
+std::string violation_of(const Message& message);
+
+/// The facts of a job that its result is compared with.
+struct ResultRequest {
+  queue::JobKind kind = queue::JobKind::render;
+  std::uint32_t width = 0, height = 0;
+};
+
+/// A result has a report (api::is_report) and at least one file, each name once. The files of a render are those of
+/// tracer::all_formats, with at most `image_bytes_max` bytes; those of a measurement are the four of measurement_files.
+std::string violation_of(const Finished& result, const ResultRequest& request);
+
+/// EXR with all layers, the largest format, takes 52 bytes a pixel. The rest is for headers.
+constexpr std::uint64_t image_bytes_max(std::uint32_t width, std::uint32_t height) {
+  return (std::uint64_t{64} << 10) + std::uint64_t{64} * width * height;
+}
+
+/// Bounds the files of a measurement, which do not depend on the size of its images.
+constexpr std::uint64_t measurement_bytes_max = 16u << 20;
+
+}  // namespace worker
