@@ -43,6 +43,8 @@ class Sandbox(unittest.TestCase):
             self.assertIn(told, ("seccomp", "seccomp, landlock"))
             status = status_of(daemon)
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
+            held = {name: int(status[name], 16) for name in ("CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb")}
+            self.assertFalse(any(held.values()) and os.geteuid() == 0, held)
 
     @unittest.skipIf(SANITIZED, "a sanitizer maps terabytes")
     def test_limits_the_resources_of_the_worker(self):
@@ -52,7 +54,7 @@ class Sandbox(unittest.TestCase):
             lines = pathlib.Path(f"/proc/{pid}/limits").read_text(encoding="ascii").splitlines()
             limits = {line[:26].strip(): line[26:].split()[:2] for line in lines}
             for name, most in (("Max open files", 256 + 3 * 32), ("Max data size", (2 << 30) + 2 * 3 * (1 << 30)),
-                               ("Max core file size", 0), ("Max msgqueue size", 0)):
+                               ("Max file size", 1 << 30), ("Max core file size", 0), ("Max msgqueue size", 0)):
                 self.assertEqual(limits[name], [str(most)] * 2, name)
 
     def test_gives_the_daemon_priority(self):

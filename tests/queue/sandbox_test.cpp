@@ -4,7 +4,12 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/capability.h>
+#include <linux/landlock.h>
 #include <linux/openat2.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
@@ -19,6 +24,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <future>
 #include <thread>
 
 #include "tests/conformance/temporary_directory.h"
@@ -63,6 +69,8 @@ bool kernel_has_landlock() {
   waitpid(child, &status, 0);
   return status == 0;
 }
+
+long landlock_version() { return syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION); }
 
 int open_beneath_nothing(const std::string& path) {
   open_how how{};
@@ -116,6 +124,83 @@ TEST_F(SandboxTest, PreventsAccessToOtherProcesses) {
                         return error_of(prlimit(parent, RLIMIT_NOFILE, &limit, nullptr));
                       }),
             EPERM);
+}
+
+TEST_F(SandboxTest, PreventsSignalsThroughDescriptors) {
+  int pair[2];
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair), 0);
+  const pid_t parent = getpid();
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_SETOWN, parent)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_SETSIG, SIGKILL)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_SETFL, O_ASYNC)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(ioctl(pair[0], FIOASYNC, pair)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_SETLEASE, F_RDLCK)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_GETFL)); }), 0);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(fcntl(pair[0], F_DUPFD_CLOEXEC, 3)); }), 0);
+  close(pair[0]);
+  close(pair[1]);
+}
+
+TEST_F(SandboxTest, PreventsSchedulingOfOtherProcesses) {
+  const pid_t parent = getpid();
+  cpu_set_t processors;
+  ASSERT_EQ(sched_getaffinity(0, sizeof processors, &processors), 0);
+  const auto set = [&](pid_t which) { return error_of(sched_setaffinity(which, sizeof processors, &processors)); };
+  EXPECT_EQ(result_of(directories, [&] { return set(parent); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return set(0); }), 0);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(setpriority(PRIO_PROCESS, parent, 19)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return std::thread::hardware_concurrency() > 0 ? 0 : 1; }), 0);
+  EXPECT_EQ(result_of(directories,
+                      [] {  // the stack of a thread, which its scheduler wants
+                        pthread_attr_t attributes;
+                        return std::async(std::launch::async,
+                                          [&] { return pthread_getattr_np(pthread_self(), &attributes); })
+                            .get();
+                      }),
+            0);
+}
+
+TEST_F(SandboxTest, LandlockPreventsSignalsToOtherProcesses) {
+  if (landlock_version() < 6) GTEST_SKIP() << "this kernel has no Landlock scopes";
+  const pid_t parent = getpid(), child = fork();
+  if (child == 0) {
+    worker::restrict_files({});
+    _exit(error_of(kill(parent, 0)));
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), EPERM);
+}
+
+TEST_F(SandboxTest, HasNoCapabilities) {
+  const pid_t child = fork();
+  if (child == 0) {
+    worker::restrict_files({});
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct held[_LINUX_CAPABILITY_U32S_3]{};
+    const bool read = syscall(SYS_capget, &header, held) == 0;
+    _exit(read && (held[0].effective | held[0].permitted | held[1].effective | held[1].permitted) == 0 ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST_F(SandboxTest, BoundsFilesInMemory) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    worker::limit_resources(1, 1 << 20);
+    worker::restrict_calls(false);
+    const int memory = memfd_create("image", MFD_ALLOW_SEALING);
+    const bool most = ftruncate(memory, 1 << 20) == 0;
+    const bool more = ftruncate(memory, (1 << 20) + 1) == 0 || fallocate(memory, 0, 0, 2 << 20) == 0 ||
+                      pwrite(memory, "x", 1, 1 << 20) == 1;
+    _exit(most && !more ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST_F(SandboxTest, PreventsExecutableMemory) {

@@ -1,6 +1,9 @@
 #include "server/worker/process/jobs.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <chrono>
+#include <cstdio>
 #include <functional>
 #include <iterator>
 #include <limits>
@@ -277,6 +280,14 @@ Outcome render_job(Assign job, const FileSettings& files, JobControl& control, t
 
 Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept {
   return outcome_of(job.job_id, job.fence, [&] { return measure(job, files, control); });
+}
+
+bool load_encoders() {
+  const tracer::Image pixel{.width = 1, .height = 1, .rgb = {0, 0, 0}};
+  oneapi::tbb::task_arena arena(1);
+  const auto encoded = arena.execute([&] { return tracer::encode(pixel, tracer::Format::exr); });
+  if (!encoded) std::fprintf(stderr, "whittled-worker: %s\n", encoded.error().c_str());
+  return encoded.has_value();
 }
 
 bool load_fonts() { return tracer::plot_png(tracer::chart({})).has_value(); }

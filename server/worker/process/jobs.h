@@ -45,4 +45,7 @@ Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& co
 /// Opens the fonts of plots before the sandbox prevents it. False if plots cannot be drawn.
 bool load_fonts();
 
+/// Loads the image library, without other threads. False if it cannot be loaded.
+bool load_encoders();
+
 }  // namespace worker

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <linux/audit.h>
+#include <linux/capability.h>
 #include <linux/filter.h>
 #include <linux/landlock.h>
 #include <linux/prctl.h>
@@ -49,16 +50,16 @@ constexpr long always[] = {
     // memory
     SYS_brk, SYS_munmap, SYS_mremap, SYS_madvise,
     // threads and time
-    SYS_futex, SYS_set_robust_list, SYS_rseq, SYS_sched_yield, SYS_sched_getaffinity, SYS_sched_setaffinity, SYS_getcpu,
-    SYS_membarrier, SYS_nanosleep, SYS_clock_nanosleep, SYS_clock_gettime, SYS_clock_getres, SYS_gettimeofday,
-    SYS_restart_syscall, SYS_exit, SYS_exit_group,
+    SYS_futex, SYS_set_robust_list, SYS_rseq, SYS_sched_yield, SYS_getcpu, SYS_membarrier, SYS_nanosleep,
+    SYS_clock_nanosleep, SYS_clock_gettime, SYS_clock_getres, SYS_gettimeofday, SYS_restart_syscall, SYS_exit,
+    SYS_exit_group,
     // signals
     SYS_rt_sigaction, SYS_rt_sigprocmask, SYS_rt_sigreturn, SYS_sigaltstack,
     // identity and resources
     SYS_getpid, SYS_gettid, SYS_getrusage, SYS_sysinfo, SYS_uname, SYS_getrandom,
     // open descriptors and shared memory
     SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_lseek, SYS_close, SYS_fstat,
-    SYS_newfstatat, SYS_fcntl, SYS_ftruncate, SYS_fallocate, SYS_memfd_create, SYS_sendmsg, SYS_recvmsg, SYS_ppoll,
+    SYS_newfstatat, SYS_ftruncate, SYS_fallocate, SYS_memfd_create, SYS_sendmsg, SYS_recvmsg, SYS_ppoll,
 #if defined(SYS_poll)
     SYS_poll
 #endif
@@ -89,7 +90,16 @@ class Filter {
   /// Only if the lower half of the argument has none of these bits.
   void allow_without(long call, int argument, std::uint32_t bits) { compare(call, argument, BPF_JSET, bits, false); }
   void allow_with(long call, int argument, std::uint32_t bit) { compare(call, argument, BPF_JSET, bit, true); }
-  void allow_equal(long call, int argument, std::uint32_t value) { compare(call, argument, BPF_JEQ, value, true); }
+  /// Only if the lower half of the argument is one of `values`, at most 16; `error` otherwise.
+  void allow_equal(long call, int argument, const std::vector<std::uint32_t>& values, int error = EPERM) {
+    const auto count = static_cast<std::uint8_t>(values.size());
+    skip_unless(call, static_cast<std::uint8_t>(count + 3));
+    load(offset_of_argument(argument));
+    for (std::uint8_t i = 0; i < count; ++i)
+      code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, values[i], static_cast<std::uint8_t>(count - i), 0));
+    answer(SECCOMP_RET_ERRNO | static_cast<std::uint32_t>(error));
+    answer(SECCOMP_RET_ALLOW);
+  }
   /// Only if both halves of the argument are 0: a null pointer.
   void allow_null(long call, int argument) {
     allow_zeros(call, offset_of_argument(argument), offset_of_argument(argument) + 4);
@@ -143,9 +153,14 @@ std::vector<sock_filter> system_call_filter(bool opens_files) {
   filter.allow_with(SYS_clone, 0, CLONE_THREAD);
   filter.refuse(SYS_clone3, ENOSYS);  // filters cannot read its arguments; libc then uses clone
   for (const long call : {SYS_mmap, SYS_mprotect}) filter.allow_without(call, 2, PROT_EXEC);
-  filter.allow_equal(SYS_prctl, 0, PR_SET_NAME);
-  filter.allow_equal(SYS_tgkill, 0, static_cast<std::uint32_t>(::getpid()));  // abort
-  filter.allow_null(SYS_prlimit64, 2);                                        // reads a limit
+  filter.allow_equal(SYS_prctl, 0, {PR_SET_NAME});
+  filter.allow_equal(SYS_tgkill, 0, {static_cast<std::uint32_t>(::getpid())});  // abort
+  // No signals through descriptors that the daemon shares (F_SETOWN, F_SETSIG, F_SETFL with O_ASYNC), no leases.
+  filter.allow_equal(SYS_fcntl, 1, {F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC, F_ADD_SEALS, F_GET_SEALS});
+  // The calling thread. libc reads that of others for their stacks and accepts ENOSYS.
+  filter.allow_equal(SYS_sched_setaffinity, 0, {0});
+  filter.allow_equal(SYS_sched_getaffinity, 0, {0}, ENOSYS);
+  filter.allow_null(SYS_prlimit64, 2);  // reads a limit
   static_assert(PRIO_PROCESS == 0);
   filter.allow_zero(SYS_setpriority, 0, 1);  // the calling thread
   if (opens_files) {
@@ -164,6 +179,28 @@ std::vector<sock_filter> system_call_filter(bool opens_files) {
 std::uint64_t rights_of(long version) {
   const int count = version >= 5 ? 16 : version >= 3 ? 15 : version == 2 ? 14 : 13;
   return (std::uint64_t{1} << count) - 1;
+}
+
+/// As landlock_ruleset_attr since version 6, which older headers do not have.
+struct RulesetAttributes {
+  std::uint64_t handled_access_fs = 0, handled_access_net = 0, scoped = 0;
+};
+
+RulesetAttributes attributes_of(long version) {
+  RulesetAttributes attributes{rights_of(version)};
+  if (version >= 4) attributes.handled_access_net = 3;  // TCP: bind, connect
+  if (version >= 6) attributes.scoped = 3;              // abstract Unix sockets and signals of other processes
+  return attributes;
+}
+
+/// Removes them from the calling thread for good: a daemon that was started as root passes its own on.
+void drop_capabilities() {
+  for (int capability = 0; ::prctl(PR_CAPBSET_READ, capability, 0, 0, 0) >= 0; ++capability) {
+    if (::prctl(PR_CAPBSET_DROP, capability, 0, 0, 0) != 0 && errno != EPERM) fail("drop a capability");
+  }
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3]{};
+  if (syscall(SYS_capset, &header, none) != 0) fail("capset");
 }
 
 void lower(decltype(RLIMIT_CORE) resource, rlim_t most) {
@@ -188,10 +225,11 @@ void allow_reading_below(int ruleset, const std::string& directory) {
 
 bool restrict_files(const std::vector<std::string>& readable_directories) {
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no_new_privs");
+  drop_capabilities();
   const long version = syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
   if (version < 1) return false;
-  landlock_ruleset_attr attributes{};
-  attributes.handled_access_fs = rights_of(version);
+  const RulesetAttributes attributes = attributes_of(version);
+  // Older kernels accept the larger structure as long as the rest is 0.
   const support::Descriptor ruleset(
       static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
   if (!ruleset) return false;
@@ -208,6 +246,7 @@ void limit_resources(int slots, std::uint64_t job_memory_bytes) {
   const bool too_many = job_memory_bytes > (UINT64_MAX / 2 - base_bytes) / (2 * jobs);
   const std::uint64_t bytes = too_many ? UINT64_MAX / 2 : base_bytes + 2 * jobs * job_memory_bytes;
   lower(RLIMIT_DATA, bytes);
+  lower(RLIMIT_FSIZE, job_memory_bytes);  // images, in memory that the limit of data does not count
   // A job has its document, its images and the file it reads. Threads are not limited: RLIMIT_NPROC counts those of
   // the user, and seccomp allows no other processes.
   lower(RLIMIT_NOFILE, 256 + 32 * jobs);

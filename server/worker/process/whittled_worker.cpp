@@ -74,7 +74,9 @@ std::string prepare(const worker::Options& options) {
   const bool opens_files = !directories.empty();
   directories.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
   try {
+    // Before the capabilities are dropped: without them root cannot pass a directory that only another user may.
     if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: plots cannot be drawn\n");
+    if (!worker::load_encoders()) return {};
     worker::limit_resources(options.slots, options.job_memory_bytes);
     const bool landlock = worker::restrict_files(directories);
     if (!warm_up()) return {};
@@ -105,6 +107,7 @@ int main() {
   // Ctrl-C in a terminal signals every process, but the daemon decides about the end. It blocked the signals until now.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is an error of its job
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
