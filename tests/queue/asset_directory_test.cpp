@@ -10,6 +10,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "tests/queue/opened_file.h"
+
 using worker::AssetDirectory;
 
 namespace {
@@ -34,9 +36,9 @@ class AssetDirectoryTest : public testing::Test {
   [[nodiscard]] std::string content(const std::string& name) const {
     const AssetDirectory directory(inside);
     const std::string refusal = directory.refusal(name);
-    const auto bytes = directory.read(name);
-    EXPECT_EQ(refusal, bytes ? "" : bytes.error());
-    return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.error();
+    const auto file = directory.open(name);
+    EXPECT_EQ(refusal, file ? "" : file.error());
+    return file ? text_of(*file) : file.error();
   }
 
   fs::path outside, inside;

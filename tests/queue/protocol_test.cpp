@@ -11,6 +11,8 @@
 #include <cstring>
 #include <random>
 
+#include "tests/queue/opened_file.h"
+
 using namespace worker;
 
 namespace {
@@ -43,12 +45,6 @@ class Protocol : public testing::Test {
   Descriptor daemon_end, worker_end;
 };
 
-std::string text_of(const Descriptor& file) {
-  std::string text(static_cast<std::size_t>(lseek(file.get(), 0, SEEK_END)), '\0');
-  EXPECT_EQ(pread(file.get(), text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
-  return text;
-}
-
 Finished finished_with_two_images(const std::string& report) {
   Finished finished{"job", 42, report, {}};
   finished.images.push_back({"image.png", "image/png", sealed_memory("png bytes")});
@@ -73,7 +69,14 @@ TEST_F(Protocol, TransportsEveryMessage) {
   EXPECT_EQ(response.side, 64u);
   EXPECT_EQ(response.png, std::string(100'000, 'p'));
   const Options options{7, 3, 1ull << 41, 1ull << 42, 12'345, {"/a directory", "/uploads", 123, 1ull << 40}};
-  EXPECT_EQ(round_trip<Configure>(Configure{options}).options, options);
+  const auto configure = round_trip<Configure>(Configure{options, sealed_memory("file")});
+  EXPECT_EQ(configure.options, options);
+  EXPECT_EQ(text_of(configure.file_socket), "file");
+  EXPECT_TRUE(round_trip<FileRequest>(FileRequest{"a.obj", true}).content_name_only);
+  FileResponse file{"", "refused", "name", {}};
+  file.file.push_back(sealed_memory("file"));
+  const auto answer = round_trip<FileResponse>(std::move(file));
+  EXPECT_EQ(answer.refusal + answer.content_name + text_of(answer.file.at(0)), "refusednamefile");
   EXPECT_EQ(round_trip<Cancel>(Cancel{"job"}).job_id, "job");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0"}).build, "0.1.0");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0", "seccomp"}).sandbox, "seccomp");
@@ -192,7 +195,7 @@ TEST_F(Protocol, SurvivesRandomBytesWithValidHeaders) {
   std::mt19937 random(7);
   for (int i = 0; i < 20'000; ++i) {
     std::string bytes(16 + random() % 120, '\0');
-    const std::uint32_t version = protocol_version, kind = static_cast<std::uint32_t>(random() % 11);
+    const std::uint32_t version = protocol_version, kind = static_cast<std::uint32_t>(random() % 13);
     const std::uint64_t size = bytes.size() - 16;
     std::memcpy(bytes.data(), &version, 4);
     std::memcpy(bytes.data() + 4, &kind, 4);

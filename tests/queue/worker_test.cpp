@@ -321,7 +321,7 @@ TEST_F(WorkerTest, RendersTheSameImageAfterBeingKilled) {
 
 TEST(Worker, ExitsWhenTheDaemonClosesTheSocket) {
   worker::ChildProcess process(worker::default_executable());
-  process.send(worker::pack(worker::Configure{}));
+  process.send(worker::pack(worker::Configure{{}, worker::sealed_memory("instead of a socket")}));
   const auto ends = [&](int descriptor) {
     pollfd wanted{descriptor, POLLIN, 0};
     return poll(&wanted, 1, 60'000) == 1;

@@ -19,7 +19,6 @@
 #include "api/measurement_json.h"
 #include "api/report.h"
 #include "api/requests.h"
-#include "server/worker/protocol/asset_directory.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/measure.h"
@@ -104,25 +103,22 @@ api::Limits reading_limits(const FileSettings& files) {
 }
 
 /// Content identifiers of the files of `scene`, in their order, for tracer::SceneCache.
-std::vector<std::string> content_names(const tracer::Scene& scene, const FileSettings& settings) {
+std::vector<std::string> content_names(const tracer::Scene& scene, const JobFiles& files) {
   std::vector<std::string> names;
-  if (scene.assets.empty()) return names;
-  const SceneFiles files(settings);
-  for (const tracer::Asset& asset : scene.assets) names.push_back(files.content_name(asset.name));
+  for (const tracer::Asset& asset : scene.assets) names.push_back(files.client->content_name(asset.name));
   return names;
 }
 
 /// Loads the files of `scene`. Stops as "bad_asset" with all issues if they are invalid, and between files if the job
 /// is cancelled.
-tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, const tracer::RenderControl& control) {
+tracer::Assets load_files(tracer::Scene& scene, const JobFiles& files, const tracer::RenderControl& control) {
   if (scene.assets.empty()) return {};
   tracer::Limits limits = no_limits().scene;
-  limits.objects = settings.objects;
-  limits.triangles = settings.triangles;
-  const SceneFiles files(settings);
+  limits.objects = files.settings.objects;
+  limits.triangles = files.settings.triangles;
   const auto read = [&](const std::string& name) {
     stop_if_cancelled(control);
-    return files.read(name);
+    return files.client->read(name);
   };
   auto assets = api::load_assets(scene, read, limits);
   if (!assets) throw Stop{bad_asset(std::move(assets.error()))};
@@ -148,7 +144,7 @@ class Stopwatch {
 
 class RenderStages {
  public:
-  RenderStages(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache)
+  RenderStages(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache)
       : job_(std::move(job)), files_(files), control_(control), cache_(cache) {
     times_.queue = job_.queue_ms;
   }
@@ -166,7 +162,7 @@ class RenderStages {
 
  private:
   tracer::Scene parse() {
-    auto document = api::parse_scene(job_.document, reading_limits(files_));
+    auto document = api::parse_scene(job_.document, reading_limits(files_.settings));
     if (!document) stop_for(document.error());
     job_.document = std::string();  // it may be large
     times_.parse = watch_.lap();
@@ -213,7 +209,7 @@ class RenderStages {
   }
 
   Assign job_;
-  const FileSettings& files_;
+  const JobFiles& files_;
   JobControl& control_;
   tracer::SceneCache* cache_;
   Stopwatch watch_;
@@ -251,8 +247,8 @@ tracer::Measurement run_to_end(tracer::MeasurementRun& run, JobControl& control)
   return run.measurement();
 }
 
-Finished measure(const Assign& job, const FileSettings& files, JobControl& control) {
-  auto request = api::parse_measure(job.document, reading_limits(files));
+Finished measure(const Assign& job, const JobFiles& files, JobControl& control) {
+  auto request = api::parse_measure(job.document, reading_limits(files.settings));
   if (!request) stop_for(request.error());
   tracer::Scene& scene = request->document.scene;
   const tracer::Assets assets = load_files(scene, files, control.tracing);
@@ -272,13 +268,13 @@ Finished measure(const Assign& job, const FileSettings& files, JobControl& contr
 
 }  // namespace
 
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept {
+Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
   return outcome_of(id, fence, [&] { return RenderStages(std::move(job), files, control, cache).run(); });
 }
 
-Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept {
+Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept {
   return outcome_of(job.job_id, job.fence, [&] { return measure(job, files, control); });
 }
 

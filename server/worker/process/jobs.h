@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/worker/process/file_client.h"
 #include "server/worker/protocol/protocol.h"
 #include "tracer/compile.h"
 #include "tracer/control.h"
@@ -29,18 +30,24 @@ struct JobControl {
   std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
 };
 
+/// Access to the files of scenes.
+struct JobFiles {
+  FileSettings settings;
+  FileClient* client = nullptr;  ///< needed by scenes with files
+};
+
 using Outcome = std::variant<Finished, Failed, Cancelled>;
 
 /// Parses, compiles, traces and encodes on the oneTBB arena of the calling thread. The report contains the stage times.
 /// `cache` may be null. Never throws: fails as "out_of_memory", as "bad_scene" with an invalid document, as "bad_asset"
-/// with all issues of its files, otherwise as "internal". The limits of `files` apply to scenes with mesh files, all
-/// objects included.
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept;
+/// with all issues of its files, otherwise as "internal". The limits of `files.settings` apply to scenes with mesh
+/// files, all objects included.
+Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache) noexcept;
 
 /// Renders the scene of an api::MeasureRequest with each value of its parameters, on the oneTBB arena of the calling
 /// thread. The report is that of api::write_measurement_summary; the images are measure.json, .csv, .svg and .png.
 /// Never throws: fails as render_job, and as "bad_scene" if no parameter changes anything in the scene.
-Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept;
+Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept;
 
 /// Opens the fonts of plots before the sandbox prevents it. False if plots cannot be drawn.
 bool load_fonts();

@@ -53,8 +53,12 @@ class LowPriorityObserver : public oneapi::tbb::task_scheduler_observer {
 
 }  // namespace
 
-RenderExecutor::RenderExecutor(int socket, const Options& options, int nice_level)
-    : socket_(socket), options_(options), nice_level_(nice_level), cache_(options.scene_cache_bytes) {
+RenderExecutor::RenderExecutor(int socket, const Options& options, FileClient& file_client, int nice_level)
+    : socket_(socket),
+      options_(options),
+      nice_level_(nice_level),
+      files_{options.files, &file_client},
+      cache_(options.scene_cache_bytes) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { run_waiting_jobs(); });
   threads_.emplace_back([this] { heartbeat_loop(); });
 }
@@ -113,8 +117,8 @@ void RenderExecutor::run_job(Assign assigned) {
   const std::shared_ptr<Job> job = jobs_.at(id);
   lock.unlock();
   Outcome outcome = queue::job_kind(assigned.kind) == queue::JobKind::measure
-                        ? measure_job(assigned, options_.files, job->control)
-                        : render_job(std::move(assigned), options_.files, job->control, &cache_);
+                        ? measure_job(assigned, files_, job->control)
+                        : render_job(std::move(assigned), files_, job->control, &cache_);
   const auto* failed = std::get_if<Failed>(&outcome);
   if (failed != nullptr && failed->problem.code == "out_of_memory") cache_.clear();  // memory for the next attempt
   lock.lock();

@@ -23,7 +23,7 @@ namespace worker {
 class RenderExecutor {
  public:
   /// `nice_level`: that of this process; threads of large jobs get a lower priority.
-  RenderExecutor(int socket, const Options& options, int nice_level);
+  RenderExecutor(int socket, const Options& options, FileClient& file_client, int nice_level);
 
   /// Answers on the socket when the job has ended. Each job has its own oneTBB arena, so that a thread that waits for
   /// the last tiles of one job never starts tiles of another; all arenas share the threads of the machine. A large job
@@ -51,6 +51,7 @@ class RenderExecutor {
   const int socket_;
   const Options options_;
   const int nice_level_;
+  const JobFiles files_;
   tracer::SceneCache cache_;
   std::mutex mutex_;
   std::condition_variable job_available_, busy_;

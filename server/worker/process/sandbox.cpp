@@ -28,7 +28,7 @@ namespace worker {
 
 bool restrict_files(const std::vector<std::string>&) { return false; }
 void limit_resources(int, std::uint64_t) {}
-void restrict_calls(bool) {}
+void restrict_calls() {}
 std::string sandbox_name(bool) { return "none"; }
 
 #else
@@ -59,7 +59,7 @@ constexpr long always[] = {
     SYS_getpid, SYS_gettid, SYS_getrusage, SYS_sysinfo, SYS_uname, SYS_getrandom,
     // open descriptors and shared memory
     SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_lseek, SYS_close, SYS_fstat,
-    SYS_newfstatat, SYS_ftruncate, SYS_fallocate, SYS_memfd_create, SYS_sendmsg, SYS_recvmsg, SYS_ppoll,
+    SYS_ftruncate, SYS_fallocate, SYS_memfd_create, SYS_sendmsg, SYS_recvmsg, SYS_ppoll,
 #if defined(SYS_poll)
     SYS_poll
 #endif
@@ -146,8 +146,8 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// The allow-list of restrict_calls as a seccomp(2) filter program. `opens_files`: files may be opened for reading.
-std::vector<sock_filter> system_call_filter(bool opens_files) {
+/// The allow-list of restrict_calls as a seccomp(2) filter program.
+std::vector<sock_filter> system_call_filter() {
   Filter filter;
   for (const long call : always) filter.allow(call);
   filter.allow_with(SYS_clone, 0, CLONE_THREAD);
@@ -163,10 +163,6 @@ std::vector<sock_filter> system_call_filter(bool opens_files) {
   filter.allow_null(SYS_prlimit64, 2);  // reads a limit
   static_assert(PRIO_PROCESS == 0);
   filter.allow_zero(SYS_setpriority, 0, 1);  // the calling thread
-  if (opens_files) {
-    filter.allow_without(SYS_openat, 2, O_WRONLY | O_RDWR | O_CREAT | O_TRUNC);
-    filter.allow(SYS_openat2);
-  }
   return filter.finished();
 }
 
@@ -252,10 +248,10 @@ void limit_resources(int slots, std::uint64_t job_memory_bytes) {
   lower(RLIMIT_NOFILE, 256 + 32 * jobs);
 }
 
-void restrict_calls(bool opens_files) {
+void restrict_calls() {
   for (const auto resource : {RLIMIT_CORE, RLIMIT_MSGQUEUE}) lower(resource, 0);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no_new_privs");
-  std::vector<sock_filter> filter = system_call_filter(opens_files);
+  std::vector<sock_filter> filter = system_call_filter();
   sock_fprog program{};
   program.len = static_cast<unsigned short>(filter.size());
   program.filter = filter.data();

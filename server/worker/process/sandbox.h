@@ -1,14 +1,13 @@
 #pragma once
 /// Restricts the worker before it reads untrusted input: code that exploits a flaw in a decoder or in the tracer can
-/// compute and use the socket to the daemon, but nothing else.
+/// compute and use the sockets to the daemon, but nothing else.
 ///
 /// - no_new_privs, no capabilities, no core files, no message queues.
 /// - seccomp: an allow-list of system calls. No sockets, no programs, no processes (threads only), no code made at run
-///   time, no files opened for writing, no signals through descriptors, no scheduling of other processes. Other calls
-///   fail with EPERM, or with ENOSYS if libraries then use an alternative.
-/// - Landlock (Linux 5.13): no signals to other processes (Linux 6.12), and only files below the given directories are
-/// readable. Without it all files that the daemon
-///   can read are readable if there are such directories; otherwise nothing can be opened anyway.
+///   time, no files opened or looked up by name, no signals through descriptors, no scheduling of other processes.
+///   Other calls fail with EPERM, or with ENOSYS if libraries then use an alternative.
+/// - Landlock (Linux 5.13), a second barrier in case the first has a hole: no signals to other processes (Linux 6.12),
+///   and only files below the given directories are readable.
 
 #include <cstdint>
 #include <string>
@@ -25,7 +24,7 @@ bool restrict_files(const std::vector<std::string>& readable_directories);
 
 /// Second step, for all threads: system calls. Throws std::system_error without seccomp: the worker does not run
 /// unrestricted.
-void restrict_calls(bool opens_files);
+void restrict_calls();
 
 /// Limits open files, their size and memory for this number of concurrent jobs. The daemon checks the memory of jobs
 /// once a second; this higher limit holds at any time, and allocations beyond it fail. Throws std::system_error.

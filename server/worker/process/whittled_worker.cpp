@@ -14,6 +14,7 @@
 #include <fstream>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/worker/process/jobs.h"
@@ -25,12 +26,12 @@
 namespace {
 
 /// The first message of the daemon; none without a daemon.
-std::optional<worker::Options> receive_options() {
-  worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
+std::optional<worker::Configure> receive_configuration() {
+  worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit, worker::FileRule::any);
   auto* message = std::get_if<worker::Message>(&received);
   auto* configure = message == nullptr ? nullptr : std::get_if<worker::Configure>(message);
   if (configure == nullptr) return std::nullopt;
-  return std::move(configure->options);
+  return std::move(*configure);
 }
 
 bool is_started_by_daemon() {
@@ -67,20 +68,15 @@ bool warm_up() {
 
 /// Loads all libraries and enters the sandbox. Returns the name of its restrictions, empty on failure.
 std::string prepare(const worker::Options& options) {
-  const worker::FileSettings& files = options.files;
-  std::vector<std::string> directories;
-  if (!files.directory.empty()) directories.push_back(files.directory);
-  if (!files.uploads.empty()) directories.push_back(files.uploads);
-  const bool opens_files = !directories.empty();
-  directories.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   try {
     // Before the capabilities are dropped: without them root cannot pass a directory that only another user may.
     if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: plots cannot be drawn\n");
     if (!worker::load_encoders()) return {};
     worker::limit_resources(options.slots, options.job_memory_bytes);
-    const bool landlock = worker::restrict_files(directories);
+    const bool landlock = worker::restrict_files({program.parent_path().parent_path() / "lib/whittle"});
     if (!warm_up()) return {};
-    worker::restrict_calls(opens_files);
+    worker::restrict_calls();
     return worker::sandbox_name(landlock);
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "whittled-worker: no sandbox: %s\n", failure.what());
@@ -112,22 +108,24 @@ int main() {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
 
-  const auto options = is_started_by_daemon() ? receive_options() : std::nullopt;
-  if (!options) {
+  auto configuration = is_started_by_daemon() ? receive_configuration() : std::nullopt;
+  if (!configuration) {
     std::fprintf(stderr, "whittled-worker is started by whittled and cannot run without it.\n");
     return 2;
   }
+  const worker::Options& options = configuration->options;
   set_oom_score();
   const int nice_level = lower_priority();
   std::optional<oneapi::tbb::global_control> thread_limit;
-  if (options->threads > 0) {
+  if (options.threads > 0) {
     thread_limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism,
-                         static_cast<std::size_t>(options->threads));
+                         static_cast<std::size_t>(options.threads));
   }
-  const std::string sandbox = prepare(*options);
+  const std::string sandbox = prepare(options);
   if (sandbox.empty()) return 1;
   // Before the first heartbeat of the executor.
   worker::send(worker::worker_socket, worker::pack(worker::Ready{std::string(tracer::build()), sandbox}));
-  worker::RenderExecutor executor(worker::worker_socket, *options, nice_level);
+  worker::FileClient files(std::move(configuration->file_socket));
+  worker::RenderExecutor executor(worker::worker_socket, options, files, nice_level);
   serve(executor);
 }

@@ -11,7 +11,6 @@
 #include <ctime>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "api/document.h"
 #include "server/queue/asset_store.h"
@@ -58,21 +57,6 @@ tracer::Result<std::size_t, std::string> size_of(const Descriptor& file) {
 
 std::int64_t nanoseconds(const timespec& time) { return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec; }
 
-/// Up to `size` bytes; fewer if the file is truncated meanwhile.
-api::AssetBytes content_of(const Descriptor& file, std::size_t size) {
-  std::vector<std::uint8_t> bytes(size);
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = ::read(file.get(), bytes.data() + done, size - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return reason(errno);
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  bytes.resize(done);
-  return bytes;
-}
-
 }  // namespace
 
 AssetDirectory::AssetDirectory(const std::string& path)
@@ -106,13 +90,13 @@ std::string AssetDirectory::stamp(const std::string& name) const {
   return stamp;
 }
 
-api::AssetBytes AssetDirectory::read(const std::string& name) const {
+OpenedFile AssetDirectory::open(const std::string& name) const {
   // O_NONBLOCK: opening a pipe would wait for its other end; regular files ignore it.
-  const Descriptor file = open_beneath(directory_, name, O_RDONLY | O_NONBLOCK | O_NOCTTY);
+  Descriptor file = open_beneath(directory_, name, O_RDONLY | O_NONBLOCK | O_NOCTTY);
   if (!file) return reason(errno);
   const auto size = size_of(file);
   if (!size) return size.error();
-  return content_of(file, *size);
+  return file;
 }
 
 SceneFiles::SceneFiles(const FileSettings& settings) {
@@ -120,11 +104,11 @@ SceneFiles::SceneFiles(const FileSettings& settings) {
   if (!settings.uploads.empty()) uploads_.emplace(settings.uploads);
 }
 
-api::AssetBytes SceneFiles::read(const std::string& name) const {
+OpenedFile SceneFiles::open(const std::string& name) const {
   const bool is_upload = name.starts_with(api::upload_prefix);
   const auto& directory = is_upload ? uploads_ : directory_;
-  if (!directory) return std::string("this worker has no directory for it");  // the reader rejects such names
-  return directory->read(is_upload ? queue::asset_path(name.substr(api::upload_prefix.size())) : name);
+  if (!directory) return std::string("there is no directory for it");  // the reader rejects such names
+  return directory->open(is_upload ? queue::asset_path(name.substr(api::upload_prefix.size())) : name);
 }
 
 std::string SceneFiles::content_name(const std::string& name) const {

@@ -1,5 +1,5 @@
 #pragma once
-/// Reads the files of scenes below one directory; nothing outside it is reachable, whatever the name.
+/// Opens the files of scenes below one directory; nothing outside it is reachable, whatever the name.
 
 #include <cstdint>
 #include <optional>
@@ -8,8 +8,11 @@
 #include "api/load_assets.h"
 #include "server/support/descriptor.h"
 #include "server/worker/protocol/protocol.h"
+#include "tracer/result.h"
 
 namespace worker {
+
+using OpenedFile = tracer::Result<support::Descriptor, std::string>;
 
 /// Names are relative to the directory (api::Files::below_a_directory), and the kernel enforces that (openat2 with
 /// RESOLVE_BENEATH): "..", absolute names and symbolic links do not lead outside. Links that stay inside are followed.
@@ -25,8 +28,8 @@ class AssetDirectory {
   /// reason. Opens nothing for reading.
   [[nodiscard]] std::string refusal(const std::string& name) const;
 
-  /// The content of such a file. Pipes and devices do not block it.
-  [[nodiscard]] api::AssetBytes read(const std::string& name) const;
+  /// Such a file, opened for reading. Pipes and devices do not block it.
+  [[nodiscard]] OpenedFile open(const std::string& name) const;
 
   /// Changes with the content of the file: its identity, size and time of change. Empty if `refusal` is not, or if the
   /// change is less than two seconds ago, because file times are coarse. Opens nothing for reading.
@@ -36,18 +39,18 @@ class AssetDirectory {
   support::Descriptor directory_;
 };
 
-/// Reads the files that a scene may name: below the asset directory, or among the uploads. Thread-safe.
+/// Opens the files that a scene may name: below the asset directory, or among the uploads. Thread-safe.
 class SceneFiles {
  public:
   /// Throws std::system_error if a directory that is set cannot be opened.
   explicit SceneFiles(const FileSettings& settings);
 
-  /// The content of the file that a document calls `name`, or the reason why it is not available. Throws as
-  /// AssetDirectory::read.
-  [[nodiscard]] api::AssetBytes read(const std::string& name) const;
+  /// The file that a document calls `name`, opened for reading, or the reason why it is not available. Throws as
+  /// AssetDirectory::open.
+  [[nodiscard]] OpenedFile open(const std::string& name) const;
 
-  /// An identifier of that content without reading it: equal only if the bytes are. That of an upload is its name, that
-  /// of another file AssetDirectory::stamp. Empty if unknown. Throws as AssetDirectory::read.
+  /// An identifier of its content without reading it: equal only if the bytes are. That of an upload is its name, that
+  /// of another file AssetDirectory::stamp. Empty if unknown. Throws as AssetDirectory::open.
   [[nodiscard]] std::string content_name(const std::string& name) const;
 
  private:

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -31,7 +30,7 @@ auto fields(FileSettings& m) { return std::tie(m.directory, m.uploads, m.objects
 auto fields(Options& m) {
   return std::tie(m.slots, m.threads, m.job_memory_bytes, m.scene_cache_bytes, m.cache_idle_ms, m.files);
 }
-auto fields(Configure& m) { return std::tie(m.options); }
+auto fields(Configure& m) { return std::tie(m.options, m.file_socket); }
 auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 auto fields(Cancel& m) { return std::tie(m.job_id); }
 auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
@@ -43,6 +42,8 @@ auto fields(Image& m) { return std::tie(m.name, m.media_type, m.bytes); }
 auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.images); }
 auto fields(Failed& m) { return std::tie(m.job_id, m.fence, m.problem); }
 auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
+auto fields(FileRequest& m) { return std::tie(m.name, m.content_name_only); }
+auto fields(FileResponse& m) { return std::tie(m.failure, m.refusal, m.content_name, m.file); }
 auto fields(queue::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
 auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
 
@@ -108,7 +109,8 @@ class MessageReader {
   template <class T>
   [[nodiscard]] bool read(std::vector<T>& list) {
     std::uint64_t size = 0;
-    if (!read(size) || size > bytes_.size()) return false;  // an element takes at least one byte
+    // An element takes a descriptor or at least one byte.
+    if (!read(size) || size > (std::is_same_v<T, Descriptor> ? files_.size() : bytes_.size())) return false;
     for (std::uint64_t i = 0; i < size; ++i) {
       if (!read(list.emplace_back())) return false;
     }
@@ -187,7 +189,7 @@ Received decode(std::uint32_t kind, std::string_view body, std::vector<Descripto
   return message;
 }
 
-Received decode(RawPacket packet, std::size_t body_limit) {
+Received decode(RawPacket packet, std::size_t body_limit, FileRule rule) {
   Header header;
   if (packet.size < sizeof header) return Malformed{"a packet without a header"};
   std::memcpy(&header, packet.bytes.data(), sizeof header);
@@ -197,16 +199,15 @@ Received decode(RawPacket packet, std::size_t body_limit) {
   }
   if (header.body_size > body_limit) return Malformed{"a body of " + std::to_string(header.body_size) + " bytes"};
   for (const Descriptor& file : packet.files) {
-    if (!is_sealed(file.get())) return Malformed{"a descriptor that is not sealed memory"};
+    if (rule == FileRule::sealed && !is_sealed(file.get())) return Malformed{"a descriptor that is not sealed memory"};
   }
   const std::string_view body(packet.bytes.data() + sizeof header, packet.size - sizeof header);
   if (header.body_size <= inline_body_limit) {
     if (body.size() != header.body_size) return Malformed{"a packet of the wrong size"};
     return decode(header.kind, body, std::move(packet.files));
   }
-  struct stat status {};
-  if (!body.empty() || packet.files.empty() || fstat(packet.files.front().get(), &status) != 0 ||
-      static_cast<std::uint64_t>(status.st_size) != header.body_size) {
+  if (!body.empty() || packet.files.empty() ||
+      lseek(packet.files.front().get(), 0, SEEK_END) != static_cast<off_t>(header.body_size)) {
     return Malformed{"a large body without its memory"};
   }
   const std::optional<std::string> large = read_body(packet.files.front().get(), header.body_size);
@@ -278,7 +279,7 @@ Sent send(int socket, const Packet& packet) {
   }
 }
 
-Received receive(int socket, std::size_t body_limit) {
+Received receive(int socket, std::size_t body_limit, FileRule rule) {
   RawPacket packet;
   iovec bytes{packet.bytes.data(), packet.bytes.size()};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(files_limit * sizeof(int))> control{};
@@ -299,7 +300,7 @@ Received receive(int socket, std::size_t body_limit) {
   if ((message.msg_flags & MSG_CTRUNC) != 0 && packet.files.size() == files_limit)
     return Malformed{"more than " + std::to_string(files_limit) + " descriptors"};
   if ((message.msg_flags & MSG_CTRUNC) != 0) return Lost{};
-  return decode(std::move(packet), body_limit);
+  return decode(std::move(packet), body_limit, rule);
 }
 
 }  // namespace worker

@@ -3,7 +3,8 @@
 ///
 /// A packet is one message (SOCK_SEQPACKET): a header with the protocol version, the kind of message and the size of
 /// the body, then the body. A body of more than a few KiB, and every image, travels in sealed memory beside the packet
-/// (SCM_RIGHTS). Byte order and sizes are those of the machine, because both ends are from one build.
+/// (SCM_RIGHTS). A second socket serves the files of scenes, which the daemon opens for the worker. Byte order and
+/// sizes are those of the machine, because both ends are from one build.
 ///
 /// The daemon sends Configure, and the worker Ready once it can render. Then the daemon assigns jobs, never more at
 /// once than the worker has slots, and the worker answers each with exactly one of Finished, Failed, Cancelled. A
@@ -25,7 +26,8 @@ using support::Descriptor;
 
 // ---- daemon to worker
 
-/// The files that scenes may name. Only the worker reads them, so it applies the limits on their content.
+/// The files that scenes may name. The daemon opens them; only the worker reads them, so it applies the limits on their
+/// content.
 struct FileSettings {
   std::string directory;  ///< empty: files are not allowed
   std::string uploads;    ///< directory of uploads, named by their sha256 (queue::asset_path); empty: not allowed
@@ -47,6 +49,7 @@ struct Options {
 /// The first message.
 struct Configure {
   Options options;
+  Descriptor file_socket;  ///< for FileRequest and FileResponse
 };
 struct Assign {
   std::string job_id;
@@ -70,8 +73,9 @@ struct PreviewRequest {
 
 struct Ready {
   std::string build;      ///< tracer::build()
-  std::string sandbox{};  ///< restrictions, as of sandbox_name
+  std::string sandbox{};  ///< names of its restrictions; full_sandbox where the kernel has them all
 };
+inline constexpr const char* full_sandbox = "seccomp, landlock";
 /// Sent every second by a separate thread: the process is alive, whatever its jobs do.
 struct Heartbeat {
   std::uint64_t geometry_bytes = 0, image_bytes = 0;  ///< kept for later jobs
@@ -115,11 +119,25 @@ struct Cancelled {
   std::int64_t fence = 0;
 };
 
+// ---- on the second socket
+
+/// From the worker; the next FileResponse belongs to it.
+struct FileRequest {
+  std::string name;                ///< the file as the document names it
+  bool content_name_only = false;  ///< see SceneFiles::content_name
+};
+struct FileResponse {
+  std::string failure{};           ///< the daemon cannot open files now; empty: it can
+  std::string refusal{};           ///< the reason why the file is not available
+  std::string content_name{};      ///< if only that was requested
+  std::vector<Descriptor> file{};  ///< otherwise the file, opened for reading; none if it was refused
+};
+
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 4;
+constexpr std::uint32_t protocol_version = 5;
 
 using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
-                             PreviewResponse, Configure>;
+                             PreviewResponse, Configure, FileRequest, FileResponse>;
 
 // ---- packets
 
@@ -154,9 +172,12 @@ struct Malformed {
 struct Lost {};
 using Received = std::variant<Message, Nothing, Closed, Malformed, Lost>;
 
-/// Reads one packet. Bodies above `body_limit` bytes are Malformed and not read. Every length is validated, and every
-/// descriptor must be sealed memory. Throws only std::bad_alloc.
-Received receive(int socket, std::size_t body_limit);
+/// Descriptors beside a packet: sealed memory only, or any files, from the daemon.
+enum class FileRule { sealed, any };
+
+/// Reads one packet. Bodies above `body_limit` bytes are Malformed and not read. Every length is validated. Throws only
+/// std::bad_alloc.
+Received receive(int socket, std::size_t body_limit, FileRule rule = FileRule::sealed);
 
 /// Reports and problems are small.
 constexpr std::size_t worker_body_limit = 16u << 20;

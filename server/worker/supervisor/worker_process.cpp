@@ -1,11 +1,15 @@
 #include "server/worker/supervisor/worker_process.h"
 
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <exception>
 #include <fstream>
+#include <system_error>
 #include <utility>
 
 #include "server/worker/supervisor/message_check.h"
@@ -27,6 +31,15 @@ std::uint64_t resident_bytes(int pid) {
 }  // namespace
 
 // ---- start
+
+WorkerProcess::Instance::Instance(const std::string& executable, const Options& options) : child(executable) {
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    throw std::system_error(errno, std::generic_category(), "socketpair");
+  Descriptor workers(ends[1]);
+  files = std::make_unique<FileServer>(Descriptor(ends[0]), options.files);
+  child.send(pack(Configure{options, std::move(workers)}));
+}
 
 std::unique_ptr<WorkerProcess::Instance> WorkerProcess::start_instance() const {
   auto instance = std::make_unique<Instance>(
@@ -89,6 +102,8 @@ void WorkerProcess::on_ready() {
         {"build", worker_->ready->build},
         {"sandbox", worker_->ready->sandbox},
         {"start_ms", std::to_string(start_ms.count())}});
+  if (worker_->ready->sandbox != full_sandbox)
+    log_(LogLevel::warning, "sandbox_incomplete", {{"sandbox", worker_->ready->sandbox}, {"full", full_sandbox}});
 }
 
 // ---- messages and output

@@ -13,6 +13,7 @@
 #include "server/queue/event_log.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/child_process.h"
+#include "server/worker/supervisor/file_server.h"
 #include "server/worker/supervisor/supervisor.h"
 
 namespace worker {
@@ -71,10 +72,9 @@ class WorkerProcess {
 
  private:
   struct Instance {
-    Instance(const std::string& executable, Options options) : child(executable) {
-      child.send(pack(Configure{std::move(options)}));
-    }
-    ChildProcess child;
+    Instance(const std::string& executable, const Options& options);
+    std::unique_ptr<FileServer> files;
+    ChildProcess child;  ///< after `files`: its end closes the other end of their socket
     Time started_at = Time::clock::now();
     Time ready_by{};
     std::optional<Ready> ready;

@@ -1,0 +1,55 @@
+#include "server/worker/process/file_client.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace worker {
+namespace {
+
+/// Up to asset_bytes_max bytes; fewer if the file is truncated meanwhile. Without fstat, which libc turns into a call
+/// that the sandbox refuses.
+api::AssetBytes content_of(const Descriptor& file) {
+  const off_t size = lseek(file.get(), 0, SEEK_END);
+  std::vector<std::uint8_t> bytes(
+      std::clamp<std::size_t>(static_cast<std::size_t>(std::max<off_t>(size, 0)), 0, api::asset_bytes_max));
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = pread(file.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::string("cannot be read");
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+}  // namespace
+
+FileResponse FileClient::request(FileRequest request) {
+  const std::lock_guard lock(mutex_);
+  if (send(socket_.get(), pack(std::move(request))) == Sent::yes) {
+    Received received = receive(socket_.get(), daemon_body_limit, FileRule::any);
+    auto* const message = std::get_if<Message>(&received);
+    auto* const response = message == nullptr ? nullptr : std::get_if<FileResponse>(message);
+    if (response != nullptr && response->failure.empty()) return std::move(*response);
+    if (response != nullptr) throw std::runtime_error(response->failure);
+  }
+  throw std::runtime_error("the daemon opens no files");
+}
+
+api::AssetBytes FileClient::read(const std::string& name) {
+  const FileResponse response = request({name});
+  if (response.file.empty()) return response.refusal;
+  return content_of(response.file.front());
+}
+
+std::string FileClient::content_name(const std::string& name) { return request({name, true}).content_name; }
+
+}  // namespace worker
