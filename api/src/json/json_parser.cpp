@@ -151,6 +151,33 @@ std::string sentence(std::string_view message, std::string_view bytes, std::size
   return std::string(message) + ", found " + found(bytes, at);
 }
 
+/// The reason to refuse the first string or number that is over its limit whatever its escapes are; empty if there is
+/// none before the end or the first error. The parser would read it completely before it reports its size, which takes
+/// seconds.
+std::string oversized_token(std::string_view bytes, const DocumentLimits& limits) {
+  constexpr std::string_view number = "0123456789+-.eE";
+  const std::size_t string_bytes = std::max(limits.string_bytes, limits.key_bytes);
+  for (std::size_t at = 0; at < bytes.size();) {
+    const char c = bytes[at];
+    if (c == '"') {
+      std::size_t size = 0;  // at least, in bytes
+      for (++at; at < bytes.size() && bytes[at] != '"'; ++size) {
+        if (static_cast<unsigned char>(bytes[at]) < ' ') return {};
+        at += bytes[at] != '\\' ? 1 : at + 1 < bytes.size() && bytes[at + 1] == 'u' ? 6 : 2;
+      }
+      if (size > string_bytes) return over_limit("string_bytes", limits.string_bytes, size);
+      ++at;
+    } else if (number.find(c) != number.npos) {
+      const std::size_t end = std::min(bytes.find_first_not_of(number, at), bytes.size());
+      if (end - at > limits.number_chars) return over_limit("number_chars", limits.number_chars, end - at);
+      at = end;
+    } else {
+      ++at;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits) {
@@ -159,6 +186,7 @@ tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& 
   // The parser would take it for the end.
   if (const std::size_t nul = bytes.find('\0'); nul != bytes.npos)
     return Error{false, nul, "a NUL byte, found byte 0x00"};
+  if (std::string detail = oversized_token(bytes, limits); !detail.empty()) return Error{true, 0, std::move(detail)};
   std::set<std::size_t> overflowing;
   std::string rewritten;
   for (;;) {
