@@ -2,6 +2,7 @@
 /// and stops in reverse order.
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -220,6 +221,7 @@ int run_command(const Command& command) {
 }  // namespace whittled
 
 int main(int argument_count, char** arguments) {
+  ::umask(027);  // also files that libraries create, such as the database, are not for every user
   const auto command = whittled::read_command({arguments + 1, arguments + argument_count},
                                               whittled::process_environment(), whittled::find_start_errors);
   return command ? whittled::run_command(*command) : whittled::print_errors(command.error());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/storage/files/file_stores.h"
+#include "server/support/read_file.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
@@ -173,6 +174,38 @@ TEST(SqliteStores, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {
       EXPECT_NE(what.find(path), std::string::npos) << what;
     }
   }
+}
+
+TEST(SqliteStores, RejectsADatabaseOfAnotherProgramAndLeavesItUnchanged) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/whittle.db";
+  { const TestStore store(directory.path()); }
+  {
+    // SQLite file format, section 1.3: byte 18 and 19 are 1 without WAL, 68..71 is application_id.
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(18).write("\1\1", 2);
+    file.seekp(71).put('?');
+  }
+  const std::string before = support::read_file(path);
+  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable);
+  EXPECT_TRUE(support::read_file(path) == before);
+  EXPECT_FALSE(std::filesystem::exists(path + "-wal"));
+}
+
+TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/whittle.db", sha256(64, 'a');
+  { const TestStore store(directory.path()); }
+  std::filesystem::create_directories(directory.path() + "/aa");
+  std::ofstream(directory.path() + "/aa/" + sha256) << "image";
+  EXPECT_NO_THROW(TestStore(directory.path())) << "with its database";
+  for (const bool deleted : {false, true}) {
+    std::filesystem::resize_file(path, 0);
+    if (deleted) std::filesystem::remove(path);
+    EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable) << deleted;
+  }
+  std::filesystem::remove(directory.path() + "/aa/" + sha256);
+  EXPECT_NO_THROW(TestStore(directory.path()));
 }
 
 TEST(SqliteStores, RejectsAFileThatIsNoDatabase) {

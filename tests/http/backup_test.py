@@ -61,7 +61,11 @@ class Backup(unittest.TestCase):
 
     def test_is_private(self):
         with Daemon() as daemon:
+            daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
             back_up(daemon.data, self.into)
+            files = list(daemon.data.rglob("*"))
+            self.assertIn(daemon.data / "whittle.db-wal", files)
+            self.assertEqual([file for file in files if file.stat().st_mode & 0o007], [], "for every user")
         self.assertEqual(self.into.stat().st_mode & 0o777, 0o700)
 
     def test_overwrites_nothing(self):

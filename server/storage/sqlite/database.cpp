@@ -156,14 +156,24 @@ bool Database::in_transaction() const { return sqlite3_get_autocommit(connection
 
 // ---- schemas
 
-/// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`.
-static std::int64_t read_version(Database& database, const std::string& path, std::int64_t version) {
-  std::int64_t found = 0;
-  {
-    Query query = database.query("PRAGMA user_version");
-    query.row();
-    found = query.integer(0);
+namespace {
+
+constexpr std::int64_t application_id = 0x57687474;  // "Whtt"
+
+std::int64_t pragma(Database& database, const std::string& name) {
+  Query query = database.query("PRAGMA " + name);
+  query.row();
+  return query.integer(0);
+}
+
+/// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`, or for the file of
+/// another program.
+std::int64_t read_version(Database& database, const std::string& path, std::int64_t version) {
+  if (!is_new(database) && pragma(database, "application_id") != application_id) {
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              path + " is a database of another program, or of a version without application_id");
   }
+  const std::int64_t found = pragma(database, "user_version");
   if (found != 0 && found != version) {
     throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
                               path + " was written by " + (found > version ? "a newer" : "an older") +
@@ -173,6 +183,10 @@ static std::int64_t read_version(Database& database, const std::string& path, st
   return found;
 }
 
+}  // namespace
+
+bool is_new(Database& database) { return pragma(database, "schema_version") == 0; }
+
 void check_file(const std::string& path, std::int64_t version) {
   if (::access(path.c_str(), F_OK) != 0) return;
   Database database(path, Database::Access::read_only);
@@ -180,11 +194,13 @@ void check_file(const std::string& path, std::int64_t version) {
 }
 
 void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+  // Before any change: WAL would change the file of another program.
   const std::int64_t found = read_version(database, path, version);
   database.script("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
   database.sync_commits(true);  // FULL: with WAL, no acknowledged commit is lost at power loss
   if (found == version) return;
-  database.script("BEGIN IMMEDIATE;" + schema + "PRAGMA user_version = " + std::to_string(version) + "; COMMIT;");
+  database.script("BEGIN IMMEDIATE;" + schema + "PRAGMA application_id = " + std::to_string(application_id) +
+                  "; PRAGMA user_version = " + std::to_string(version) + "; COMMIT;");
 }
 
 }  // namespace storage::sqlite

@@ -107,11 +107,12 @@ class Database {
   int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
 };
 
+bool is_new(Database& database);  ///< nothing was created in it
 /// Throws StoreFailure if there is a file with another version, or one that cannot be read. Changes nothing.
 void check_file(const std::string& path, std::int64_t version);
 
 /// Sets up the connection (WAL, synchronous = FULL) and creates the tables of `schema` in an empty file. Throws
-/// StoreFailure for a file with another version.
+/// StoreFailure, with the file unchanged, for that of another program or version.
 void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema);
 
 }  // namespace storage::sqlite

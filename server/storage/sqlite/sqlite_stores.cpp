@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -226,8 +227,22 @@ void prepare_jobs(Database& database, const std::string& path) {
 
 std::string file_of(const std::string& directory) { return directory + "/whittle.db"; }
 
+/// The database of a directory with images was deleted or emptied. A new one would be followed by their loss.
+void require_no_artifacts(const std::filesystem::path& directory) {
+  for (const auto& part : std::filesystem::directory_iterator(directory)) {
+    if (!part.is_directory() || part.path().filename().string().size() != 2) continue;
+    for (const auto& file : std::filesystem::directory_iterator(part)) {
+      if (!tracer::is_sha256(file.path().filename().string())) continue;
+      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                                file_of(directory) + " is missing or empty, but " + part.path().string() +
+                                    " has images: restore a backup, or use another directory");
+    }
+  }
+}
+
 std::unique_ptr<Database> open_writer(const std::string& path, bool synchronous) {
   auto database = std::make_unique<Database>(path, Database::Access::read_write, synchronous);
+  if (is_new(*database)) require_no_artifacts(std::filesystem::path(path).parent_path());
   prepare_jobs(*database, path);
   return database;
 }
