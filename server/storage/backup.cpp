@@ -19,6 +19,7 @@ using namespace files;
 
 /// The database as of one moment. A reader neither writes its log nor checkpoints it.
 void copy_database(const std::string& from, const std::string& to) {
+  std::filesystem::remove(to);  // of a moment before
   sqlite::Database(from, sqlite::Database::Access::read_only).change("VACUUM INTO ?", to);
 }
 
@@ -53,6 +54,31 @@ void copy_files(const std::string& directory, const std::string& into) {
   }
 }
 
+void copy_all(const std::string& data, const std::string& into) {
+  // In this order: a subscription is stored before its job, so each copied job has its subscriptions.
+  copy_database(data + "/whittle.db", into + "/whittle.db");
+  if (std::filesystem::exists(data + "/webhooks.db")) copy_database(data + "/webhooks.db", into + "/webhooks.db");
+  copy_files(data, into);
+  copy_files(data + "/uploads", into + "/uploads");
+}
+
+/// The first image or upload that the database of a copy names and the copy does not have; empty if there is none.
+std::string missing_file(const std::string& copy) {
+  sqlite::Database database(copy + "/whittle.db", sqlite::Database::Access::read_only);
+  const auto is_missing = [](const std::string& directory, const std::string& sha256) {
+    return !std::filesystem::exists(path_of(directory, sha256));
+  };
+  sqlite::Query image = database.query(
+      "SELECT sha256, job_id, name FROM artifacts WHERE sha256 NOT IN (SELECT sha256 FROM small_artifacts)");
+  while (image.row())
+    if (is_missing(copy, image.text(0)))
+      return image.text(2) + " of job " + image.text(1) + " (sha256 " + image.text(0) + ")";
+  sqlite::Query upload = database.query("SELECT sha256 FROM job_assets UNION SELECT sha256 FROM scene_assets");
+  while (upload.row())
+    if (is_missing(copy + "/uploads", upload.text(0))) return "the upload " + upload.text(0);
+  return {};
+}
+
 }  // namespace
 
 void back_up(const std::string& data, const std::string& into) {
@@ -62,11 +88,15 @@ void back_up(const std::string& data, const std::string& into) {
   fs::remove_all(part);  // of an interrupted backup
   fs::create_directories(part);
   fs::permissions(part, fs::perms::owner_all);  // it contains the scenes of all owners
-  // In this order: a subscription is stored before its job, so each copied job has its subscriptions.
-  copy_database(data + "/whittle.db", part + "/whittle.db");
-  if (fs::exists(data + "/webhooks.db")) copy_database(data + "/webhooks.db", part + "/webhooks.db");
-  copy_files(data, part);
-  copy_files(data + "/uploads", part + "/uploads");
+  // Jobs may be deleted between the copy of the database and that of the files: a later copy does not name theirs.
+  constexpr int tries = 3;
+  std::string missing = "not copied yet";
+  for (int i = 0; i < tries && !missing.empty(); ++i) {
+    copy_all(data, part);
+    missing = missing_file(part);
+  }
+  if (!missing.empty())
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, missing + " is missing; delete the job");
   sync_disk(part);
   fs::rename(part, into);
   sync_disk(into);

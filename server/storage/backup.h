@@ -6,9 +6,9 @@
 namespace storage {
 
 /// Writes `into`, which must not exist: first as `into`.part, then renamed, so that it appears whole and durable or not
-/// at all. The jobs are those of one moment; images and uploads are copied after it and checked against their sha256,
-/// so an image can be missing only of a job that was removed meanwhile. Throws queue::StoreFailure or
-/// std::filesystem::filesystem_error with the reason: no data, no space, a damaged file.
+/// at all. The jobs are those of one moment; images and uploads are copied after it and checked against their sha256.
+/// Throws queue::StoreFailure or std::filesystem::filesystem_error with the reason: no data, no space, a damaged or
+/// missing file.
 void back_up(const std::string& data, const std::string& into);
 
 }  // namespace storage

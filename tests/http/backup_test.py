@@ -98,6 +98,26 @@ class Backup(unittest.TestCase):
         self.assertIn(f"{sha256} is damaged", made.stderr)
         self.assertFalse(self.into.exists())
 
+    def test_detects_a_missing_image_or_upload(self):
+        asset = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+        name = hashlib.sha256(asset).hexdigest()
+        mesh = {"type": "mesh", "file": f"sha256:{name}", "material": {}}
+        with Daemon() as daemon:
+            daemon.request("PUT", f"/v1/assets/{name}", asset)
+            document = scene(150, 150, output={"formats": ["exr"]})
+            job = daemon.wait_for_end(daemon.submit(document | {"objects": document["objects"] + [mesh]}))
+            self.assertEqual(job["state"], "succeeded", job["problem"])
+            sha256 = job["artifacts"][0]["sha256"]
+            for path, message in ((daemon.data / sha256[:2] / sha256, f"image.exr of job {job['id']}"),
+                                  (daemon.data / "uploads" / name[:2] / name, f"the upload {name}")):
+                path.rename(self.folder / "kept")
+                made = back_up(daemon.data, self.into)
+                self.assertEqual(made.returncode, 1, message)
+                self.assertIn(message, made.stderr)
+                self.assertFalse(self.into.exists())
+                (self.folder / "kept").rename(path)
+            self.assertEqual(back_up(daemon.data, self.into).returncode, 0)
+
     def test_rejects_a_directory_that_is_no_data_directory(self):
         made = back_up(self.folder / "nothing", self.into)
         self.assertEqual(made.returncode, 1)
