@@ -218,6 +218,7 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
   settings.port = config.listen.port;
   settings.connections_max = config.connections;
   settings.connections_per_address_max = config.connections_per_address;
+  settings.descriptors_kept = 32;  // for the health listener, the stores and the worker
   settings.handler_threads = config.handler_threads;
   settings.head.body_bytes = config.body_bytes;
   settings.head.asset_bytes = config.asset_bytes;

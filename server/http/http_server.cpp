@@ -61,7 +61,7 @@ class EventLoop {
             const telemetry::Log& log)
       : settings_(settings),
         log_(log),
-        listener_(settings.host, settings.port),
+        listener_(settings.host, settings.port, settings.descriptors_kept),
         epoll_(::epoll_create1(EPOLL_CLOEXEC)),
         last_number_(queue_number),
         now_(std::chrono::steady_clock::now()) {

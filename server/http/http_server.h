@@ -48,6 +48,7 @@ struct HttpServerSettings {
   std::uint16_t port = 0;          ///< 0: any free port
   std::size_t connections_max = 20'000;
   std::size_t connections_per_address_max = 20'000;
+  int descriptors_kept = 0;  ///< clients leave so many to the rest of the process; further ones are closed
   std::size_t handler_threads = 4;
   /// Complete requests that wait for a handler; further ones are answered 503 at once. At 10 ms each the last of them
   /// waits for half a second with four threads.

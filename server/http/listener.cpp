@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <netdb.h>
 #include <netinet/tcp.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -49,7 +50,8 @@ support::Descriptor open_reserve() { return support::Descriptor(::open("/dev/nul
 
 }  // namespace
 
-Listener::Listener(const std::string& host, std::uint16_t port) {
+Listener::Listener(const std::string& host, std::uint16_t port, int descriptors_kept)
+    : descriptors_kept_(descriptors_kept) {
   const AddressList address = parse_address(host, port);
   const int on = 1;
   SocketAddress bound;
@@ -77,9 +79,18 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
   exhausted = !socket && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
   if (exhausted) close_one_client();
   if (!socket) return std::nullopt;
+  exhausted = !leaves_kept(socket.get());
+  if (exhausted) return std::nullopt;
   const int on = 1;  // replies are written whole; Nagle's algorithm would only add 40 ms
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   return Accepted{std::move(socket), peer.host()};
+}
+
+/// A new descriptor is the lowest free one, so that all below it are in use.
+bool Listener::leaves_kept(int descriptor) const {
+  rlimit limit{};
+  if (descriptors_kept_ == 0 || ::getrlimit(RLIMIT_NOFILE, &limit) != 0) return true;
+  return static_cast<rlim_t>(descriptor + descriptors_kept_) < limit.rlim_cur;
 }
 
 void Listener::close_one_client() {

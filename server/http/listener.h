@@ -12,8 +12,8 @@ namespace http {
 class Listener {
  public:
   /// Binds and listens. `host` is a literal address; port 0 selects a free one. Throws std::system_error with a message
-  /// that names the address.
-  Listener(const std::string& host, std::uint16_t port);
+  /// that names the address. `descriptors_kept`: so many stay free for others, as far as clients take them.
+  Listener(const std::string& host, std::uint16_t port, int descriptors_kept = 0);
 
   [[nodiscard]] int fd() const { return socket_.get(); }
   [[nodiscard]] std::uint16_t port() const { return port_; }
@@ -30,10 +30,12 @@ class Listener {
 
  private:
   void close_one_client();
+  [[nodiscard]] bool leaves_kept(int descriptor) const;
 
   support::Descriptor socket_;
   support::Descriptor reserve_;  ///< closed for a moment to accept and close a client if there is no other descriptor
   std::uint16_t port_ = 0;
+  int descriptors_kept_ = 0;
 };
 
 }  // namespace http

@@ -306,10 +306,12 @@ class ManyClients(unittest.TestCase):
     @unittest.skipIf("undefined" in SANITIZED, "UBSan needs descriptors of its own")
     def test_exhausted_descriptors_end_no_connection(self):
         with Daemon() as daemon:
+            wait_until(lambda: daemon.health("/readyz").status == 200, "the worker")
             open_now = len(list(pathlib.Path(f"/proc/{daemon.process.pid}/fd").iterdir()))
-            resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (open_now + 20, open_now + 20))
-            crowd = [daemon.socket() for _ in range(60)]
+            resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (open_now + 60, open_now + 60))
+            crowd = [daemon.socket() for _ in range(100)]
             wait_until(lambda: any(row["event"] == "descriptors_exhausted" for row in daemon.log_rows()), "exhaustion")
+            self.assertEqual(daemon.health("/readyz").status, 200, "the health port has descriptors")
             for connection in crowd:
                 connection.close()
             wait_until(lambda: self.served(daemon), "service after the crowd has gone")
