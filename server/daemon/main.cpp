@@ -116,7 +116,9 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   std::fflush(stdout);  // scripts read the ports from it
 
   const int signal = signals.wait([&] {
-    if (keys != nullptr) reload_keys(config.keys, *keys, log);
+    if (keys == nullptr) return;
+    reload_keys(config.keys, *keys, log);
+    api.check_access();
   });
   log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});
   draining = true;  // refuses new work; reads continue

@@ -223,6 +223,7 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
   settings.head.body_bytes = config.body_bytes;
   settings.head.asset_bytes = config.asset_bytes;
   settings.head_filter = [keys](const http::RequestHead& head) { return http::refusal(head, keys); };
+  settings.access_filter = [keys](const http::RequestHead& head) { return http::access_problem(head, keys); };
   settings.on_response = [&metrics](const auto&... request) { metrics.count(request...); };
   settings.spool_directory = storage.spool_directory;
   settings.spool_bytes = config.spool_bytes;

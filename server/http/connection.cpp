@@ -222,7 +222,7 @@ void Client::start_stream(std::string text, std::shared_ptr<BodyStream> body, Ti
   connection.start_stream(std::move(text), now);
   stream = std::move(body);
   heartbeat_due = now + stream->heartbeat_interval;
-  pending->request = {};  // a stream may last for days
+  pending->request.body = {};  // a stream may last for days; check_access needs the head
 }
 
 void Client::feed_stream(Time now) {

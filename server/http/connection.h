@@ -128,8 +128,10 @@ struct Notification {
 };
 /// drain() was called.
 struct DrainRequest {};
+/// check_access() was called.
+struct AccessCheck {};
 
-using ServerEvent = std::variant<ReplyReady, ReplyDeferred, Notification, DrainRequest>;
+using ServerEvent = std::variant<ReplyReady, ReplyDeferred, Notification, DrainRequest, AccessCheck>;
 
 /// Shared with the watches, which may notify after the end of the server.
 using ServerEvents = support::EventQueue<ServerEvent>;

@@ -88,6 +88,8 @@ class EventLoop {
   [[nodiscard]] std::uint16_t port() const { return listener_.port(); }
   [[nodiscard]] std::size_t connections() const { return connections_; }
 
+  void check_access() { events_->post(AccessCheck{}); }
+
   void drain(std::chrono::milliseconds grace) {
     dispatcher_->begin_drain();
     events_->post(DrainRequest{});
@@ -218,6 +220,7 @@ class EventLoop {
   void on_event(ReplyReady& ready) {
     with_client(ready.pending->client, [&](Client& client) {
       dispatcher_->start_reply(client, ready, now_);
+      end_without_access(client);  // it may have lost it since the handler began
       advance(client);
     });
   }
@@ -226,8 +229,26 @@ class EventLoop {
     if (clients_.find(deferred.pending->client) == nullptr) return deferred.stop_watching();  // disconnected meanwhile
     with_client(deferred.pending->client, [&](Client& client) {
       dispatcher_->on_deferred(client, std::move(deferred.stop_watching));
+      end_without_access(client);
       advance(client);
     });
+  }
+
+  void on_event(AccessCheck&) {
+    for (const std::uint64_t number : clients_.numbers()) {
+      with_client(number, [this](Client& client) {
+        end_without_access(client);
+        advance(client);
+      });
+    }
+  }
+
+  void end_without_access(Client& client) {
+    if (!settings_.access_filter || !client.is_waiting() || client.pending == nullptr) return;
+    const auto problem = settings_.access_filter(client.pending->request.head);
+    if (!problem) return;
+    if (client.stream) return client.end_stream(now_);
+    dispatcher_->refuse_deferred(client, *problem, now_);
   }
 
   void on_event(Notification& notification) {
@@ -315,6 +336,8 @@ HttpServer::~HttpServer() = default;
 std::uint16_t HttpServer::port() const { return loop_->port(); }
 
 std::size_t HttpServer::connections() const { return loop_->connections(); }
+
+void HttpServer::check_access() { loop_->check_access(); }
 
 void HttpServer::drain(std::chrono::milliseconds grace) { loop_->drain(grace); }
 

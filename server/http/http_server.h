@@ -54,8 +54,9 @@ struct HttpServerSettings {
   /// waits for half a second with four threads.
   std::size_t waiting_max = 256;
   HeadLimits head;
-  OnResponse on_response;  ///< called for every answered request, from any thread; must not throw
-  HeadFilter head_filter;  ///< empty: every head is accepted
+  OnResponse on_response;    ///< called for every answered request, from any thread; must not throw
+  HeadFilter head_filter;    ///< empty: every head is accepted
+  HeadFilter access_filter;  ///< applied to waiting requests, see check_access; empty: they keep their access
   ConnectionTimes times;
   std::string spool_directory = "/tmp";    ///< for bodies over 1 MiB; must exist
   std::uint64_t spool_bytes = 2ull << 30;  ///< for all spooled bodies; further ones are answered 503
@@ -71,6 +72,9 @@ class HttpServer {
 
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] std::size_t connections() const;  ///< open now
+
+  /// Ends the event streams and answers the deferred replies whose request `access_filter` refuses now. Any thread.
+  void check_access();
 
   /// Stops accepting connections, closes idle ones, resumes deferred replies as timed out, and waits at most `grace`
   /// until every received request is answered. Afterwards the server accepts nothing.

@@ -324,6 +324,13 @@ void RequestDispatcher::resume(Client& client, bool timed_out) {
   });
 }
 
+void RequestDispatcher::refuse_deferred(Client& client, const Problem& problem, Time now) {
+  std::exchange(client.stop_watching, nullptr)();
+  client.notified = false;
+  ReplyReady refused = ready(client.pending, problem_reply(problem, client.pending->request.id));
+  start_reply(client, refused, now);
+}
+
 void RequestDispatcher::on_deferred(Client& client, std::function<void()> stop_watching) {
   client.stop_watching = std::move(stop_watching);
   if (client.notified || draining_) resume(client, !client.notified);

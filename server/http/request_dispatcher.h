@@ -34,6 +34,9 @@ class RequestDispatcher {
   /// Queues a deferred reply for a handler thread.
   void resume(Client& client, bool timed_out);
 
+  /// Answers a deferred reply with the problem.
+  void refuse_deferred(Client& client, const Problem& problem, Time now);
+
   void on_deferred(Client& client, std::function<void()> stop_watching);
   void start_reply(Client& client, ReplyReady& ready, Time now);
   /// Returns false if nothing waits for the notification any more.

@@ -117,6 +117,28 @@ class WithKeys(unittest.TestCase):
             wait_until(lambda: status(third) == 200, "the third key")
             self.assertEqual((status(old), status(new)), (401, 401))
 
+    def test_a_removed_key_loses_its_streams_and_long_polls(self):
+        path = self.folder / "removed"
+        keys = {name: {"Authorization": f"Bearer {new_key(path, name)}"} for name in ("kept", "gone")}
+        with Daemon("--keys", path) as daemon:
+            def opened(key, route, **headers):
+                connection = daemon.connection(daemon.port)
+                connection.request("GET", route, headers={**keys[key], **headers})
+                return connection
+
+            later = scene(job={"run_after": "2099-01-01T00:00:00Z"})
+            job = "/v1/jobs/" + json_of(daemon.request("POST", "/v1/jobs", later, keys["kept"]))["id"]
+            etag = daemon.request("GET", job, None, keys["kept"]).headers["ETag"]
+            streams = {key: opened(key, "/v1/events").getresponse() for key in keys}
+            polls = {key: opened(key, job + "?wait=60", **{"If-None-Match": etag}) for key in keys}
+            path.write_text("".join(line for line in path.read_text().splitlines(True) if not line.startswith("gone")))
+            daemon.process.send_signal(signal.SIGHUP)
+            self.assertEqual(polls["gone"].getresponse().status, 401)
+            streams["gone"].read()  # to its end
+            daemon.request("POST", job + "/cancel", None, keys["kept"])
+            self.assertEqual(polls["kept"].getresponse().status, 200)
+            self.assertTrue(any(b'"cancelled"' in line for line in iter(streams["kept"].readline, b"")))
+
     def test_keys_open_other_addresses(self):
         self.assertEqual(whittled("--check-config", "--keys", self.path, "--listen", "0.0.0.0:0").returncode, 0)
 

@@ -77,21 +77,24 @@ std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* rin
   return unauthenticated(head);
 }
 
+std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring) {
+  if (ring == nullptr || is_open(head)) return std::nullopt;
+  const auto key = ring->find(token_of(head));
+  if (!key) return unauthenticated(head);
+  const bool reads = head.method == "GET" || head.method == "HEAD";
+  const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
+  if (key->allows(scope)) return std::nullopt;
+  return Problem{failures::forbidden, "key " + key->name + " does not have the scope " + std::string(name_of(scope))};
+}
+
 Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
   if (ring == nullptr) return handler;
   return [handler, ring](Request& request) -> Answer {
-    const RequestHead& head = request.head;
-    if (is_open(head)) return handler(request);
-    const auto key = ring->find(token_of(head));
-    if (!key) return problem_reply(unauthenticated(head), request.id);  // revoked since the head was checked
-    const bool reads = head.method == "GET" || head.method == "HEAD";
-    const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
-    if (!key->allows(scope)) {
-      const std::string detail = "key " + key->name + " does not have the scope " + std::string(name_of(scope));
-      return problem_reply({failures::forbidden, detail}, request.id);
+    if (const auto problem = access_problem(request.head, ring)) return problem_reply(*problem, request.id);
+    if (const auto key = ring->find(token_of(request.head))) {
+      request.owner = key->name;
+      request.owner_weight = key->weight;
     }
-    request.owner = key->name;
-    request.owner_weight = key->weight;
     return handler(request);
   };
 }

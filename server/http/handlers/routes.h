@@ -63,6 +63,9 @@ std::vector<Route> client_routes(const ApiContext& context);
 /// in this way.
 std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* ring);
 
+/// The reason to refuse a request by its key and the scope of that; none if there are no keys.
+std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring);
+
 /// Wraps a handler: the key must have the scope of the method, jobs:read for GET and HEAD, jobs:write for the others.
 /// Every key with jobs:read can read all jobs, as a service belongs to one team. Sets Request::owner.
 Handler with_access(const Handler& handler, const keys::KeyRing* ring);
