@@ -173,6 +173,19 @@ JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log
   queue.notifications.observe(&job_metrics);
 }
 
+namespace {
+
+/// Reads one image, slowly enough not to disturb others, and returns the pause before the next one.
+std::chrono::milliseconds scrub_next(storage::files::FileArtifactStore& artifacts, const queue::Log& log) {
+  constexpr std::uint64_t bytes_per_ms = 10'000;
+  const auto scrubbed = artifacts.scrub();
+  if (!scrubbed) return std::chrono::hours(24);
+  if (scrubbed->damaged) log(queue::LogLevel::error, "artifact_damaged", {{"sha256", scrubbed->artifact.sha256}});
+  return std::chrono::milliseconds(20 + scrubbed->artifact.bytes / bytes_per_ms);
+}
+
+}  // namespace
+
 Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log)
     : disk_space("measure_disk_space", log,
                  [&disk = storage.disk, &lifecycle = jobs.queue.lifecycle] {
@@ -182,7 +195,9 @@ Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs,
       maintainer(jobs.queue.lifecycle, log),
       lease_renewer(jobs.queue.lifecycle, log),
       collector(storage.uploads, storage.stores.maintenance, queue::system_clock(), log,
-                {.age = std::chrono::days(static_cast<int>(config.asset_days))}) {}
+                {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
+      scrub("scrub_artifacts", log,
+            [&artifacts = storage.large_artifacts, log] { return scrub_next(artifacts, log); }) {}
 
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log) {

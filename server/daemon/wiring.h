@@ -77,6 +77,7 @@ struct Maintenance {
   queue::QueueMaintainer maintainer;
   queue::LeaseRenewer lease_renewer;
   queue::AssetCollector collector;
+  queue::PeriodicTask scrub;
 };
 
 /// Null without secrets. `webhooks` of api_context is this.

@@ -99,6 +99,7 @@ inline constexpr Failure store_unavailable{"store_unavailable", 503, "Jobs canno
 inline constexpr Failure disk_full{"disk_full", 503, "The disk is full", Level::error, 30};
 inline constexpr Failure uploads_full{"uploads_full", 503, "The space for uploads is used up", Level::warning, 60};
 inline constexpr Failure not_ready{"not_ready", 503, "Jobs cannot run now", Level::debug, 5};
+inline constexpr Failure image_damaged{"image_damaged", 500, "The image is damaged", Level::error};
 inline constexpr Failure job_failed{"job_failed", 500, "The job failed", Level::warning};
 inline constexpr Failure internal{"internal", 500, "Internal error of the daemon", Level::error};
 

@@ -20,12 +20,13 @@ inline constexpr std::array all_job_states{JobState::queued, JobState::running, 
                                            JobState::cancelled};
 
 /// The transition table. queued -> failed: the deadline has passed. running -> queued: another attempt, or a job
-/// recovered from a dead daemon. failed, cancelled -> queued: a retry by the owner. Succeeded is final.
+/// recovered from a dead daemon. failed, cancelled -> queued: a retry by the owner. succeeded -> queued: the same,
+/// because an image is damaged.
 constexpr bool may_move(JobState from, JobState to) {
   using enum JobState;
   if (from == queued) return to == running || to == failed || to == cancelled;
   if (from == running) return to == queued || to == succeeded || to == failed || to == cancelled;
-  return from != succeeded && to == queued;
+  return to == queued;
 }
 constexpr bool ended(JobState state) { return state != JobState::queued && state != JobState::running; }
 const char* name_of(JobState state);

@@ -124,6 +124,7 @@ struct JobChange {
 /// `ended`: its priority is final. `expired`: its expires_at is final.
 enum class ChangeOutcome { changed, other_revision, ended, expired, unknown };
 enum class CancelOutcome { cancelled, cancelling, already_ended, unknown };
+enum class SucceededJobs { keep, retry };
 enum class RetryOutcome { queued, not_ended, succeeded, expired, unknown };
 enum class RemoveOutcome { removed, running, unknown };
 
@@ -264,7 +265,9 @@ class JobTransitions {
   virtual CancelOutcome cancel(const std::string& id, std::int64_t now) = 0;
   /// Queues a failed or cancelled job again as if it were new, except for its id, its document and `suspect`: attempts
   /// begin anew, problem, expires_at and a passed deadline are cleared.
-  virtual RetryOutcome retry(const std::string& id, std::int64_t now) = 0;
+  /// A succeeded one only as requested; its report and artifacts are then deleted.
+  virtual RetryOutcome retry(const std::string& id, std::int64_t now,
+                             SucceededJobs succeeded = SucceededJobs::keep) = 0;
 };
 
 /// Jobs submitted together. A batch is deleted with the last of its jobs.

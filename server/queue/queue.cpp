@@ -40,6 +40,12 @@ std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact) {
   return reader;
 }
 
+std::unique_ptr<ArtifactReader> ArtifactPins::open_unverified(const Artifact& artifact) {
+  auto reader = artifacts_.open_unverified(artifact.sha256);
+  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
+  return reader;
+}
+
 void ArtifactPins::collect(const std::string& sha256) noexcept {
   const std::lock_guard lock(mutex_);
   if (pins_.contains(sha256)) return;  // collected at the end of the pin
@@ -249,9 +255,20 @@ RemoveOutcome JobLifecycle::remove(const std::string& id) {
   return removal.outcome;
 }
 
+bool JobLifecycle::has_all_images(const Job& job) {
+  return std::all_of(job.artifacts.begin(), job.artifacts.end(),
+                     [&](const Artifact& artifact) { return context_.pins.open(artifact) != nullptr; });
+}
+
 RetryOutcome JobLifecycle::retry(const std::string& id) {
   const Announcement announcement(context_.notifications, {id});
-  const RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock());
+  RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock());
+  if (outcome == RetryOutcome::succeeded) {
+    const std::optional<Job> damaged = context_.stores.jobs.find(id);
+    if (!damaged || has_all_images(*damaged)) return outcome;
+    outcome = context_.stores.transitions.retry(id, context_.clock(), SucceededJobs::retry);
+    for (const Artifact& artifact : damaged->artifacts) context_.pins.collect(artifact.sha256);
+  }
   if (outcome == RetryOutcome::queued) {
     const std::optional<Job> job = context_.stores.jobs.find(id);
     context_.notifications.notify_queued(id);

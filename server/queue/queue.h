@@ -56,8 +56,9 @@ class ArtifactPins {
   ArtifactPins(MaintenanceStore& references, ArtifactStore& artifacts, Log log)
       : references_(references), artifacts_(artifacts), log_(std::move(log)) {}
 
-  /// Null when it does not exist, or has another size because power was lost before it was durable.
+  /// As ArtifactStore; null also when it has another size.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
+  std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact);
 
   /// Deletes the bytes unless a job names them or they are pinned. Never throws: a failure costs only disk space and
   /// is logged.
@@ -182,6 +183,7 @@ class JobLifecycle {
 
   CancelOutcome cancel(const std::string& id);  ///< a running job becomes cancelled within 100 ms
   RemoveOutcome remove(const std::string& id);
+  /// As JobTransitions::retry. A succeeded job is queued again if one of its images is missing or damaged.
   RetryOutcome retry(const std::string& id);
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision);
   void cancel_batch(const std::string& id);
@@ -201,6 +203,7 @@ class JobLifecycle {
   void end_followers(const std::string& id);
   bool cancel_follower(const std::string& id);
   void seed_throughput_estimate();
+  bool has_all_images(const Job& job);
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 
@@ -230,8 +233,11 @@ class JobQueries {
   std::optional<std::string> document(const std::string& id);
   BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
-  /// As ArtifactPins::open.
+  /// As ArtifactPins.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }
+  std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact) {
+    return context_.pins.open_unverified(artifact);
+  }
 
   /// For readiness: empty, or the reason ("store: disk full", "worker: restarting", "draining"). Costs a small durable
   /// write, so about once a second is often enough.

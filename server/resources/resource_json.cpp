@@ -61,7 +61,7 @@ Json stored_json(const std::string& stored) {
 }
 
 bool may_be_retried(const queue::Job& job) {
-  return queue::ended(job.state) && queue::may_move(job.state, queue::JobState::queued) && !job.expired;
+  return queue::ended(job.state) && job.state != queue::JobState::succeeded && !job.expired;
 }
 
 /// Null if the job has no artifact of that name yet.

@@ -220,7 +220,28 @@ TEST(FileArtifactStore, ReplacesATruncatedFile) {
   FileArtifactStore store(directory.path());
   const std::string sha256 = store.put(MemoryFile("abc").fd(), false).sha256;
   std::filesystem::resize_file(directory.path() + "/" + asset_path(sha256), 0);
-  EXPECT_EQ(store.open(sha256)->size_bytes(), 0u);
+  EXPECT_EQ(FileArtifactStore(directory.path()).open(sha256), nullptr) << "after the next start";
   store.put(MemoryFile("abc").fd());
   EXPECT_EQ(store.open(sha256)->size_bytes(), 3u);
+}
+
+TEST(FileArtifactStore, FindsAndReplacesChangedBytes) {
+  const TemporaryDirectory directory;
+  const std::string sha256 = FileArtifactStore(directory.path()).put(MemoryFile("abc").fd()).sha256;
+  const std::string path = directory.path() + "/" + asset_path(sha256);
+  std::ofstream(path) << "abd";
+  FileArtifactStore store(directory.path());
+  EXPECT_EQ(store.open(sha256), nullptr);
+  EXPECT_EQ(store.open_unverified(sha256)->size_bytes(), 3u);
+  store.put(MemoryFile("abc").fd(), false);
+  ASSERT_NE(store.open(sha256), nullptr) << "replaced";
+
+  std::ofstream(path) << "abd";  // after it was compared
+  const auto scrubbed = store.scrub();
+  ASSERT_TRUE(scrubbed);
+  EXPECT_EQ(scrubbed->artifact.sha256, sha256);
+  EXPECT_TRUE(scrubbed->damaged);
+  EXPECT_EQ(store.open(sha256), nullptr) << "found by the scrub";
+  EXPECT_FALSE(store.scrub()) << "end of the round";
+  EXPECT_TRUE(store.scrub()) << "of the next one";
 }

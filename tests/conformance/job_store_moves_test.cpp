@@ -14,9 +14,9 @@ constexpr JobState all_states[] = {JobState::queued, JobState::running, JobState
 
 TEST(JobMoves, MatchTheTransitionTable) {
   const std::vector<std::pair<std::string, std::string>> table = {
-      {"queued", "running"},    {"queued", "failed"},     {"queued", "cancelled"},
-      {"running", "queued"},    {"running", "succeeded"}, {"running", "failed"},
-      {"running", "cancelled"}, {"failed", "queued"},     {"cancelled", "queued"},
+      {"queued", "running"},    {"queued", "failed"},    {"queued", "cancelled"},  {"running", "queued"},
+      {"running", "succeeded"}, {"running", "failed"},   {"running", "cancelled"}, {"failed", "queued"},
+      {"cancelled", "queued"},  {"succeeded", "queued"},
   };
   for (const JobState from : all_states) {
     for (const JobState to : all_states) {

@@ -142,7 +142,9 @@ class ForwardingTransitions : public queue::JobTransitions {
     return target_.release(id, fence, now, release);
   }
   queue::CancelOutcome cancel(const std::string& id, std::int64_t now) override { return target_.cancel(id, now); }
-  queue::RetryOutcome retry(const std::string& id, std::int64_t now) override { return target_.retry(id, now); }
+  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded) override {
+    return target_.retry(id, now, succeeded);
+  }
 
  private:
   queue::JobTransitions& target_;

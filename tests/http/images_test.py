@@ -1,5 +1,6 @@
 """Images: rendered while the client waits, or downloaded from a job."""
 import hashlib
+import http.client
 import json
 import threading
 import unittest
@@ -8,6 +9,40 @@ from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wai
 
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 EXR_MAGIC = b"\x76\x2f\x31\x01"
+
+
+class Damage(unittest.TestCase):
+    def test_a_changed_image_is_an_error_and_rendered_again_by_a_retry(self):
+        with Daemon() as daemon:
+            ids = [daemon.submit(scene(150, 150, output={"formats": ["exr"]})) for _ in range(2)]
+            jobs = [daemon.wait_for_end(job_id) for job_id in ids]
+            sha256 = jobs[0]["artifacts"][0]["sha256"]
+            image = daemon.get(jobs[0]["links"]["image"]).body
+            retried = daemon.request("POST", f"/v1/jobs/{ids[0]}/retry")
+            self.assertEqual(retried.status, 409, "it is undamaged")
+            daemon.kill()
+            file = daemon.data / sha256[:2] / sha256
+            file.write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
+            with Daemon(data=daemon.data) as restarted:
+                reply = restarted.get(jobs[0]["links"]["image"])
+                self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"))
+                self.assertEqual(restarted.request("POST", f"/v1/jobs/{ids[0]}/retry").status, 202)
+                again = restarted.wait_for_end(ids[0])
+                self.assertEqual((again["state"], again["artifacts"][0]["sha256"]), ("succeeded", sha256))
+                for job in jobs:
+                    self.assertEqual(restarted.get(job["links"]["image"]).body, image, "equal images are one file")
+
+    def test_a_batch_with_a_changed_image_is_cut_short(self):
+        with Daemon() as daemon:
+            batch = json_of(daemon.request("POST", "/v1/batches", {
+                "scene": scene(150, 150, output={"formats": ["exr"]}), "frames": [{}]}))
+            job = wait_until(lambda: next((job for job in json_of(daemon.get(batch["links"]["jobs"]))["items"]
+                                           if job["state"] == "succeeded"), None), "the batch")
+            sha256 = job["artifacts"][0]["sha256"]
+            file = daemon.data / sha256[:2] / sha256
+            file.write_bytes(file.read_bytes()[:-1] + b"?")
+            with self.assertRaises(http.client.IncompleteRead):
+                daemon.get(batch["links"]["self"] + "/artifacts.tar")
 
 
 class Rendering(OneDaemon):

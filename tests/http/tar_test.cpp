@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/http/handlers/handlers.h"
+#include "tracer/sha256.h"
 
 namespace {
 
@@ -24,13 +25,14 @@ class Bytes final : public queue::ArtifactReader {
   std::string bytes_;
 };
 
+/// The content is the media type in this test.
 std::unique_ptr<queue::ArtifactReader> open(const queue::Artifact& artifact) {
   if (artifact.sha256 == "gone") return nullptr;
-  return std::make_unique<Bytes>(artifact.sha256);  // the hash is the content in this test
+  return std::make_unique<Bytes>(artifact.media_type);
 }
 
 http::handlers::TarEntry entry(const std::string& name, const std::string& content) {
-  return {name, content.size(), 1'700'000'000'000, {name, "image/png", content, content.size()}};
+  return {name, content.size(), 1'700'000'000'000, {name, content, tracer::sha256_hex(content), content.size()}};
 }
 
 std::string read_in_pieces(const http::BodySource& source, std::size_t piece) {
@@ -66,10 +68,20 @@ TEST(Tar, HeadersHaveValidChecksums) {
   EXPECT_EQ(checksum, sum);
 }
 
+TEST(Tar, ThrowsAtTheEndOfADamagedArtifact) {
+  http::handlers::TarEntry damaged = entry("a.png", "abc");
+  damaged.artifact.media_type = "abd";
+  const http::BodySource source = http::handlers::tar_of({damaged}, open);
+  std::string buffer(4096, '?');
+  EXPECT_EQ(source.read(512, buffer.data(), 2), 2u);
+  EXPECT_EQ(source.read(513, buffer.data(), 1), 1u) << "again, as after a short write";
+  EXPECT_THROW(source.read(514, buffer.data(), 1), std::runtime_error);
+}
+
 TEST(Tar, ThrowsIfAnArtifactIsMissingOrShorter) {
   const http::BodySource missing = http::handlers::tar_of({{"a.png", 3, 0, {"a.png", "image/png", "gone", 3}}}, open);
   std::string buffer(4096, '?');
   EXPECT_THROW(missing.read(512, buffer.data(), 512), std::runtime_error);
-  const http::BodySource shorter = http::handlers::tar_of({{"a.png", 30, 0, {"a.png", "image/png", "abc", 30}}}, open);
+  const http::BodySource shorter = http::handlers::tar_of({{"a.png", 30, 0, {"a.png", "abc", "", 30}}}, open);
   EXPECT_THROW(shorter.read(512, buffer.data(), 512), std::runtime_error);
 }

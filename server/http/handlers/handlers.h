@@ -75,7 +75,7 @@ struct TarEntry {
 };
 using OpenArtifact = std::function<std::unique_ptr<queue::ArtifactReader>(const queue::Artifact&)>;
 /// The archive of stored artifacts as the body of a reply. It is produced while it is sent, and exists neither in
-/// memory nor on disk. Opens one artifact at a time. An artifact that is missing then cuts the reply short.
+/// memory nor on disk. Opens one artifact at a time. An artifact that is missing or damaged cuts the reply short.
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
 
 // ---- asset_handlers.cpp
@@ -148,7 +148,8 @@ Reply replayed_reply(const queue::FirstReply& first);
 /// Sends the bytes of an artifact or asset as they are read from the store.
 BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader);
 /// The whole image.
-Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& context);
+tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::Artifact& artifact,
+                                           const ApiContext& context);
 /// Defers a reply until the job has ended or `deadline` has passed.
 Answer defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
                          std::function<Answer(bool timed_out)> resume);

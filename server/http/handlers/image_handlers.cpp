@@ -62,13 +62,13 @@ void add_format(Scene& scene, tracer::Format format) {
   formats.push_back(format);
 }
 
-Reply rendered_image(const queue::Job& job, tracer::Format format, const ApiContext& context) {
+tracer::Result<Reply, Problem> rendered_image(const queue::Job& job, tracer::Format format, const ApiContext& context) {
   const std::string name = "image." + std::string(tracer::extension(format));
   const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(),
                                      [&](const queue::Artifact& candidate) { return candidate.name == name; });
   if (artifact == job.artifacts.end()) throw std::runtime_error("job " + job.id + " has no " + name);
-  Reply reply = image_reply(job, *artifact, context);
-  reply.headers.emplace_back("Content-Location", "/v1/jobs/" + job.id + "/" + name);
+  auto reply = image_reply(job, *artifact, context);
+  if (reply) reply->headers.emplace_back("Content-Location", "/v1/jobs/" + job.id + "/" + name);
   return reply;
 }
 
@@ -101,8 +101,12 @@ Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bo
   Reply reply;
   if (job.expired || (ended && job.state != queue::JobState::succeeded)) {
     reply = problem_reply(job.expired ? images_expired(job) : problem_of(job), pending.request_id);
+  } else if (ended) {
+    auto image = rendered_image(job, pending.format, context);
+    if (!image) return image.error();
+    reply = *std::move(image);
   } else {
-    reply = ended ? rendered_image(job, pending.format, context) : job_reply(202, *view, context);
+    reply = job_reply(202, *view, context);
   }
   if (pending.replayed) reply.headers.emplace_back("Idempotent-Replayed", "true");
   return reply;
@@ -177,7 +181,9 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
                                      [&](const queue::Artifact& candidate) { return candidate.name == name; });
   if (artifact == job.artifacts.end()) return image_not_found(job, name);
 
-  Reply reply = image_reply(job, *artifact, context);
+  auto image = image_reply(job, *artifact, context);
+  if (!image) return image.error();
+  Reply& reply = *image;
   reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");  // an image never changes
   reply.headers.emplace_back("Accept-Ranges", "bytes");
   const std::string etag = '"' + artifact->sha256 + '"';
@@ -188,7 +194,7 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
   } else if (request.head.method == "GET") {  // Range is defined for GET only
     apply_range(request, reply, etag);
   }
-  return reply;
+  return std::move(reply);
 }
 
 Answer render(Request& request, const ApiContext& context) {
@@ -210,9 +216,10 @@ Answer render(Request& request, const ApiContext& context) {
     return reply_or_wait({id, *format, deadline, request.id, true}, context, false);
   }
   if (!submitted->from_cache) return wait_for_image({submitted->view.job.id, *format, deadline, request.id}, context);
-  Reply reply = rendered_image(submitted->view.job, *format, context);
-  reply.headers.emplace_back("X-Cache", "hit");
-  return reply;
+  auto reply = rendered_image(submitted->view.job, *format, context);
+  if (!reply) return reply.error();
+  reply->headers.emplace_back("X-Cache", "hit");
+  return *std::move(reply);
 }
 
 Answer get_preview(Request& request, const ApiContext& context) {

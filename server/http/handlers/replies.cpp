@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
@@ -67,9 +66,14 @@ BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader) {
           }};
 }
 
-Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& context) {
+tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::Artifact& artifact,
+                                           const ApiContext& context) {
   auto reader = context.queue.queries.open(artifact);
-  if (!reader) throw std::runtime_error("the bytes of artifact " + artifact.sha256 + " are missing");
+  if (!reader) {
+    return Problem{failures::image_damaged,
+                   artifact.name + " of job " + job.id +
+                       " is missing or its bytes have changed; retry the job to render it again"};
+  }
   Reply reply;
   reply.content_type = artifact.media_type;
   // A chart (SVG) may contain scripts if the worker was compromised.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
+#include "tracer/sha256.h"
 
 namespace http::handlers {
 namespace {
@@ -82,7 +83,17 @@ class Archive {
     }
     const std::size_t count = reader_of(index).read(at, into, std::min<std::uint64_t>(size, entry.bytes - at));
     if (count == 0) throw std::runtime_error("artifact " + entry.artifact.sha256 + " is shorter than before");
+    verify(entry, at, into, count);
     return count;
+  }
+
+  /// Hashes the bytes of an artifact in their order; a part may be read twice. At the end the hash is its name.
+  void verify(const TarEntry& entry, std::uint64_t at, const char* bytes, std::size_t count) {
+    const std::uint64_t done = hash_.size_bytes();
+    if (at > done || at + count <= done) return;
+    hash_.add(bytes + (done - at), at + count - done);
+    if (at + count == entry.bytes && hash_.hex() != entry.artifact.sha256)
+      throw std::runtime_error("artifact " + entry.artifact.sha256 + " is damaged");
   }
 
   static std::size_t zeros(char* into, std::size_t size, std::uint64_t left) {
@@ -95,6 +106,7 @@ class Archive {
     if (reader_ == nullptr || opened_ != index) {
       reader_ = open_(entries_[index].artifact);
       opened_ = index;
+      hash_ = {};
       if (reader_ == nullptr) throw std::runtime_error("artifact " + entries_[index].artifact.sha256 + " is missing");
     }
     return *reader_;
@@ -106,6 +118,7 @@ class Archive {
   OpenArtifact open_;
   std::unique_ptr<queue::ArtifactReader> reader_;
   std::size_t opened_ = 0;
+  tracer::Sha256 hash_;  ///< the bytes read from the open artifact
 };
 
 }  // namespace

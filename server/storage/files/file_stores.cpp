@@ -46,6 +46,11 @@ void walk(const std::string& directory, const Each& each) {
                               "cannot list " + directory + ": " + error.message());
 }
 
+queue::ArtifactStore::Stored hash_of_artifact(const queue::ArtifactReader& reader) {
+  return hash_of([&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); },
+                 {});
+}
+
 }  // namespace
 
 // ---- FileArtifactStore
@@ -65,11 +70,11 @@ queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
     return read_at(fd, offset, into, size, "the source");
   });
   const std::string target = path_of(directory_, stored.sha256);
-  std::error_code missing;
-  if (!durable && std::filesystem::file_size(target, missing) == stored.bytes && !missing) return stored;
+  if (!durable && open(stored.sha256)) return stored;
   if (durable) temporary.sync();  // also over a durable file: another thread may remove that at any moment
   temporary.rename_to(target);    // also over a file that power loss has truncated
   if (durable) sync_path(subdirectory(directory_, stored.sha256));
+  set_verified(stored.sha256, true);
   return stored;
 }
 
@@ -81,13 +86,58 @@ void FileArtifactStore::sync(const std::string& sha256) {
 }
 
 std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
+  auto reader = open_reader(directory_, sha256);
+  if (!reader || is_verified(sha256)) return reader;
+  if (hash_of_artifact(*reader).sha256 != sha256) return nullptr;
+  set_verified(sha256, true);
+  return reader;
+}
+
+std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open_unverified(const std::string& sha256) {
   return open_reader(directory_, sha256);
+}
+
+bool FileArtifactStore::is_verified(const std::string& sha256) {
+  const std::lock_guard lock(verified_mutex_);
+  return verified_.contains(sha256);
+}
+
+void FileArtifactStore::set_verified(const std::string& sha256, bool verified) {
+  constexpr std::size_t names_max = 100'000;  // 10 MB; then all are compared once more
+  const std::lock_guard lock(verified_mutex_);
+  if (verified_.size() >= names_max) verified_.clear();
+  if (verified) {
+    verified_.insert(sha256);
+  } else {
+    verified_.erase(sha256);
+  }
+}
+
+std::optional<FileArtifactStore::Scrubbed> FileArtifactStore::scrub() {
+  for (;;) {
+    while (scrub_names_.empty()) {
+      if (scrub_part_ == queue::AssetStore::parts) {
+        scrub_part_ = 0;
+        return std::nullopt;
+      }
+      walk(directory_ + "/" + name_of_part(scrub_part_++),
+           [&](const std::string& name, const Entry&) { scrub_names_.push_back(name); });
+    }
+    const std::string name = std::move(scrub_names_.back());
+    scrub_names_.pop_back();
+    const auto reader = open_reader(directory_, name);
+    if (!reader) continue;  // removed meanwhile
+    const Stored found = hash_of_artifact(*reader);
+    if (found.sha256 != name) set_verified(name, false);
+    return Scrubbed{{name, found.bytes}, found.sha256 != name};
+  }
 }
 
 void FileArtifactStore::remove(const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return;
   const std::string path = path_of(directory_, sha256);
   if (unlink(path.c_str()) < 0 && errno != ENOENT) fail("cannot delete", path);
+  set_verified(sha256, false);
 }
 
 // ---- FileAssetStore

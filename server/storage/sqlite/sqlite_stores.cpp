@@ -306,7 +306,10 @@ queue::ArtifactStore::Stored SmallArtifactStore::put(int fd, bool durable) {
   if (!bytes) return large_.put(fd, durable);
   const std::string sha256 = tracer::sha256_hex(*bytes);
   const auto work = [&](Database& database) {
-    return database.change("INSERT INTO small_artifacts VALUES (?, ?) ON CONFLICT DO NOTHING", sha256, Blob{*bytes});
+    return database.change(
+        "INSERT INTO small_artifacts VALUES (?, ?) ON CONFLICT DO UPDATE SET bytes = excluded.bytes"
+        " WHERE bytes <> excluded.bytes",
+        sha256, Blob{*bytes});
   };
   connections_.writer.run(work, Synced::with_next);
   return {sha256, bytes->size()};
@@ -319,6 +322,13 @@ void SmallArtifactStore::sync(const std::string& sha256) {
 std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open(const std::string& sha256) {
   std::optional<std::string> bytes = find(sha256);
   if (!bytes) return large_.open(sha256);
+  if (tracer::sha256_hex(*bytes) != sha256) return nullptr;
+  return std::make_unique<BytesReader>(*std::move(bytes));
+}
+
+std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open_unverified(const std::string& sha256) {
+  std::optional<std::string> bytes = find(sha256);
+  if (!bytes) return large_.open_unverified(sha256);
   return std::make_unique<BytesReader>(*std::move(bytes));
 }
 

@@ -35,14 +35,17 @@ queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::
                                                                      : queue::CancelOutcome::unknown;
 }
 
-queue::RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now) {
+queue::RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now,
+                              queue::SucceededJobs succeeded = queue::SucceededJobs::keep) {
   const std::optional<queue::Job> job = read_job(database, id);
   if (!job) return queue::RetryOutcome::unknown;
   if (!queue::ended(job->state)) return queue::RetryOutcome::not_ended;
-  if (job->state == queue::JobState::succeeded) return queue::RetryOutcome::succeeded;
+  const bool has_succeeded = job->state == queue::JobState::succeeded;
+  if (has_succeeded && succeeded == queue::SucceededJobs::keep) return queue::RetryOutcome::succeeded;
   if (job->expired) return queue::RetryOutcome::expired;
   assert(queue::may_move(job->state, queue::JobState::queued));
-  database.change("DELETE FROM problem_errors WHERE job_id = ?", id);
+  for (const char* const table : {"problem_errors", "reports", "artifacts"})
+    database.change(std::string("DELETE FROM ") + table + " WHERE job_id = ?", id);
   database.change(
       "UPDATE jobs SET state = 'queued', attempt = 0, started_at = NULL, ended_at = NULL, expires_at = NULL,"
       " problem_code = NULL, problem_detail = NULL, deadline = iif(deadline <= ?1, NULL, deadline),"
@@ -175,8 +178,8 @@ class SqliteTransitions final : public queue::JobTransitions {
     return connections_.writer.run([&](Database& database) { return cancel_job(database, id, now); });
   }
 
-  queue::RetryOutcome retry(const std::string& id, std::int64_t now) override {
-    return connections_.writer.run([&](Database& database) { return retry_job(database, id, now); });
+  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded) override {
+    return connections_.writer.run([&](Database& database) { return retry_job(database, id, now, succeeded); });
   }
 
  private:
