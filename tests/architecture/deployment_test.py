@@ -1,8 +1,10 @@
 """The Dockerfiles, Compose and Kubernetes files are valid and confine the service."""
 import json
+import pathlib
 import re
 import shlex
 import subprocess
+import tempfile
 import unittest
 
 import yaml
@@ -30,6 +32,26 @@ def instructions(path):
     lines = [line for line in text(path).splitlines() if not line.lstrip().startswith("#")]
     joined = re.sub(r"\\\n", " ", "\n".join(lines))
     return [tuple(line.split(maxsplit=1)) for line in joined.splitlines() if line.strip()]
+
+
+class BillOfMaterials(unittest.TestCase):
+    def test_names_packages_and_versions_of_the_libraries(self):
+        with tempfile.TemporaryDirectory() as root:
+            library = next(pathlib.Path("/lib").glob("*-linux-gnu/libz.so.1"))
+            lib = pathlib.Path(root, "usr/lib")
+            lib.mkdir(parents=True)
+            (lib / library.resolve().name).write_bytes(library.read_bytes())
+            (lib / "of_no_package.so").write_bytes(b"")
+            made = run(SOURCE / "docker/sbom", root)
+        document = json.loads(made.stdout)
+        self.assertEqual((document["spdxVersion"], made.stderr), ("SPDX-2.3", ""))
+        version = run("dpkg-query", "--show", "--showformat=${Version}", "zlib1g").stdout
+        found = {package["name"]: package["versionInfo"] for package in document["packages"]}
+        self.assertEqual(found["zlib1g"], version)
+
+    def test_is_written_to_the_image(self):
+        self.assertIn("sbom.spdx.json", text("docker/rootfs"))
+        self.assertTrue(any(keyword == "COPY" and "docker/sbom" in rest for keyword, rest in instructions(DOCKERFILES[0])))
 
 
 class Dockerfiles(unittest.TestCase):
