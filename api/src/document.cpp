@@ -19,12 +19,18 @@ namespace {
 
 /// A document of another version is not read further: its meaning is unknown.
 bool read_version(Reading& reading, Fields& fields) {
-  const auto field = fields.take_required("version");
+  const auto field = fields.take_required("version", "1");
   double version = 0;
+  if (field && field->node->kind != json::Kind::number) {
+    add_wrong_type(reading, *field, "the number 1");
+    return true;
+  }
   if (!field || !read(reading, *field, version) || version == 1) return true;
   return add_issue(reading, *field, "out_of_range",
                    "must be 1, the version this build reads; got " + number_text(version));
 }
+
+constexpr std::string_view camera_form = R"({"position": [x, y, z], "look_at": [x, y, z]})";
 
 /// Reads all sections. Returns false if the meaning of the document is unknown (no object, another version).
 bool read_document(Reading& reading, const Cursor& at) {
@@ -33,12 +39,13 @@ bool read_document(Reading& reading, const Cursor& at) {
   const auto section = [&](std::string_view name, void (*read_section)(Reading&, const Cursor&)) {
     if (const auto field = fields.take(name)) read_section(reading, *field);
   };
-  if (!fields || !read_version(reading, fields)) return false;
+  if (!fields) return add_wrong_type(reading, at, "an object: {\"version\": 1, \"camera\": {...}, \"objects\": [...]}");
+  if (!read_version(reading, fields)) return false;
   std::string schema;  // for editors
   fields.optional("$schema", Name{schema});
   fields.optional("name", Name{scene.name});
   section("image", read_image);
-  if (const auto camera = fields.take_required("camera")) read_camera(reading, *camera);
+  if (const auto camera = fields.take_required("camera", camera_form)) read_camera(reading, *camera);
   section("depth_cue", read_depth_cue);
   fields.optional("ambient", scene.ambient);
   section("lights", read_lights);

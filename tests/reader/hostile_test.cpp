@@ -106,7 +106,7 @@ TEST(ReaderLimits, ReportTheFirstOfMillionsOfIssues) {
   }));
   EXPECT_TRUE(holds(1000, [&] {
     return has_1001_issues(
-        document_with_object("mesh", "\"positions\":[" + repeated("7,", 16 * mebi) + "7],\"triangles\":[]"));
+        document_with_object("mesh", "\"positions\":[" + repeated("[],", 16 * mebi) + "7],\"triangles\":[]"));
   }));
   EXPECT_TRUE(holds(1000, [&] {
     return has_1001_issues(document_with_object(

@@ -113,6 +113,15 @@ TEST(JsonParser, QuotesTheUnexpectedText) {
   EXPECT_EQ(detail("[1, 2"),
             "syntax error while parsing array - unexpected end of input; expected ']', found the end of the document");
   EXPECT_EQ(detail("[1; 2]"), "syntax error while parsing array - invalid literal, found ';'");
+  EXPECT_EQ(
+      detail("{\"a\": 1,\n}"),
+      "syntax error while parsing object key - unexpected '}'; expected string literal, found '}': a comma before "
+      "}, which the last member must not have");
+  EXPECT_TRUE(detail("[1, ]").ends_with("found ']': a comma before ], which the last element must not have"));
+  EXPECT_TRUE(detail("{ // the version\n}").ends_with(": JSON has no comments"));
+  EXPECT_TRUE(detail("['a']").ends_with(": write text in double quotes"));
+  EXPECT_TRUE(detail("{version: 1}").ends_with(": write names in double quotes"));
+  EXPECT_TRUE(detail("{\"a\": 1 \"b\": 2}").ends_with(": is a comma missing before it?"));
   EXPECT_EQ(detail("{\"a\": \x01}"), "syntax error while parsing value - invalid literal, found byte 0x01");
 }
 

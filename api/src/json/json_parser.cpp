@@ -142,13 +142,29 @@ std::string found(std::string_view bytes, std::size_t at) {
   return "'" + std::string(text.substr(0, size)) + "'";
 }
 
+/// Advice about habits from other languages; empty without any.
+std::string_view advice(std::string_view message, std::string_view bytes, std::size_t at) {
+  const std::string_view rest = bytes.substr(std::min(at, bytes.size()));
+  const std::size_t before = bytes.substr(0, at).find_last_not_of(" \t\r\n");
+  const bool after_comma = before != std::string_view::npos && bytes[before] == ',';
+  const char c = rest.empty() ? '\0' : rest[0];
+  const auto mentions = [&](std::string_view text) { return message.find(text) != std::string_view::npos; };
+  if (after_comma && c == '}') return ": a comma before }, which the last member must not have";
+  if (after_comma && c == ']') return ": a comma before ], which the last element must not have";
+  if (c == '/' || c == '#') return ": JSON has no comments";
+  if (c == '\'') return ": write text in double quotes";
+  if (mentions("object key") && c > ' ') return ": write names in double quotes";
+  if (!rest.empty() && (mentions("expected '}'") || mentions("expected ']'"))) return ": is a comma missing before it?";
+  return {};
+}
+
 /// nlohmann's message without its prefix (library and position) and its suffix (the text read last, which may not be
-/// UTF-8).
+/// UTF-8), with advice.
 std::string sentence(std::string_view message, std::string_view bytes, std::size_t at) {
   const std::size_t place = message.find(": ");
   if (place != std::string_view::npos) message.remove_prefix(place + 2);
   message = message.substr(0, message.find("; last read"));
-  return std::string(message) + ", found " + found(bytes, at);
+  return std::string(message) + ", found " + found(bytes, at) + std::string(advice(message, bytes, at));
 }
 
 /// The reason to refuse the first string or number that is over its limit whatever its escapes are; empty if there is

@@ -67,21 +67,24 @@ bool add_wrong_type(Reading& reading, const Cursor& at, std::string_view expecte
 bool add_limit_exceeded(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound,
                         std::uint64_t seen);
 
-/// Calls read(element) for each element. Adds an issue and returns false if the value is not an array.
+/// Calls read(element) for each element. Adds an issue, which names the form `expected`, and returns false if the value
+/// is not an array.
 template <class ReadElement>
-bool for_each_element(Reading& reading, const Cursor& at, const ReadElement& read) {
-  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, "an array");
+bool for_each_element(Reading& reading, const Cursor& at, const ReadElement& read,
+                      std::string_view expected = "an array") {
+  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, expected);
   json::Node* element = at.node + 1;
   for (std::size_t i = 0; i < at.node->size; ++i, element = reading.tape.next(element))
     read(Cursor{&at, {}, i, false, element});
   return true;
 }
 
-/// Calls read(member) for each member, in document order, duplicates included. Adds an issue and returns false if the
-/// value is not an object.
+/// Calls read(member) for each member, in document order, duplicates included. Adds an issue, which names the form
+/// `expected`, and returns false if the value is not an object.
 template <class ReadMember>
-bool for_each_member(Reading& reading, const Cursor& at, const ReadMember& read) {
-  if (at.node->kind != json::Kind::object) return add_wrong_type(reading, at, "an object");
+bool for_each_member(Reading& reading, const Cursor& at, const ReadMember& read,
+                     std::string_view expected = "an object") {
+  if (at.node->kind != json::Kind::object) return add_wrong_type(reading, at, expected);
   json::Node* key = at.node + 1;
   for (std::size_t i = 0; i < at.node->size; ++i, key = reading.tape.next(key + 1))
     read(Cursor{&at, key->string(), 0, true, key + 1});

@@ -13,14 +13,17 @@ namespace {
 
 /// Reads an array of N finite numbers without a cursor for each: the common case, in meshes by far.
 template <std::size_t N>
-bool read_vector(Reading& reading, const Cursor& at, std::array<double, N>& values) {
+bool read_vector(Reading& reading, const Cursor& at, std::array<double, N>& values, std::string_view form) {
   bool plain = at.node->kind == json::Kind::array && at.node->size == N;
   for (std::size_t i = 0; plain && i < N; ++i) {
     const json::Node& element = at.node[1 + i];  // numbers take one node each
     plain = element.kind == json::Kind::number && std::isfinite(element.number);
     values[i] = element.number;
   }
-  return plain || read<double, N>(reading, at, values);
+  if (plain) return true;
+  if (expect_length(reading, at, N, form)) return read<double, N>(reading, at, values);
+  set_invalid(values[0]);
+  return false;
 }
 
 // The four forms of a color: [r, g, b] and a gray number (linear), "#rrggbb" and {"hsb"} (sRGB, decoded to linear).
@@ -156,14 +159,14 @@ bool read(Reading& reading, const Cursor& at, std::uint32_t& value) {
 
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value) {
   std::array<double, 2> xy{};
-  const bool valid = read_vector(reading, at, xy);
+  const bool valid = read_vector(reading, at, xy, form_of<tracer::Vec2>);
   value = {xy[0], xy[1]};
   return valid;
 }
 
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value) {
   std::array<double, 3> xyz{};
-  const bool valid = read_vector(reading, at, xyz);
+  const bool valid = read_vector(reading, at, xyz, form_of<tracer::Vec3>);
   value = {xyz[0], xyz[1], xyz[2]};
   return valid;
 }
@@ -206,7 +209,7 @@ bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::s
   const std::string_view text = at.node->string();
   reading.issues.push_back({pointer(at), at.is_member && at.key == "type" ? "unknown_type" : "unknown_value",
                             (choices.size() > 1 ? "must be one of " : "must be ") + list_of(choices) + ", got " +
-                                quoted(text) + did_you_mean(text, choices)});
+                                quoted(text) + suggestion(text, {at.is_member ? at.key : ""}, choices)});
   return false;
 }
 
@@ -215,9 +218,13 @@ bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, st
   return add_limit_exceeded(reading, at, limit, bound, at.node->size);
 }
 
-bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {
-  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, "an array of " + std::to_string(length));
+bool expect_length(Reading& reading, const Cursor& at, std::size_t length, std::string_view form) {
+  if (at.node->kind != json::Kind::array)
+    return add_wrong_type(reading, at, form.empty() ? "an array of " + std::to_string(length) : std::string(form));
   if (at.node->size == length) return true;
+  if (!form.empty())
+    return add_issue(reading, at, "wrong_length",
+                     "must be " + std::string(form) + ", got an array of " + std::to_string(at.node->size));
   return add_issue(reading, at, "wrong_length",
                    "must have " + std::to_string(length) + " elements, has " + std::to_string(at.node->size));
 }
@@ -231,7 +238,7 @@ bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
       break;
     case json::Kind::array: {
       std::array<double, 3> rgb{};
-      valid = read(reading, at, rgb);
+      valid = expect_length(reading, at, 3, "[r, g, b]") && read(reading, at, rgb);
       value = {rgb[0], rgb[1], rgb[2]};
       break;
     }

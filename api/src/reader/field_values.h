@@ -75,8 +75,26 @@ bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::s
 
 bool has_control_characters(std::string_view text);
 
-/// True if the value is an array of that length; else adds an issue.
-bool expect_length(Reading& reading, const Cursor& at, std::size_t length);
+/// True if the value is an array of that length; else adds an issue, which names the form.
+bool expect_length(Reading& reading, const Cursor& at, std::size_t length, std::string_view form = {});
+
+/// The form of a value of this type in messages.
+template <class T>
+inline constexpr std::string_view form_of{};
+template <>
+inline constexpr std::string_view form_of<double> = "NUMBER";
+template <>
+inline constexpr std::string_view form_of<tracer::Vec2> = "[u, v]";
+template <>
+inline constexpr std::string_view form_of<tracer::Vec3> = "[x, y, z]";
+template <>
+inline constexpr std::string_view form_of<std::array<tracer::Vec3, 3>> = "[[x, y, z], [x, y, z], [x, y, z]]";
+template <>
+inline constexpr std::string_view form_of<std::array<tracer::Color, 2>> = "[COLOUR, COLOUR]";
+template <>
+inline constexpr std::string_view form_of<tracer::Color> = "COLOUR";
+template <>
+inline constexpr std::string_view form_of<tracer::MaterialId> = "a material's name or {\"color\": COLOUR, ...}";
 
 /// False, with an issue, if the array or object has more elements than the limit. To be called before its elements are
 /// read, which bounds the memory.
@@ -127,7 +145,7 @@ bool read(Reading& reading, const Cursor& at, Enum& value) {
 
 template <class T, std::size_t N>
 bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
-  bool all_valid = expect_length(reading, at, N);
+  bool all_valid = expect_length(reading, at, N, form_of<std::array<T, N>>);
   if (!all_valid) {
     for (T& value : values) set_invalid(value);
     return false;

@@ -7,11 +7,6 @@
 
 namespace api {
 
-Fields::Fields(Reading& reading, const Cursor& at, std::string_view kind)
-    : reading_(reading), at_(at), kind_(kind), is_object_(at.node->kind == json::Kind::object) {
-  if (!is_object_) add_wrong_type(reading, at, "an object");
-}
-
 std::optional<Cursor> Fields::take(std::string_view name) {
   assert(known_count_ < known_.size());
   known_[known_count_++] = name;
@@ -21,11 +16,12 @@ std::optional<Cursor> Fields::take(std::string_view name) {
   return Cursor{&at_, key->string(), 0, true, key + 1};
 }
 
-std::optional<Cursor> Fields::take_required(std::string_view name) {
+std::optional<Cursor> Fields::take_required(std::string_view name, std::string_view form) {
   const auto field = take(name);
   if (!field && is_object_ && reading_.can_add_issue())
     reading_.issues.push_back(
-        {pointer_to_member(at_, name), "missing_field", std::string(kind_) + " must have " + quoted(name)});
+        {pointer_to_member(at_, name), "missing_field",
+         std::string(kind_) + " must have " + quoted(name) + (form.empty() ? "" : ": ") + std::string(form)});
   return field;
 }
 
@@ -36,8 +32,11 @@ void Fields::report_missing_one_of(std::span<const std::string_view> names) {
 }
 
 void Fields::finish() {
-  if (!is_object_) return;
   const std::span<const std::string_view> known(known_.data(), known_count_);
+  if (!is_object_) {
+    add_wrong_type(reading_, at_, "an object with " + list_of(known));
+    return;
+  }
   for_each_member(reading_, at_, [&](const Cursor& member) {
     if (member.node[-1].used || !reading_.can_add_issue()) return;
     const bool is_duplicate = std::find(known.begin(), known.end(), member.key) != known.end();
@@ -45,7 +44,9 @@ void Fields::finish() {
     if (is_duplicate) {
       detail += " is written twice";
     } else {
-      detail += " is not a field of " + std::string(kind_) + did_you_mean(member.key, known);
+      const std::string form = suggestion(member.key, {kind_, group_}, known);
+      detail +=
+          " is not a field of " + std::string(kind_) + (form.empty() ? "; its fields are " + list_of(known) : form);
     }
     reading_.issues.push_back({pointer(member), is_duplicate ? "duplicate_key" : "unknown_field", std::move(detail)});
   });

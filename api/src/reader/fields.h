@@ -16,11 +16,12 @@
 namespace api {
 
 /// Use: construct, `required` and `optional` for each field, `finish`. If the value is not an object, that is the only
-/// issue and every field is absent.
+/// issue, which `finish` adds, and every field is absent.
 class Fields {
  public:
   /// `kind` names the object in messages ("a sphere").
-  Fields(Reading& reading, const Cursor& at, std::string_view kind);
+  Fields(Reading& reading, const Cursor& at, std::string_view kind)
+      : reading_(reading), at_(at), group_(kind), kind_(kind), is_object_(at.node->kind == json::Kind::object) {}
 
   explicit operator bool() const { return is_object_; }
   void set_kind(std::string_view kind) { kind_ = kind; }
@@ -38,14 +39,14 @@ class Fields {
   /// Reads the field. True if it is present and valid; adds an issue if it is missing.
   template <class T>
   bool required(std::string_view name, T&& value) {
-    const auto field = take_required(name);
+    const auto field = take_required(name, form_of<std::remove_cvref_t<T>>);
     if (field) return read(reading_, *field, std::forward<T>(value));
     if (is_object_) set_invalid(value);
     return false;
   }
 
-  /// As take(); adds an issue if the field is missing.
-  std::optional<Cursor> take_required(std::string_view name);
+  /// As take(); adds an issue, which names the form of the value, if the field is missing.
+  std::optional<Cursor> take_required(std::string_view name, std::string_view form = {});
 
   /// True if a member has this name, known or not.
   [[nodiscard]] bool has(std::string_view name) const { return reading_.tape.find_key(at_.node, name) != nullptr; }
@@ -53,12 +54,14 @@ class Fields {
   /// Adds an issue at the first name; the message lists all of them.
   void report_missing_one_of(std::span<const std::string_view> names);
 
-  /// Adds an issue for each member that was not taken: a duplicate, or unknown, with the name that is probably meant.
+  /// Adds an issue for each member that was not taken: a duplicate, or unknown, with the name that is probably meant or
+  /// else the known ones.
   void finish();
 
  private:
   Reading& reading_;
   const Cursor& at_;
+  std::string_view group_;  ///< the kind before set_kind()
   std::string_view kind_;
   bool is_object_;
   std::array<std::string_view, 24> known_{};  ///< more than any object of the format has

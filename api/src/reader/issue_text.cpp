@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "api/src/reader/foreign_words.h"
+
 namespace api {
 namespace {
 
@@ -88,6 +90,14 @@ std::string did_you_mean(std::string_view word, std::span<const std::string_view
     }
   }
   return suggestion.empty() ? std::string() : "; did you mean \"" + std::string(suggestion) + "\"?";
+}
+
+std::string suggestion(std::string_view word, std::initializer_list<std::string_view> scopes,
+                       std::span<const std::string_view> names) {
+  for (const std::string_view scope : scopes)
+    if (const std::string_view form = form_of_foreign_word(scope, word); !form.empty())
+      return "; write " + std::string(form);
+  return did_you_mean(word, names);
 }
 
 }  // namespace api

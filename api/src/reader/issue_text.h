@@ -2,6 +2,7 @@
 /// Parts of the messages of issues: values, and the name that a mistyped one probably stands for.
 
 #include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,5 +22,10 @@ inline constexpr std::size_t suggestion_names_max = 1000;
 /// else empty. Only the first `suggestion_names_max` names and words of up to 64 bytes are compared, which bounds the
 /// time for a document with many issues.
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> names);
+
+/// "; write \"reflection\": ..." for a name from another program (foreign_words.h) in one of the scopes, else
+/// did_you_mean().
+std::string suggestion(std::string_view word, std::initializer_list<std::string_view> scopes,
+                       std::span<const std::string_view> names);
 
 }  // namespace api

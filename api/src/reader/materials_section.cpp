@@ -107,6 +107,7 @@ void read_pattern(Fields& fields, tracer::Texture& texture) {
     fields.optional("color_space", image.color_space);
   } else {
     fields.report_missing_one_of(patterns);
+    for (const std::string_view name : patterns) fields.take(name);
   }
 }
 

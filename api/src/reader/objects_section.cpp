@@ -83,7 +83,8 @@ bool read_translation(Reading& reading, const Cursor& at, Transform& step) {
 /// An object with exactly one of the members translate, rotate and scale.
 bool read_step(Reading& reading, const Cursor& at, Transform& step) {
   Fields fields(reading, at, "a step of a transform");
-  if (!fields) return false;
+  if (!fields)
+    return add_wrong_type(reading, at, R"({"translate": [x, y, z]}, {"rotate": {...}} or {"scale": NUMBER})");
   int count = 0;
   bool valid = false;
   for (const auto& [name, read_kind] :
@@ -95,7 +96,8 @@ bool read_step(Reading& reading, const Cursor& at, Transform& step) {
   }
   fields.finish();
   if (count == 1) return valid;
-  return add_issue(reading, at, count == 0 ? "missing_field" : "conflict", "must hold one of translate, rotate, scale");
+  return add_issue(reading, at, count == 0 ? "missing_field" : "conflict",
+                   R"(must have exactly one of "translate", "rotate", "scale")");
 }
 
 bool read_matrix(Reading& reading, const Cursor& at, Transform& matrix) {
@@ -127,24 +129,38 @@ bool read_index(Reading& reading, const Cursor& at, std::uint32_t& index) {
   return read(reading, at, Integer<std::uint32_t>{index, 0, index_max});
 }
 
+/// False, with one issue for all of them, if the numbers of a list of vectors are not in groups of the given form.
+bool is_grouped(Reading& reading, const Cursor& at, std::string_view form) {
+  if (at.node->kind != json::Kind::array)
+    return add_wrong_type(reading, at, "a list: [" + std::string(form) + ", ...]");
+  const std::uint32_t size = at.node->size;
+  const auto is_number = [](const json::Node& element) { return element.kind == json::Kind::number; };
+  return size < 2 || !std::all_of(at.node + 1, at.node + 1 + size, is_number) ||
+         add_issue(reading, at, "wrong_type",
+                   "must be a list of lists, [" + std::string(form) + ", ...], got " + std::to_string(size) +
+                       " numbers without inner brackets");
+}
+
 /// Appends an element to `values` for each element of the array.
 template <class T, class ReadElement>
-bool read_list(Reading& reading, const Cursor& at, std::vector<T>& values, const ReadElement& read_element) {
-  if (at.node->kind == json::Kind::array) values.reserve(at.node->size);
+bool read_list(Reading& reading, const Cursor& at, std::string_view form, std::vector<T>& values,
+               const ReadElement& read_element) {
+  if (!is_grouped(reading, at, form)) return false;
+  values.reserve(at.node->size);
   return for_each_element(reading, at, [&](const Cursor& element) { read_element(element, values.emplace_back()); });
 }
 
 template <class Vector>
 bool read_vectors(Reading& reading, const std::optional<Cursor>& at, std::vector<Vector>& vectors) {
-  return at && read_list(reading, *at, vectors,
+  return at && read_list(reading, *at, form_of<Vector>, vectors,
                          [&](const Cursor& element, Vector& vector) { read(reading, element, vector); });
 }
 
 void read_triangles(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
-  read_list(reading, at, mesh.triangles, [&](const Cursor& element, Corners& corners) {
+  read_list(reading, at, "[0, 1, 2]", mesh.triangles, [&](const Cursor& element, Corners& corners) {
     if (read_plain(element.node, corners)) return;
     corners = {};
-    if (!expect_length(reading, element, 3)) return;
+    if (!expect_length(reading, element, 3, "three indices: [0, 1, 2]")) return;
     for_each_element(reading, element,
                      [&](const Cursor& corner) { read_index(reading, corner, corners[corner.index]); });
   });
@@ -168,6 +184,7 @@ bool read_polygon(Reading& reading, const Cursor& at, std::size_t position_count
 }
 
 void read_faces(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
+  if (!is_grouped(reading, at, "[0, 1, 2, 3]")) return;
   std::vector<std::uint32_t> polygon;
   std::vector<tracer::Vec3> corners;
   std::vector<Corners> triangles;
@@ -189,7 +206,7 @@ void read_faces(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
 
 void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   const auto faces = fields.take("faces");
-  const auto triangles = faces ? fields.take("triangles") : fields.take_required("triangles");
+  const auto triangles = faces ? fields.take("triangles") : fields.take_required("triangles", "[[0, 1, 2], ...]");
   if (triangles) read_triangles(reading, *triangles, mesh);
   if (triangles && faces) {
     add_issue(reading, *faces, "conflict", "a mesh has \"triangles\" or \"faces\", not both");
@@ -210,7 +227,8 @@ void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape) {
   auto& mesh = shape.emplace<tracer::Mesh>();
   fields.optional("smooth", mesh.smooth);
   if (fields.has("file")) return read_file(reading, fields, mesh);
-  const bool has_positions = read_vectors(reading, fields.take_required("positions"), mesh.positions);
+  const bool has_positions =
+      read_vectors(reading, fields.take_required("positions", "[[x, y, z], ...]"), mesh.positions);
   read_connectivity(reading, fields, mesh);
   read_vectors(reading, fields.take("normals"), mesh.normals);
   read_vectors(reading, fields.take("uvs"), mesh.uvs);
@@ -241,7 +259,10 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
   tracer::Object& object = objects.emplace_back();
   set_invalid(object.material);
   Fields fields(reading, at, "an object");
-  if (!fields) return;
+  if (!fields) {
+    add_wrong_type(reading, at, R"(an object such as {"type": "sphere", ...})");
+    return;
+  }
   std::size_t type = 0;
   const bool type_known = fields.required("type", OneOf<std::size_t>{type, object_types});
   if (!type_known || object_types[type].first != tracer::Instance::type) fields.required("material", object.material);
@@ -261,7 +282,9 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
 void read_object_list(Reading& reading, const Cursor& at, std::vector<tracer::Object>& objects) {
   if (!within_limit(reading, at, "objects", reading.limits.scene.objects)) return;
   if (at.node->kind == json::Kind::array) objects.reserve(at.node->size);
-  for_each_element(reading, at, [&](const Cursor& object) { read_object(reading, object, objects); });
+  for_each_element(
+      reading, at, [&](const Cursor& object) { read_object(reading, object, objects); },
+      R"(a list of objects: [{"type": "sphere", ...}, ...])");
 }
 
 tracer::PrototypeId add_prototype(Reading& reading, const Cursor& at) {
@@ -284,7 +307,8 @@ Transform composed(const Transform& then, const Transform& first) {
 }
 
 bool read(Reading& reading, const Cursor& at, Transform& transform) {
-  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, "a 4 x 4 matrix or a list of steps");
+  if (at.node->kind != json::Kind::array)
+    return add_wrong_type(reading, at, R"(a list of steps such as [{"translate": [x, y, z]}], or a 4 x 4 matrix)");
   if (at.node->size > 0 && at.node[1].kind == json::Kind::array) return read_matrix(reading, at, transform);
   bool valid = true;
   for_each_element(reading, at, [&](const Cursor& element) {

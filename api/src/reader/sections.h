@@ -66,14 +66,17 @@ inline bool has_capacity(Reading& reading, const Cursor& at, std::size_t count, 
 /// Adds each member of a map under its name. A duplicate name is an issue, and its member is not read.
 template <class Id>
 void read_names(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
-  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
-    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
-    if (is_new) {
-      place->second = add(reading, member);
-    } else {
-      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
-    }
-  });
+  names.complete = for_each_member(
+      reading, at,
+      [&](const Cursor& member) {
+        const auto [place, is_new] = names.ids.emplace(member.key, Id{});
+        if (is_new) {
+          place->second = add(reading, member);
+        } else {
+          add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+        }
+      },
+      R"(an object of definitions by name: {"NAME": ...})");
 }
 
 template <class Id>
@@ -85,8 +88,13 @@ bool add_unknown_reference(Reading& reading, const Cursor& at, const Names<Id>& 
     candidates.push_back(name);
   }
   std::string detail = quoted(at.node->string()) + " is not defined";
-  if (candidates.empty()) detail.append(": there are no named ").append(kind);
-  detail += did_you_mean(at.node->string(), candidates);
+  const std::string meant = did_you_mean(at.node->string(), candidates);
+  if (candidates.empty()) {
+    detail.append(": define it in \"").append(kind).append("\": {").append(quoted(at.node->string())).append(": ...}");
+  } else if (meant.empty()) {
+    detail += "; defined are " + list_of(std::span(candidates).first(std::min<std::size_t>(candidates.size(), 20)));
+  }
+  detail += meant;
   reading.issues.push_back({pointer(at), "unknown_reference", std::move(detail)});
   return false;
 }

@@ -55,10 +55,13 @@ template <class Enum>
 void read_words(Reading& reading, const std::optional<Cursor>& at, std::vector<Enum>& values) {
   if (!at) return;
   values.clear();
-  for_each_element(reading, *at, [&](const Cursor& element) {
-    Enum value{};
-    if (read(reading, element, value)) values.push_back(value);
-  });
+  for_each_element(
+      reading, *at,
+      [&](const Cursor& element) {
+        Enum value{};
+        if (read(reading, element, value)) values.push_back(value);
+      },
+      "a list of words in brackets");
 }
 
 bool read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
@@ -114,6 +117,7 @@ void read_light(Reading& reading, const Cursor& at) {
   fields.optional("intensity", light.intensity);
   fields.optional("shadows", light.shadows);
   if (const auto attenuation = fields.take("attenuation")) read_attenuation(reading, *attenuation, light.attenuation);
+  if (!fields) add_wrong_type(reading, at, R"(an object such as {"type": "point", "position": [x, y, z]})");
   if (!type_known) return;  // its other fields depend on the type
   read_alternative(light.source, type, [&](auto& source) {
     fields.set_kind(source.noun);
@@ -170,6 +174,7 @@ void read_background(Reading& reading, const Cursor& at) {
     fields.required("nadir", gradient.nadir);
   } else {
     fields.optional("color", background.color);
+    for (const std::string_view other : {"zenith", "nadir", "environment"}) fields.take(other);
   }
   fields.finish();
 }
@@ -201,7 +206,9 @@ void read_output(Reading& reading, const Cursor& at) {
 
 void read_lights(Reading& reading, const Cursor& at) {
   if (!within_limit(reading, at, "lights", reading.limits.scene.lights)) return;
-  for_each_element(reading, at, [&](const Cursor& light) { read_light(reading, light); });
+  for_each_element(
+      reading, at, [&](const Cursor& light) { read_light(reading, light); },
+      R"(a list of lights: [{"type": "point", "position": [x, y, z]}, ...])");
 }
 
 }  // namespace api
