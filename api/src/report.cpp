@@ -9,6 +9,7 @@
 #include "api/src/result_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"
+#include "tracer/warnings.h"
 
 namespace api {
 namespace {
@@ -25,6 +26,13 @@ Json requirements_json(const tracer::Scene& scene) {
       if (reason.needed == needed) reasons[std::string(name)] = reason.pointer;
   }
   return {{"requirements", std::move(requirements)}, {"reasons", std::move(reasons)}};
+}
+
+Json issues_json(const std::vector<tracer::Issue>& issues) {
+  Json list = Json::array();
+  for (const tracer::Issue& issue : issues)
+    list.push_back({{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
+  return list;
 }
 
 /// Samples per pixel of the image, without holdout samples.
@@ -57,13 +65,6 @@ double culled_radiance(const tracer::Scene& scene, const tracer::RenderStatistic
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
 
-Json errors_json(const std::vector<tracer::Issue>& errors) {
-  Json list = Json::array();
-  for (const tracer::Issue& issue : errors)
-    list.push_back({{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
-  return list;
-}
-
 /// Rounded to milliseconds.
 Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   std::optional<double> seconds;
@@ -93,6 +94,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes) {
   Json report = requirements_json(scene);
+  report["warnings"] = issues_json(tracer::warnings(scene));
   report["error"] = error_json(error);
   report["artifacts"] = artifacts_json(artifacts);
   report["samples"] = samples_json(scene, statistics);
@@ -165,7 +167,7 @@ std::string uri_fragment(const std::string& pointer) {
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
-  Json json = {{"valid", true}, {"errors", Json::array()}};
+  Json json = {{"valid", true}, {"errors", Json::array()}, {"warnings", issues_json(tracer::warnings(scene))}};
   json.update(requirements_json(scene));
   json["estimate"] = {{"samples", scene.image.window().pixels() * samples},
                       {"seconds", seconds_json(scene, seconds_per_work)},
@@ -175,7 +177,8 @@ std::string write_valid(const tracer::Scene& scene, std::optional<double> second
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {
   return text_of({{"valid", false},
-                  {"errors", errors_json(errors)},
+                  {"errors", issues_json(errors)},
+                  {"warnings", Json::array()},
                   {"requirements", nullptr},
                   {"reasons", nullptr},
                   {"estimate", nullptr}});

@@ -187,6 +187,18 @@ class Check(unittest.TestCase):
                          {"reflection": "#/objects/0/material", "shadows": "#/lights/0", "spheres": "#/objects/0",
                           "planes": "#/objects/1"})
 
+    def test_prints_warnings_of_a_valid_scene(self):
+        document = scene("tiny", camera={"position": [0, 1, 5], "look_at": [0, 0.5, 0], "fov": 0.7})
+        done = whittle("check", "-", document=document)
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        lines = done.stdout.decode().splitlines()
+        self.assertEqual([line for line in lines if line.startswith("warning ")],
+                         ["warning #/camera/fov radians angles are in degrees, got 0.7: is it in radians?"])
+        with tempfile.TemporaryDirectory() as directory:
+            done = whittle("render", "-", "-o", directory + "/image.png", document=document)
+        self.assertEqual(done.returncode, 0)
+        self.assertIn(b"warning #/camera/fov radians ", done.stderr)
+
     def test_prints_each_issue_as_a_line_of_pointer_code_and_message(self):
         document = scene("tiny")
         document["objects"][0]["radius"] = -1

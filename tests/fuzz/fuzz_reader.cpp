@@ -9,6 +9,7 @@
 
 #include "api/document.h"
 #include "tracer/requirements.h"
+#include "tracer/warnings.h"
 
 namespace {
 
@@ -38,6 +39,7 @@ api::Limits narrow_limits() {
 void check(const api::Document& document, const api::Limits& limits) {
   require(tracer::validate(document.scene, limits.scene).empty(), "an accepted scene passes validate");
   tracer::requirements(document.scene);
+  tracer::warnings(document.scene);
 }
 
 void check(const api::Refusal& refusal) {

@@ -100,6 +100,7 @@ TEST(Report, HasEveryMember) {
       R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"approximations":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
+      R"("warnings":[{"pointer":"#/lights","code":"nothing_lit","detail":"every object is black: there is no light, no \"ambient\" and no \"emission\""}],)"
       R"("error":{"estimate":1.5,"proven":1.75,"confidence":0.75,"target":1.0,"met":false,"worst_tile":6.5,)"
       R"("tile_target":7.0,"bounded":false,"certified_share":0.875,"looks":1234,"limit":"time_budget",)"
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"tone":0.03125}},)"

@@ -10,8 +10,8 @@
 namespace cli {
 namespace {
 
-/// Each requirement with the first part of the document that needs it.
-void print_requirements(const tracer::Scene& scene) {
+/// Each requirement with the first part of the document that needs it, then warnings.
+void print_valid(const tracer::Scene& scene) {
   std::vector<tracer::RequirementReason> reasons;
   tracer::requirements(scene, &reasons);
   std::puts("valid; requires:");
@@ -20,6 +20,7 @@ void print_requirements(const tracer::Scene& scene) {
       if (reason.needed == needed)
         std::printf("  %-22.*s %s\n", static_cast<int>(name.size()), name.data(),
                     api::uri_fragment(reason.pointer).c_str());
+  print_warnings(stdout, scene);
 }
 
 }  // namespace
@@ -33,7 +34,7 @@ ExitCode run(const CheckOptions& options) {
         loaded ? api::write_valid(loaded->document.scene, std::nullopt) : api::write_invalid(issues_of(loaded.error()));
     std::fputs(json.c_str(), stdout);
   } else if (loaded) {
-    print_requirements(loaded->document.scene);
+    print_valid(loaded->document.scene);
   } else {
     print_issues(stdout, loaded.error());
   }

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "api/report.h"
+#include "tracer/warnings.h"
 
 namespace cli {
 namespace {
@@ -62,6 +63,13 @@ std::vector<tracer::Issue> issues_of(const api::Refusal& refusal) {
 void print_issues(std::FILE* file, const api::Refusal& refusal) {
   if (refusal.kind == api::Refusal::Kind::not_json) return print(file, position(refusal), "not_json", refusal.detail);
   for (const tracer::Issue& issue : issues_of(refusal)) print_issue(file, issue);
+}
+
+void print_warnings(std::FILE* file, const tracer::Scene& scene) {
+  for (const tracer::Issue& warning : tracer::warnings(scene)) {
+    std::fputs("warning ", file);
+    print_issue(file, warning);
+  }
 }
 
 }  // namespace cli

@@ -26,4 +26,7 @@ std::vector<tracer::Issue> issues_of(const api::Refusal& refusal);
 void print_issue(std::FILE* file, const tracer::Issue& issue);
 void print_issues(std::FILE* file, const api::Refusal& refusal);
 
+/// "warning " and the issue, for each warning of a valid scene.
+void print_warnings(std::FILE* file, const tracer::Scene& scene);
+
 }  // namespace cli

@@ -200,6 +200,7 @@ ExitCode run(const RenderOptions& options) {
   }
   tracer::Scene& scene = loaded->document.scene;
   summary.parse_ms = watch.lap_ms();
+  if (!options.quiet) print_warnings(stderr, scene);
 
   // --threads bounds the thread pool that scene building and the encoders use.
   std::optional<tbb::global_control> bound;

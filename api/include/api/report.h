@@ -29,7 +29,7 @@ struct ReportedArtifact {
   tracer::FileError error;
 };
 
-/// {requirements, reasons, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
+/// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
 /// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
 /// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
 /// holdout_samples, rays{camera, shadow, reflection, refraction}, culled_shadows{rays, radiance}, duplicates,
@@ -63,13 +63,13 @@ std::optional<ReportFigures> read_report(const std::string& report);
 
 // ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.
 
-/// {valid: true, errors: [], requirements, reasons, estimate{samples, seconds, memory_bytes}}. `samples` is the total
-/// over all pixels; with adaptive sampling, the minimum. `seconds` is estimated_work (api/estimate.h) times
-/// `seconds_per_work`, at most the time budget; null if neither is known. Precondition: tracer::validate accepts
-/// `scene`.
+/// {valid: true, errors: [], warnings: [{pointer, code, detail}], requirements, reasons, estimate{samples, seconds,
+/// memory_bytes}}. `samples` is the total over all pixels; with adaptive sampling, the minimum. `seconds` is
+/// estimated_work (api/estimate.h) times `seconds_per_work`, at most the time budget; null if neither is known.
+/// Precondition: tracer::validate accepts `scene`.
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work);
 
-/// {valid: false, errors: [{pointer, code, detail}], requirements: null, reasons: null, estimate: null}
+/// {valid: false, errors: [{pointer, code, detail}], warnings: [], requirements: null, reasons: null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
 
 /// A JSON pointer as a URI fragment (RFC 6901, section 6): characters that RFC 3986 excludes are percent-encoded.

@@ -42,11 +42,13 @@ struct IncludeShape {
 
 }  // namespace
 
+void include(Bounds& bounds, const Placed& placed) {
+  std::visit(IncludeShape{bounds, placed.world_from_object}, placed.shape);
+}
+
 Bounds finite_bounds(const Scene& scene) {
   Bounds bounds;
-  for_each_placed(scene, [&](const Placed& placed) {
-    std::visit(IncludeShape{bounds, placed.world_from_object}, placed.shape);
-  });
+  for_each_placed(scene, [&](const Placed& placed) { include(bounds, placed); });
   if (bounds.empty()) bounds.include(scene.camera.position);
   return bounds;
 }

@@ -9,6 +9,9 @@ namespace tracer {
 
 struct Placed;
 
+/// Includes the object, unless it is a plane.
+void include(Bounds& bounds, const Placed& placed);
+
 /// Bounds of everything finite in the scene; of the camera's position when nothing is.
 Bounds finite_bounds(const Scene& scene);
 

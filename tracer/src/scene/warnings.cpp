@@ -1,0 +1,205 @@
+#include "tracer/warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "tracer/src/scene/checks.h"
+#include "tracer/src/scene/instancing.h"
+#include "tracer/src/scene/render_space.h"
+#include "tracer/src/shapes/shape_registry.h"
+
+namespace tracer {
+namespace {
+
+/// The directions or lines that camera rays may take, as a cone or a cylinder around the image.
+class View {
+ public:
+  explicit View(const Scene& scene) : camera_(scene.camera), axis_(normalize(camera_.look_at - camera_.position)) {
+    const double proportions = static_cast<double>(scene.image.width) / scene.image.height;
+    const double diagonal = std::hypot(proportions, 1.0);
+    angle_ = std::atan(std::tan(camera_.fov_deg * (std::numbers::pi / 360)) * diagonal);
+    radius_ = camera_.height / 2 * diagonal;
+  }
+
+  /// True if the box is completely behind the camera.
+  [[nodiscard]] bool is_behind(const Bounds& box) const {
+    const Vec3 half = (box.high - box.low) / 2;
+    return camera_.type != Camera::Type::panorama &&
+           dot(box.low + half - camera_.position, axis_) + dot(abs(axis_), half) < 0;
+  }
+
+  /// False if no camera ray meets the sphere around the box.
+  [[nodiscard]] bool may_hit(const Bounds& box) const {
+    if (camera_.type == Camera::Type::panorama) return true;
+    const Vec3 half = (box.high - box.low) / 2, to = box.low + half - camera_.position;
+    const double radius = length(half) + camera_.aperture, distance = length(to), depth = dot(to, axis_);
+    if (camera_.type == Camera::Type::orthographic)
+      return depth + radius > 0 && length(to - axis_ * depth) <= radius_ + radius;
+    return distance <= radius ||
+           std::acos(std::clamp(depth / distance, -1.0, 1.0)) - std::asin(radius / distance) <= angle_;
+  }
+
+  /// False if the plane is on the side of the camera to which no ray goes.
+  [[nodiscard]] bool may_hit(const Vec3& point, const Vec3& normal) const {
+    if (camera_.type != Camera::Type::perspective) return true;
+    const Vec3 n = normalize(dot(camera_.position - point, normal) < 0 ? -normal : normal);
+    return std::acos(std::clamp(dot(axis_, n), -1.0, 1.0)) + angle_ > std::numbers::pi / 2;
+  }
+
+ private:
+  const Camera& camera_;
+  Vec3 axis_;
+  double angle_, radius_;
+};
+
+/// The sphere around a light; unset for directional lights.
+std::optional<std::pair<Vec3, double>> extent(const LightSource& source) {
+  using Sphere = std::pair<Vec3, double>;
+  if (const auto* point = std::get_if<PointLight>(&source)) return Sphere{point->position, 0};
+  if (const auto* spot = std::get_if<SpotLight>(&source)) return Sphere{spot->position, 0};
+  if (const auto* disc = std::get_if<DiscLight>(&source)) return Sphere{disc->center, disc->radius};
+  if (const auto* sphere = std::get_if<SphereLight>(&source)) return Sphere{sphere->center, sphere->radius};
+  if (const auto* line = std::get_if<LineLight>(&source))
+    return Sphere{(line->from + line->to) / 2, length(line->to - line->from) / 2};
+  if (const auto* rect = std::get_if<RectLight>(&source))
+    return Sphere{rect->corner + (rect->edge_u + rect->edge_v) / 2, (length(rect->edge_u) + length(rect->edge_v)) / 2};
+  return std::nullopt;
+}
+
+class Finder {
+ public:
+  explicit Finder(const Scene& scene) : scene_(scene), view_(scene) {}
+
+  std::vector<Issue> find() {
+    check_camera();
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i) check(scene_.lights[i], "/lights/" + std::to_string(i));
+    check_radiance("/ambient", scene_.ambient);
+    check_radiance("/background/color", scene_.background.color);
+    for (const Material& material : scene_.materials) check(material);
+    for_each_placed(scene_, [&](const Placed& placed) { check(placed); });
+    check_totals();
+    return std::move(found_);
+  }
+
+ private:
+  static constexpr std::size_t lights_max = 64;  ///< compared with every solid
+
+  void add(std::string pointer, const char* code, std::string detail) {
+    if (found_.size() < warnings_max) found_.push_back({std::move(pointer), code, std::move(detail)});
+  }
+
+  void check_camera() {
+    const double fov = scene_.camera.fov_deg;
+    if (scene_.camera.type == Camera::Type::perspective && fov <= std::numbers::pi)
+      add("/camera/fov", "radians", "angles are in degrees, got " + text_of(fov) + ": is it in radians?");
+  }
+
+  void check(const Light& light, const std::string& path) {
+    if (light.attenuation.kind != Attenuation::Kind::inverse_square) check_radiance(path + "/color", light.color);
+    is_lit_ = is_lit_ || (light.intensity > 0 && !is_black(light.color));
+    if (const auto* spot = std::get_if<SpotLight>(&light.source);
+        spot != nullptr && spot->outer_angle_deg > 0 && spot->outer_angle_deg <= std::numbers::pi / 2)
+      add(path + "/outer_angle", "radians",
+          "angles are in degrees, got " + text_of(spot->outer_angle_deg) + ": is it in radians?");
+  }
+
+  /// Radiance may be above 1; only a color of bytes is probably a mistake.
+  void check_radiance(const std::string& path, const Color& color) {
+    const double most = max_component(color);
+    const auto is_byte = [](double c) { return c == std::trunc(c) && c <= 255; };
+    if (most > 50 && is_byte(color.r) && is_byte(color.g) && is_byte(color.b)) add_color(path, most);
+  }
+
+  void add_color(const std::string& path, double most) {
+    add(path, "color_above_1",
+        "1 is full intensity, got " + text_of(most) + ": colours are linear from 0 to 1, or \"#rrggbb\"");
+  }
+
+  void check(const Material& material) {
+    if (const auto* color = std::get_if<Color>(&material.color)) {
+      if (max_component(*color) > 1) add_color(material.path + "/color", max_component(*color));
+    } else if (const Texture& texture = scene_.textures[std::get<TextureId>(material.color).index];
+               !std::holds_alternative<ImageTexture>(texture.pattern)) {
+      std::visit(
+          [&](const auto& pattern) {
+            if constexpr (requires { pattern.colors; })
+              if (const double most = std::max(max_component(pattern.colors[0]), max_component(pattern.colors[1]));
+                  most > 1)
+                add_color(texture.path, most);
+          },
+          texture.pattern);
+    }
+    check_radiance(material.path + "/emission", material.emission);
+  }
+
+  void check(const Placed& placed) {
+    const Material& material = scene_.materials[placed.material.index];
+    is_lit_ = is_lit_ || !is_black(material.emission);
+    reflects_ = reflects_ || material.reflection > 0 || material.transmission > 0;
+    any_object_ = true;
+    if (const auto* plane = std::get_if<Plane>(&placed.shape)) {
+      const Affine& map = placed.world_from_object;
+      in_view_ = in_view_ || view_.may_hit(map.point(plane->point), transformed_normal(map.linear, plane->normal));
+      return;
+    }
+    Bounds box;
+    include(box, placed);
+    if (box.empty() || view_.may_hit(box)) {
+      in_view_ = true;
+    } else if (view_.is_behind(box) && behind_++ == 0) {
+      first_behind_ = std::string(placed.group) + "/" + std::to_string(placed.index);
+    }
+    if (material.transmission == 0) std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
+  }
+
+  /// Lights in a closed opaque solid that does not contain the camera.
+  template <class S>
+  void check_inside(const S& shape, const Placed& placed) {
+    if constexpr (std::is_same_v<S, Sphere> || std::is_same_v<S, Box>) {
+      const Affine map = placed.world_from_object * standard_image(shape).object_from_standard;
+      const Linear inverse_map = inverse(map.linear), rows = transposed(inverse_map);
+      const auto contains = [&](const Vec3& center, double radius) {
+        const Vec3 p = inverse_map * (center - map.offset);
+        const Vec3 margin = Vec3{length(rows.x), length(rows.y), length(rows.z)} * radius;
+        if constexpr (std::is_same_v<S, Sphere>) return length(p) + max_component(margin) <= 1;
+        return max_component(abs(p - Vec3{0.5, 0.5, 0.5}) + margin) <= 0.5;
+      };
+      for (std::size_t i = 0; i < std::min(scene_.lights.size(), lights_max); ++i) {
+        const auto light = extent(scene_.lights[i].source);
+        if (light && scene_.lights[i].shadows && contains(light->first, light->second) &&
+            !contains(scene_.camera.position, 0))
+          add("/lights/" + std::to_string(i), "light_enclosed",
+              "the opaque object " + std::string(placed.group) + "/" + std::to_string(placed.index) +
+                  " is around the light and hides it from everything else");
+      }
+    }
+  }
+
+  void check_totals() {
+    const Background& background = scene_.background;
+    const bool is_dark =
+        is_black(background.color) && !background.gradient && !background.environment && !background.cube;
+    if (any_object_ && !is_lit_ && is_black(scene_.ambient) && (is_dark || !reflects_))
+      add("/lights", "nothing_lit", "every object is black: there is no light, no \"ambient\" and no \"emission\"");
+    if (is_dark && !in_view_) add("/objects", "nothing_in_view", "the image is black: no object is in view");
+    if (behind_ > 0 && !reflects_)
+      add(first_behind_, "behind_camera",
+          "is behind the camera" + (behind_ > 1 ? ", and " + std::to_string(behind_ - 1) + " more" : std::string()));
+  }
+
+  const Scene& scene_;
+  const View view_;
+  std::vector<Issue> found_;
+  bool is_lit_ = false, reflects_ = false, any_object_ = false, in_view_ = false;
+  std::size_t behind_ = 0;
+  std::string first_behind_;
+};
+
+}  // namespace
+
+std::vector<Issue> warnings(const Scene& scene) { return Finder(scene).find(); }
+
+}  // namespace tracer
