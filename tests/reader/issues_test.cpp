@@ -69,6 +69,8 @@ TEST(IssueText, NamesTheFormOfMissingAndMisshapenValues) {
   EXPECT_EQ(only_detail(document_with_object("sphere", R"("center": {"x": 1}, "radius": 1)")),
             "must be [x, y, z], got an object");
   EXPECT_EQ(only_detail(document_with_object("sphere", R"("radius": 1)")), R"(a sphere must have "center": [x, y, z])");
+  EXPECT_EQ(only_detail(document_with(R"("lights": [{}])")),
+            R"(a light must have "type": "point", "directional", "spot", "line", "rect", "disc", "sphere")");
   EXPECT_EQ(only_detail(document_with(R"("ambient": [1, 1, 1, 1])")), "must be [r, g, b], got an array of 4");
   EXPECT_EQ(only_detail(document_with(R"("lights": {})")),
             R"(must be a list of lights: [{"type": "point", "position": [x, y, z]}, ...], got an object)");

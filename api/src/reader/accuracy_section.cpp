@@ -39,9 +39,14 @@ struct RequestedAccuracy {
   [[nodiscard]] bool exact() const { return samples[0] == samples[1]; }
 };
 
+/// `n` stands for `[n, n]`.
 void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 2>& samples) {
   std::array<std::uint32_t, 2> range{};
-  bool valid = expect_length(reading, at, 2);
+  if (at.node->kind == json::Kind::number) {
+    if (read(reading, at, Integer<std::uint32_t>{range[0], 1})) samples = {range[0], range[0]};
+    return;
+  }
+  bool valid = expect_length(reading, at, 2, "N or [MIN, MAX]");
   if (!valid) return;
   for_each_element(reading, at, [&](const Cursor& element) {
     valid &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/src/reader/color_names.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 
@@ -26,7 +27,7 @@ bool read_vector(Reading& reading, const Cursor& at, std::array<double, N>& valu
   return false;
 }
 
-// The four forms of a color: [r, g, b] and a gray number (linear), "#rrggbb" and {"hsb"} (sRGB, decoded to linear).
+// The forms of a color: [r, g, b] and a gray number (linear); text and {"hsb"} (sRGB, decoded to linear).
 
 /// IEC 61966-2-1.
 double linear_from_srgb(double encoded) {
@@ -57,12 +58,22 @@ bool read_hex_byte(std::string_view digits, double& channel) {
   return error == std::errc() && end == digits.data() + digits.size();
 }
 
-bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
+/// "#rrggbb", "#rgb" for "#rrggbb" with each digit twice, or a name.
+bool read_color_text(Reading& reading, const Cursor& at, tracer::Color& color) {
   const std::string_view text = at.node->string();
+  std::string digits(text.starts_with('#') ? text.substr(1) : "");
+  if (digits.size() == 3) digits = {digits[0], digits[0], digits[1], digits[1], digits[2], digits[2]};
   tracer::Color encoded;
-  if (text.size() != 7 || text[0] != '#' || !read_hex_byte(text.substr(1, 2), encoded.r) ||
-      !read_hex_byte(text.substr(3, 2), encoded.g) || !read_hex_byte(text.substr(5, 2), encoded.b))
-    return add_issue(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
+  const bool is_hex = digits.size() == 6 && read_hex_byte(digits.substr(0, 2), encoded.r) &&
+                      read_hex_byte(digits.substr(2, 2), encoded.g) && read_hex_byte(digits.substr(4, 2), encoded.b);
+  if (const auto rgb = color_by_name(text)) {
+    encoded = {(*rgb >> 16U) / 255.0, (*rgb >> 8U & 0xFFU) / 255.0, (*rgb & 0xFFU) / 255.0};
+  } else if (!is_hex) {
+    return reading.can_add_issue() &&
+           add_issue(reading, at, "malformed",
+                     "a colour as text must be \"#rrggbb\", \"#rgb\" or a CSS name such as \"red\", got " +
+                         quoted(text) + did_you_mean(text, color_names()));
+  }
   color = linear_from_srgb(encoded);
   return true;
 }
@@ -243,13 +254,13 @@ bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
       break;
     }
     case json::Kind::string:
-      valid = read_hex(reading, at, value);
+      valid = read_color_text(reading, at, value);
       break;
     case json::Kind::object:
       valid = read_hsb(reading, at, value);
       break;
     default:
-      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
+      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\", \"red\" or {\"hsb\": [h, s, b]})");
   }
   if (!valid) set_invalid(value);
   return valid;

@@ -65,7 +65,7 @@ bool read(Reading& reading, const Cursor& at, bool& value);
 bool read(Reading& reading, const Cursor& at, std::uint32_t& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
-bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of the four forms
+bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of its forms
 bool read(Reading& reading, const Cursor& at, Name name);
 bool read(Reading& reading, const Cursor& at, Time time);
 bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value);

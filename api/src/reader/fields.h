@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -39,7 +40,10 @@ class Fields {
   /// Reads the field. True if it is present and valid; adds an issue if it is missing.
   template <class T>
   bool required(std::string_view name, T&& value) {
-    const auto field = take_required(name, form_of<std::remove_cvref_t<T>>);
+    std::string form(form_of<std::remove_cvref_t<T>>);
+    if constexpr (requires { value.choices; })
+      for (const auto& [word, meaning] : value.choices) form.append(form.empty() ? "\"" : ", \"").append(word) += '"';
+    const auto field = take_required(name, form);
     if (field) return read(reading_, *field, std::forward<T>(value));
     if (is_object_) set_invalid(value);
     return false;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "api/requests.h"
+#include "api/src/reader/color_names.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
@@ -111,6 +112,15 @@ void read_pattern(Fields& fields, tracer::Texture& texture) {
   }
 }
 
+/// `s` stands for `[s, s]`.
+void read_scale(Reading& reading, const Cursor& at, tracer::Vec2& scale) {
+  if (at.node->kind != json::Kind::number) {
+    read(reading, at, scale);
+  } else if (read(reading, at, scale.x)) {
+    scale.y = scale.x;
+  }
+}
+
 tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   std::vector<tracer::Texture>& textures = reading.scene().textures;
   if (!has_capacity(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {invalid_index};
@@ -119,7 +129,7 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   texture.path = pointer(at);
   Fields fields(reading, at, "a texture");
   read_pattern(fields, texture);
-  fields.optional("scale", texture.scale);
+  if (const auto scale = fields.take("scale")) read_scale(reading, *scale, texture.scale);
   fields.optional("offset", texture.offset);
   fields.optional("wrap", texture.wrap);
   fields.optional("filter", texture.filter);
@@ -173,6 +183,17 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   return id;
 }
 
+/// Neither a texture's name nor a color's.
+bool add_unknown_color(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
+  set_invalid(value.emplace<tracer::Color>());
+  if (!reading.can_add_issue()) return false;
+  std::vector<std::string_view> names = color_names();
+  for (const auto& [name, id] : reading.textures.ids) names.push_back(name);
+  return add_issue(reading, at, "unknown_reference",
+                   quoted(at.node->string()) + " is no texture's name and no colour (\"red\", \"#rrggbb\", [r, g, b])" +
+                       did_you_mean(at.node->string(), names));
+}
+
 }  // namespace
 
 bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset) {
@@ -195,9 +216,13 @@ bool read(Reading& reading, const Cursor& at, tracer::TextureId& texture) {
   return true;
 }
 
-/// A string that does not begin with '#' names a texture, and an object without "hsb" is one; all else is a color.
+/// A string that is the name of a texture, or of no color, names a texture, and an object without "hsb" is one; all
+/// else is a color.
 bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
-  const bool is_name = at.node->kind == json::Kind::string && !at.node->string().starts_with('#');
+  const std::string_view text = at.node->kind == json::Kind::string ? at.node->string() : "#";
+  const bool is_name = !text.starts_with('#') && (reading.textures.ids.contains(text) || !color_by_name(text));
+  if (is_name && reading.textures.complete && !reading.textures.ids.contains(text))
+    return add_unknown_color(reading, at, value);
   const bool is_texture = at.node->kind == json::Kind::object && reading.tape.find_key(at.node, "hsb") == nullptr;
   if (is_name || is_texture) return read(reading, at, value.emplace<tracer::TextureId>());
   return read(reading, at, value.emplace<tracer::Color>());

@@ -1,12 +1,11 @@
-/// Objects and prototypes with their transforms and meshes. Inline meshes are by far the longest part of long
+/// Objects and prototypes with their meshes. Inline meshes are by far the longest part of long
 /// documents, so the common case uses no cursor per number.
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,95 +18,7 @@
 namespace api {
 namespace {
 
-using tracer::Transform;
 using tracer::Vec3;
-
-/// Cosine and sine of an angle in degrees, exact at multiples of 90: a quarter turn moves no coordinate by rounding.
-std::array<double, 2> cosine_and_sine(double degrees) {
-  const double turn = std::remainder(degrees, 360.0);
-  if (turn == 0) return {1, 0};
-  if (turn == 90) return {0, 1};
-  if (turn == -90) return {0, -1};
-  if (std::abs(turn) == 180) return {-1, 0};
-  const double radians = turn * (std::numbers::pi / 180);
-  return {std::cos(radians), std::sin(radians)};
-}
-
-/// About an axis through the origin, counter-clockwise seen against it (Rodrigues 1840).
-Transform rotation(Vec3 axis, double degrees) {
-  const double largest = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
-  axis = {axis.x / largest, axis.y / largest, axis.z / largest};  // first, or the length may overflow
-  const double length = std::hypot(axis.x, axis.y, axis.z);
-  axis = {axis.x / length, axis.y / length, axis.z / length};
-  const auto [c, s] = cosine_and_sine(degrees);
-  const double k = 1 - c;
-  return {{{{c + k * axis.x * axis.x, k * axis.x * axis.y - s * axis.z, k * axis.x * axis.z + s * axis.y, 0},
-            {k * axis.y * axis.x + s * axis.z, c + k * axis.y * axis.y, k * axis.y * axis.z - s * axis.x, 0},
-            {k * axis.z * axis.x - s * axis.y, k * axis.z * axis.y + s * axis.x, c + k * axis.z * axis.z, 0}}}};
-}
-
-bool read_rotation(Reading& reading, const Cursor& at, Transform& step) {
-  Vec3 axis;
-  double angle = 0;
-  Fields fields(reading, at, "a rotation");
-  const auto axis_field = fields.take_required("axis");
-  const bool has_axis = axis_field && read(reading, *axis_field, axis);
-  const bool has_angle = fields.required("angle", angle);
-  fields.finish();
-  if (!has_axis || !has_angle) return false;
-  if (axis.x == 0 && axis.y == 0 && axis.z == 0)
-    return add_issue(reading, *axis_field, "degenerate", "must not be the zero vector");
-  step = rotation(axis, angle);
-  return true;
-}
-
-bool read_scale(Reading& reading, const Cursor& at, Transform& step) {
-  Vec3 scale;
-  if (at.node->kind == json::Kind::number) {
-    if (!read(reading, at, scale.x)) return false;
-    scale.y = scale.z = scale.x;
-  } else if (!read(reading, at, scale)) {
-    return false;
-  }
-  step.rows = {{{scale.x, 0, 0, 0}, {0, scale.y, 0, 0}, {0, 0, scale.z, 0}}};
-  return true;
-}
-
-bool read_translation(Reading& reading, const Cursor& at, Transform& step) {
-  Vec3 by;
-  if (!read(reading, at, by)) return false;
-  step.rows = {{{1, 0, 0, by.x}, {0, 1, 0, by.y}, {0, 0, 1, by.z}}};
-  return true;
-}
-
-/// An object with exactly one of the members translate, rotate and scale.
-bool read_step(Reading& reading, const Cursor& at, Transform& step) {
-  Fields fields(reading, at, "a step of a transform");
-  if (!fields)
-    return add_wrong_type(reading, at, R"({"translate": [x, y, z]}, {"rotate": {...}} or {"scale": NUMBER})");
-  int count = 0;
-  bool valid = false;
-  for (const auto& [name, read_kind] :
-       {std::pair{"translate", &read_translation}, {"rotate", &read_rotation}, {"scale", &read_scale}}) {
-    const auto field = fields.take(name);
-    if (!field) continue;
-    valid = read_kind(reading, *field, step);
-    ++count;
-  }
-  fields.finish();
-  if (count == 1) return valid;
-  return add_issue(reading, at, count == 0 ? "missing_field" : "conflict",
-                   R"(must have exactly one of "translate", "rotate", "scale")");
-}
-
-bool read_matrix(Reading& reading, const Cursor& at, Transform& matrix) {
-  std::array<std::array<double, 4>, 4> rows{};
-  if (!read(reading, at, rows)) return false;
-  if (rows[3] != std::array<double, 4>{0, 0, 0, 1})
-    return add_issue(reading, at, "out_of_range", "the last row must be [0, 0, 0, 1]: transforms are affine");
-  matrix.rows = {rows[0], rows[1], rows[2]};
-  return true;
-}
 
 using Corners = std::array<std::uint32_t, 3>;
 constexpr std::uint32_t index_max = std::numeric_limits<std::uint32_t>::max() - 1;
@@ -237,19 +148,83 @@ void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape) {
 
 constexpr auto& object_types = type_words<tracer::Shape>;
 
-template <tracer::HasFields Shape>
-void read_shape(Fields& fields, Shape& shape) {
-  read_all_fields(fields, shape);
+/// The point that places a shape; the origin if it is left out and the object has a `position`.
+bool read_anchor(Fields& fields, std::string_view name, Vec3& point) {
+  if (fields.has(name) || !fields.has("position")) return fields.required(name, point);
+  fields.take(name);
+  return true;
 }
 
-void read_shape(Fields& fields, tracer::Sphere& sphere) {
-  read_all_fields(fields, sphere);
+void refuse(Reading& reading, Fields& fields, std::initializer_list<std::string_view> names, std::string_view with) {
+  for (const std::string_view name : names)
+    if (const auto field = fields.take(name))
+      add_issue(reading, *field, "conflict", "must not be combined with " + quoted(with));
+}
+
+/// All fields, except `without`.
+template <tracer::HasFields Shape>
+void read_shape(Reading& /*reading*/, Fields& fields, Shape& shape,
+                std::initializer_list<std::string_view> without = {}) {
+  tracer::for_each_field<Shape>([&](const auto& field) {
+    if (std::find(without.begin(), without.end(), field.name) != without.end()) return;
+    if constexpr (std::is_same_v<std::decay_t<decltype(shape.*field.member)>, Vec3>)
+      if (field.name == "center" || field.name == "point" || field.name == "base") {
+        read_anchor(fields, field.name, shape.*field.member);
+        return;
+      }
+    read_field(fields, field, shape);
+  });
+}
+
+void read_shape(Reading& reading, Fields& fields, tracer::Sphere& sphere) {
+  read_shape<tracer::Sphere>(reading, fields, sphere, {});
   // The meridian's default +x would be the pole; +z is perpendicular to the axis.
   if (!fields.has("meridian") && sphere.axis.y == 0 && sphere.axis.z == 0) sphere.meridian = {0, 0, 1};
 }
 
+/// By `min` and `max`, or by `center` and `size`. An invalid box keeps its default.
+void read_shape(Reading& reading, Fields& fields, tracer::Box& box) {
+  if (!fields.has("size") && !fields.has("center")) return read_all_fields(fields, box);
+  Vec3 center, size;
+  const bool has_center = read_anchor(fields, "center", center);
+  const auto field = fields.take_required("size", "NUMBER or [x, y, z]");
+  const bool has_size = field && read_per_axis(reading, *field, size) &&
+                        ((size.x > 0 && size.y > 0 && size.z > 0) ||
+                         add_issue(reading, *field, "out_of_range", "must be > 0 along each axis"));
+  refuse(reading, fields, {"min", "max"}, "size");
+  if (!has_center || !has_size) return;
+  box.min = {center.x - size.x / 2, center.y - size.y / 2, center.z - size.z / 2};
+  box.max = {center.x + size.x / 2, center.y + size.y / 2, center.z + size.z / 2};
+}
+
+/// A shape from `base` up to `height`, along +y, in place of the fields `replaced`.
+void read_upright(Reading& reading, Fields& fields, std::initializer_list<std::string_view> replaced, Vec3& base,
+                  Vec3& top) {
+  double height = 0;
+  const bool has_base = read_anchor(fields, "base", base);
+  const auto field = fields.take_required("height", form_of<double>);
+  const bool has_height =
+      field && read(reading, *field, height) &&
+      (height > 0 || add_issue(reading, *field, "out_of_range", "must be > 0, got " + number_text(height)));
+  refuse(reading, fields, replaced, "height");
+  if (!has_base || !has_height) base = {}, height = 1;  // valid, so that no other issue follows
+  top = {base.x, base.y + height, base.z};
+}
+
+void read_shape(Reading& reading, Fields& fields, tracer::Cylinder& cylinder) {
+  if (!fields.has("base") && !fields.has("height")) return read_all_fields(fields, cylinder);
+  read_upright(reading, fields, {"from", "to"}, cylinder.from, cylinder.to);
+  read_shape<tracer::Cylinder>(reading, fields, cylinder, {"from", "to"});
+}
+
+void read_shape(Reading& reading, Fields& fields, tracer::Cone& cone) {
+  if (!fields.has("height")) return read_shape<tracer::Cone>(reading, fields, cone, {});
+  read_upright(reading, fields, {"apex"}, cone.base, cone.apex);
+  read_shape<tracer::Cone>(reading, fields, cone, {"apex", "base"});
+}
+
 /// The prototype may be defined before or after the instance.
-void read_shape(Fields& fields, tracer::Instance& instance) {
+void read_shape(Reading& /*reading*/, Fields& fields, tracer::Instance& instance) {
   fields.required("of", instance.of);
   fields.optional("material", instance.material);
 }
@@ -266,14 +241,14 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
   std::size_t type = 0;
   const bool type_known = fields.required("type", OneOf<std::size_t>{type, object_types});
   if (!type_known || object_types[type].first != tracer::Instance::type) fields.required("material", object.material);
-  fields.optional("transform", object.transform);
+  read_placement(reading, fields, object.transform);
   if (!type_known) return;  // its other fields depend on the type
   read_alternative(object.shape, type, [&](auto& shape) {
     fields.set_kind(shape.noun);
     if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, tracer::Mesh>) {
       read_mesh(reading, fields, object.shape);
     } else {
-      read_shape(fields, shape);
+      read_shape(reading, fields, shape);
     }
   });
   fields.finish();
@@ -294,31 +269,6 @@ tracer::PrototypeId add_prototype(Reading& reading, const Cursor& at) {
 }
 
 }  // namespace
-
-Transform composed(const Transform& then, const Transform& first) {
-  Transform product;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 4; ++j) {
-      const std::array<double, 4>& r = then.rows[i];
-      product.rows[i][j] =
-          r[0] * first.rows[0][j] + r[1] * first.rows[1][j] + r[2] * first.rows[2][j] + (j == 3 ? r[3] : 0.0);
-    }
-  return product;
-}
-
-bool read(Reading& reading, const Cursor& at, Transform& transform) {
-  if (at.node->kind != json::Kind::array)
-    return add_wrong_type(reading, at, R"(a list of steps such as [{"translate": [x, y, z]}], or a 4 x 4 matrix)");
-  if (at.node->size > 0 && at.node[1].kind == json::Kind::array) return read_matrix(reading, at, transform);
-  bool valid = true;
-  for_each_element(reading, at, [&](const Cursor& element) {
-    Transform step;
-    valid &= read_step(reading, element, step);
-    transform = composed(step, transform);
-  });
-  if (!valid) transform = {};
-  return valid;
-}
 
 bool read(Reading& reading, const Cursor& at, tracer::PrototypeId& prototype) {
   set_invalid(prototype);

@@ -15,6 +15,8 @@
 
 namespace api {
 
+class Fields;
+
 /// The scene document at `root`, which may be part of a larger one. Pointers begin at `root`; issues are in its order.
 tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
                                                                 const Limits& limits);
@@ -42,6 +44,11 @@ void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
 bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset);
 /// A 4 x 4 matrix, or a list of steps applied in the order written.
 bool read(Reading& reading, const Cursor& at, tracer::Transform& transform);
+/// One number for all three axes, or one for each.
+bool read_per_axis(Reading& reading, const Cursor& at, tracer::Vec3& value);
+/// `transform`, or the short form of three steps: `scale`, then `rotate`, then `position`. The transform stays unset if
+/// there is none of them.
+void read_placement(Reading& reading, Fields& fields, std::optional<tracer::Transform>& transform);
 /// The transform that applies `first`, then `then`.
 tracer::Transform composed(const tracer::Transform& then, const tracer::Transform& first);
 /// A name, of a prototype; or of a texture or a material, which may also be written in place.

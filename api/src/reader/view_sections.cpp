@@ -159,6 +159,13 @@ void read_camera(Reading& reading, const Cursor& at) {
 
 void read_background(Reading& reading, const Cursor& at) {
   tracer::Background& background = reading.scene().background;
+  const json::Kind kind = at.node->kind;
+  if (kind == json::Kind::number || kind == json::Kind::string || kind == json::Kind::array ||
+      reading.tape.find_key(at.node, "hsb") != nullptr) {
+    if (tracer::Color& color = background.color; read(reading, at, color) && std::min({color.r, color.g, color.b}) < 0)
+      add_issue(reading, at, "out_of_range", "must be >= 0");
+    return;
+  }
   Fields fields(reading, at, "the background");
   if (fields.has("environment")) {
     fields.set_kind("a background with an environment");

@@ -1,0 +1,112 @@
+/// Short forms: each reads as its long form.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tests/reader/reading.h"
+
+namespace {
+
+using reader_tests::accepted;
+using reader_tests::document_with;
+using reader_tests::only_detail;
+using tracer::Color;
+using tracer::Vec3;
+
+Color background(const std::string& color) {
+  return accepted(document_with("\"background\": " + color)).scene.background.color;
+}
+
+tracer::Object object(const std::string& type_and_fields) {
+  return accepted(document_with(R"("objects": [{"material": {}, "type": )" + type_and_fields + "}]"))
+      .scene.objects.at(0);
+}
+
+TEST(Shorthands, OfColorsAreDecodedLikeSixDigits) {
+  EXPECT_EQ(background(R"("#fa0")"), background(R"({"color": "#ffaa00"})"));
+  EXPECT_EQ(background(R"("rebeccapurple")"), background(R"("#663399")"));
+  EXPECT_EQ(background(R"("aliceblue")"), background(R"("#f0f8ff")"));
+  EXPECT_EQ(background(R"("yellowgreen")"), background(R"("#9acd32")"));
+  EXPECT_EQ(background("0.5"), (Color{0.5, 0.5, 0.5}));
+  EXPECT_EQ(background("[0, 1, 2]"), (Color{0, 1, 2}));
+  EXPECT_EQ(background(R"({"hsb": [0, 1, 1]})"), (Color{1, 0, 0}));
+  EXPECT_NE(only_detail(document_with(R"("background": "whit")")).find("did you mean \"white\"?"), std::string::npos);
+  EXPECT_NE(only_detail(document_with(R"("background": "White")")).find("did you mean \"white\"?"), std::string::npos);
+}
+
+TEST(Shorthands, OfColorsGiveWayToTheNamesOfTextures) {
+  const auto color = [](const std::string& name) {
+    return accepted(document_with(R"("textures": {"gold": {"checker": [0, 1]}}, "materials": {"m": {"color": ")" +
+                                  name + "\"}}"))
+        .scene.materials.at(0)
+        .color;
+  };
+  EXPECT_TRUE(std::holds_alternative<tracer::TextureId>(color("gold")));
+  EXPECT_EQ(std::get<Color>(color("red")), (Color{1, 0, 0}));
+  EXPECT_EQ(only_detail(document_with(R"("materials": {"m": {"color": "golden"}})")),
+            R"("golden" is no texture's name and no colour ("red", "#rrggbb", [r, g, b]); did you mean "gold"?)");
+}
+
+TEST(Shorthands, OfSamplesAndTextureScalesRepeatTheNumber) {
+  EXPECT_EQ(accepted(document_with(R"("accuracy": {"samples": 7})")).scene.accuracy.samples, 7u);
+  EXPECT_FALSE(accepted(document_with(R"("accuracy": {"samples": 7})")).scene.accuracy.adaptive);
+  EXPECT_EQ(accepted(document_with(R"("textures": {"t": {"checker": [0, 1], "scale": 3}})")).scene.textures.at(0).scale,
+            (tracer::Vec2{3, 3}));
+}
+
+TEST(Shorthands, OfTransformsAreTheStepsScaleRotateTranslate) {
+  const std::string sphere = R"("sphere", "center": [0,0,0], "radius": 1, )";
+  const auto short_form = object(sphere + R"("position": [1, 2, 3], "rotate": [10, 20, 30], "scale": [1, 2, 4])");
+  const auto long_form =
+      object(sphere + R"("transform": [{"scale": [1, 2, 4]}, {"rotate": {"axis": [1, 0, 0], "angle": 10}},
+                                       {"rotate": {"axis": [0, 1, 0], "angle": 20}},
+                                       {"rotate": {"axis": [0, 0, 1], "angle": 30}}, {"translate": [1, 2, 3]}])");
+  EXPECT_EQ(short_form.transform, long_form.transform);
+  EXPECT_EQ(object(sphere + R"("transform": [{"rotate": [10, 20, 30]}])").transform,
+            object(sphere + R"("rotate": [10, 20, 30])").transform);
+  EXPECT_EQ(object(sphere + R"("scale": 2)").transform, object(sphere + R"("transform": [{"scale": 2}])").transform);
+  EXPECT_FALSE(object(R"("sphere", "center": [0,0,0], "radius": 1)").transform);
+  EXPECT_EQ(object(R"("sphere", "radius": 1, "position": [1,2,3])").transform->rows[1][3], 2);
+}
+
+TEST(Shorthands, OfTransformsNameTheirFieldInIssues) {
+  const std::string sphere = R"("objects": [{"type": "sphere", "center": [0,0,0], "radius": 1, "material": {}, )";
+  const auto outcome = [&](const std::string& members) {
+    return reader_tests::outcome(document_with(sphere + members + "}]"));
+  };
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(outcome(R"("scale": [1, 0, 1])"), Lines{"/objects/0/scale degenerate"});
+  EXPECT_EQ(outcome(R"("scale": 1e61)"), Lines{"/objects/0/scale limit_exceeded"});
+  EXPECT_EQ(outcome(R"("position": [0, 1e61, 0])"), Lines{"/objects/0/position limit_exceeded"});
+  EXPECT_EQ(outcome(R"("rotate": 90)"), Lines{"/objects/0/rotate wrong_type"});
+  EXPECT_EQ(outcome(R"("transform": [], "rotate": [90, 0, 0])"), Lines{"/objects/0/rotate conflict"});
+}
+
+TEST(Shorthands, OfBoxesCylindersAndConesAreTheirEnds) {
+  const auto box = std::get<tracer::Box>(object(R"("box", "center": [1, 2, 3], "size": [2, 4, 8])").shape);
+  EXPECT_EQ(box.min, (Vec3{0, 0, -1}));
+  EXPECT_EQ(box.max, (Vec3{2, 4, 7}));
+  EXPECT_EQ(std::get<tracer::Box>(object(R"("box", "size": 2, "position": [9, 9, 9])").shape).min, (Vec3{-1, -1, -1}));
+  const auto cylinder =
+      std::get<tracer::Cylinder>(object(R"("cylinder", "base": [1, 2, 3], "height": 4, "radius": 5)").shape);
+  EXPECT_EQ(cylinder.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cylinder.to, (Vec3{1, 6, 3}));
+  EXPECT_EQ(cylinder.radius, 5);
+  const auto cone = std::get<tracer::Cone>(object(R"("cone", "base": [1, 2, 3], "height": 4, "radius": 5)").shape);
+  EXPECT_EQ(cone.base, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cone.apex, (Vec3{1, 6, 3}));
+}
+
+TEST(Shorthands, HaveDigestsOfTheirOwn) {
+  const auto digest = [](const std::string& members) {
+    api::Digests digests;
+    EXPECT_TRUE(api::parse_scene(document_with(members), {}, &digests));
+    return digests.at("background");
+  };
+  EXPECT_NE(digest(R"("background": "red")"), digest(R"("background": {"color": "red"})"));
+}
+
+}  // namespace
