@@ -81,7 +81,7 @@ class Includes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.paths = tracked(".h", ".cpp")
-        cls.files = {str(path) for path in cls.paths}
+        cls.files = {str(path) for path in tracked()}
 
     def test_every_rule_has_includes_to_check(self):
         self.assertGreater(len(self.paths), 50)
