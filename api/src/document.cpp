@@ -181,6 +181,7 @@ tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape
   std::vector<tracer::Issue> issues = reading.take_issues();
   std::move(rest.begin(), rest.end(), std::back_inserter(issues));
   if (!issues.empty()) return issues;
+  add_visible_lights(reading);
   return std::move(reading.document);
 }
 

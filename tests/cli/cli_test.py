@@ -88,6 +88,73 @@ class Render(WithDirectory):
             self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.directory / "short.exr").read_bytes(), (self.directory / "full.exr").read_bytes())
 
+    def exr(self, document):
+        done = self.render(document, "image.exr")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return images.read_exr((self.directory / "image.exr").read_bytes())
+
+    def test_shows_visible_lights_without_counting_them_twice(self):
+        def document(visible, **light):
+            return {"version": 1, "image": {"width": 64, "height": 48}, "accuracy": {"samples": 4},
+                    "camera": {"position": [0, 2, 8], "look_at": [0, 1.5, 0]},
+                    "lights": [{"color": [1, 0.5, 0.25], "intensity": 3, "visible": visible, **light},
+                               {"type": "point", "position": [5, 9, 5], "intensity": 0.5}],
+                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0],
+                                 "material": {"specular": 0.5, "shininess": 9}},
+                                {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.7, "material": {}}]}
+        for light in ({"type": "rect", "corner": [-1, 3, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0.5, 1]},
+                      {"type": "disc", "center": [0, 3, 0], "normal": [0, 1, 1], "radius": 1},
+                      {"type": "sphere", "center": [0, 3, 0], "radius": 0.8}):
+            with self.subTest(light["type"]):
+                hidden, visible = self.exr(document(False, **light)), self.exr(document(True, **light))
+                differs = (hidden != visible).any(-1)
+                emitter = (visible == numpy.float32([3, 1.5, 0.75])).all(-1)
+                self.assertGreater(emitter.sum(), 30)
+                height, width = differs.shape
+                ys, xs = numpy.nonzero(emitter)
+                outside = numpy.ones((height, width), bool)
+                outside[ys.min() - 1:ys.max() + 2, xs.min() - 1:xs.max() + 2] = False
+                self.assertFalse((differs & outside).any(), "the rest of the image is the same")
+                self.assertTrue((differs | ~emitter).all())
+
+    def test_reflects_visible_lights(self):
+        document = {"version": 1, "image": {"width": 9, "height": 9}, "accuracy": {"samples": 1},
+                    "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]},
+                    "lights": [{"type": "disc", "center": [0, 0, 6], "normal": [0, 0, 1], "radius": 9, "intensity": 2,
+                                "visible": True}],
+                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1],
+                                 "material": {"reflection": 0.25, "diffuse": 0}}]}
+        numpy.testing.assert_allclose(self.exr(document), 0.5, rtol=1e-6)
+
+    def test_omits_shadows_of_objects_without(self):
+        def document(objects, **more):
+            return {"version": 1, "image": {"width": 48, "height": 36}, "accuracy": {"samples": 1},
+                    "camera": {"position": [0, 6, 6], "look_at": [0, 0, 0]},
+                    "lights": [{"type": "point", "position": [0, 9, 0]}],
+                    "prototypes": {"ball": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}}]},
+                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {}}, *objects], **more}
+        floor = self.exr(document([]))
+        glass = {"transmission": 0.5, "absorption": 2}
+        for name, each in {
+                "sphere": {"type": "sphere", "center": [0, 2, 0], "radius": 1, "material": {}},
+                "glass": {"type": "sphere", "center": [0, 2, 0], "radius": 1, "material": glass},
+                "box": {"type": "box", "center": [0, 2, 0], "size": 1, "material": {}},
+                "triangle": {"type": "triangle", "vertices": [[-1, 2, -1], [1, 2, -1], [0, 2, 1]], "material": {}},
+                "mesh": {"type": "mesh", "positions": [[-1, 2, -1], [1, 2, -1], [0, 2, 1]], "triangles": [[0, 1, 2]],
+                         "material": {}},
+                "plane": {"type": "plane", "point": [0, 8, 0], "normal": [0, 1, 0], "material": {}},
+                "instance": {"type": "instance", "of": "ball", "position": [0, 2, 0]}}.items():
+            maps = {"accuracy": {"samples": 1, "approximate": {"shadows": "map"}}}
+            for options in ({}, maps) if name in ("sphere", "glass") else ({},):
+                with self.subTest(name, **options):
+                    dark = self.exr(document([each], **options))
+                    lit = self.exr(document([{**each, "shadow": False}], **options))
+                    # Where the object itself is not visible, its image without shadow is the floor alone.
+                    covered = self.exr(document([{**each, "shadow": False, "material": {"emission": 5}}])) > 1
+                    numpy.testing.assert_array_equal(lit[~covered], floor[~covered])
+                    if name != "glass" or not options:
+                        self.assertTrue((dark != lit)[~covered].any())
+
     def test_reads_a_file_or_standard_input(self):
         from_file = whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png")
         self.assertEqual(from_file.returncode, 0, from_file.stderr)

@@ -74,6 +74,7 @@ class Readme(unittest.TestCase):
 class SceneFormat(unittest.TestCase):
     def test_describes_every_field_and_value_of_the_schema(self):
         schema = text("api/schemas/scene.schema.json")
+        schema = re.sub(r'"color_name": {.*?\]\s*},', "", schema, flags=re.S)  # the page refers to CSS
         values = {value for enum in re.findall(r'"(?:enum|const)": (\[[^]]*\]|"\w+")', schema)
                   for value in re.findall(r'"([\w+-]+)"', enum)}
         names = {name.removeprefix("$") for name in property_names(json.loads(schema))}

@@ -100,6 +100,27 @@ TEST(Shorthands, OfBoxesCylindersAndConesAreTheirEnds) {
   EXPECT_EQ(cone.apex, (Vec3{1, 6, 3}));
 }
 
+TEST(VisibleLights, AreObjectsWithoutShadowThatEmit) {
+  const auto scene = accepted(document_with(R"("lights": [
+      {"type": "point", "position": [0, 9, 0]},
+      {"type": "rect", "corner": [1, 9, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 3], "color": [1, 0.5, 0], "intensity": 2,
+       "visible": true},
+      {"type": "sphere", "center": [0, 9, 0], "radius": 1, "visible": false},
+      {"type": "disc", "center": [0, 9, 0], "normal": [0, 1, 0], "radius": 1, "visible": true}])"))
+                         .scene;
+  ASSERT_EQ(scene.objects.size(), 2u);
+  for (const tracer::Object& each : scene.objects) EXPECT_FALSE(each.shadow);
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials[0].emission, (Color{2, 1, 0}));
+  EXPECT_EQ(scene.materials[0].ambient + scene.materials[0].diffuse + scene.materials[0].specular, 0);
+  ASSERT_EQ(scene.prototypes.size(), 2u);
+  EXPECT_EQ(scene.prototypes[0].path, "/lights/1");
+  EXPECT_EQ(scene.prototypes[1].path, "/lights/3");
+  const auto& rect = std::get<tracer::Mesh>(scene.prototypes[0].objects.at(0).shape);
+  EXPECT_EQ(rect.positions, (std::vector<Vec3>{{1, 9, 0}, {3, 9, 0}, {3, 9, 3}, {1, 9, 3}}));
+  EXPECT_EQ(std::get<tracer::Disc>(scene.prototypes[1].objects.at(0).shape).radius, 1);
+}
+
 TEST(Shorthands, HaveDigestsOfTheirOwn) {
   const auto digest = [](const std::string& members) {
     api::Digests digests;

@@ -118,6 +118,8 @@ TEST(Warnings, NameLightsWithinOpaqueSolids) {
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.15"), bulb), Lines{});
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25", R"({"transmission": 1})"), bulb), Lines{});
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "90"), bulb), Lines{}) << "around the camera, too";
+  EXPECT_EQ(warnings_with("", "", R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2, "visible": true})"),
+            Lines{});
   const std::string box = R"(, {"type": "box", "min": [4,4,-1], "max": [6,6,1], "material": {}})";
   EXPECT_EQ(warnings_with("", box, bulb), Lines{"/lights/1 light_enclosed"});
 }

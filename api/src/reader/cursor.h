@@ -47,8 +47,9 @@ struct Reading {
   Names<tracer::AssetId> assets;  ///< by file name
   Names<tracer::MaterialId> materials;
   Names<tracer::PrototypeId> prototypes;
-  std::set<std::string_view> full;    ///< names of the limits that were reached while reading
-  std::vector<tracer::Issue> issues;  ///< the first `issues_max`
+  std::vector<std::uint32_t> visible_lights;  ///< indices
+  std::set<std::string_view> full;            ///< names of the limits that were reached while reading
+  std::vector<tracer::Issue> issues;          ///< the first `issues_max`
   std::uint64_t omitted_issues = 0;
 
   static constexpr std::size_t issues_max = 1000;

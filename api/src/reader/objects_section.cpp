@@ -242,6 +242,7 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
   const bool type_known = fields.required("type", OneOf<std::size_t>{type, object_types});
   if (!type_known || object_types[type].first != tracer::Instance::type) fields.required("material", object.material);
   read_placement(reading, fields, object.transform);
+  fields.optional("shadow", object.shadow);
   if (!type_known) return;  // its other fields depend on the type
   read_alternative(object.shape, type, [&](auto& shape) {
     fields.set_kind(shape.noun);

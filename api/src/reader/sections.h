@@ -29,6 +29,8 @@ void read_output(Reading& reading, const Cursor& at);
 /// Without the section: the standard accuracy.
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at);
 void read_lights(Reading& reading, const Cursor& at);
+/// Adds an object for each visible light, after those of the document. Precondition: the scene is valid.
+void add_visible_lights(Reading& reading);
 void read_textures(Reading& reading, const Cursor& at);
 void read_materials(Reading& reading, const Cursor& at);
 void read_prototypes(Reading& reading, const Cursor& at);

@@ -108,6 +108,27 @@ void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
   }
 }
 
+template <class Source>
+constexpr bool has_surface = false;
+template <>
+constexpr bool has_surface<tracer::RectLight> = true;
+template <>
+constexpr bool has_surface<tracer::DiscLight> = true;
+template <>
+constexpr bool has_surface<tracer::SphereLight> = true;
+
+tracer::Shape surface_of(const tracer::LightSource& source) {
+  if (const auto* disc = std::get_if<tracer::DiscLight>(&source))
+    return tracer::Disc{disc->center, disc->normal, disc->radius, 0, {}};
+  if (const auto* sphere = std::get_if<tracer::SphereLight>(&source))
+    return tracer::Sphere{.center = sphere->center, .radius = sphere->radius};
+  const auto& [corner, u, v] = std::get<tracer::RectLight>(source);
+  const auto at = [&](double s, double t) {
+    return tracer::Vec3{corner.x + s * u.x + t * v.x, corner.y + s * u.y + t * v.y, corner.z + s * u.z + t * v.z};
+  };
+  return tracer::Mesh{{at(0, 0), at(1, 0), at(1, 1), at(0, 1)}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false, {}};
+}
+
 void read_light(Reading& reading, const Cursor& at) {
   tracer::Light& light = reading.scene().lights.emplace_back();
   Fields fields(reading, at, "a light");
@@ -122,6 +143,9 @@ void read_light(Reading& reading, const Cursor& at) {
   read_alternative(light.source, type, [&](auto& source) {
     fields.set_kind(source.noun);
     read_source(reading, fields, source);
+    if constexpr (has_surface<std::decay_t<decltype(source)>>)
+      if (bool visible = false; fields.optional("visible", visible) && visible)
+        reading.visible_lights.push_back(static_cast<std::uint32_t>(reading.scene().lights.size() - 1));
   });
   fields.finish();
 }
@@ -209,6 +233,24 @@ void read_output(Reading& reading, const Cursor& at) {
   read_words(reading, fields.take("layers"), output.layers);
   fields.optional("alpha", output.alpha);
   fields.finish();
+}
+
+/// Each light is a prototype of its own, because a prototype has the pointer for issues.
+void add_visible_lights(Reading& reading) {
+  tracer::Scene& scene = reading.scene();
+  for (const std::uint32_t index : reading.visible_lights) {
+    const auto& [source, color, intensity, shadows, attenuation] = scene.lights[index];
+    const std::string path = "/lights/" + std::to_string(index);
+    const tracer::MaterialId material{static_cast<std::uint32_t>(scene.materials.size())};
+    scene.materials.push_back({.color = tracer::Color{},
+                               .ambient = 0,
+                               .diffuse = 0,
+                               .emission = {color.r * intensity, color.g * intensity, color.b * intensity},
+                               .path = path});
+    const tracer::PrototypeId prototype{static_cast<std::uint32_t>(scene.prototypes.size())};
+    scene.prototypes.push_back({.objects = {{.shape = surface_of(source), .material = material}}, .path = path});
+    scene.objects.push_back({.shape = tracer::Instance{prototype, {}}, .shadow = false});
+  }
 }
 
 void read_lights(Reading& reading, const Cursor& at) {

@@ -228,6 +228,7 @@ struct Object {
   Shape shape{};
   MaterialId material{};  ///< unused for an Instance, which has its own
   std::optional<Transform> transform{};
+  bool shadow = true;  ///< false: light passes through it, or through all objects of the instance, unchanged
 };
 
 /// Objects for instances. A prototype may contain instances of others, without cycles.

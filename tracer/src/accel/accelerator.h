@@ -148,7 +148,7 @@ struct HitSpan {
 /// Coherent: neighbors in the span have similar directions. Changes the speed, never the result.
 enum class Coherence { coherent, incoherent };
 
-/// Geometry that a query is tested against, as bits.
+/// Geometry that a query is tested against, as bits. Transmissive geometry does not occlude.
 enum class GeometryMask : unsigned { opaque = 1, transmissive = 2, all = 3 };
 
 class Accelerator {

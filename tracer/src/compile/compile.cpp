@@ -126,7 +126,8 @@ std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const R
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, GeometryMask::transmissive);
     if (!hit.primitive.hit()) break;
     const Surface surface = surface_at(scene, hit, origin, direction);
-    if (visited.insert(surface.object).second && surface.back)
+    const bool transmits = scene.material_of(surface.object).transmission > 0;
+    if (transmits && visited.insert(surface.object).second && surface.back)
       hits.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
@@ -216,8 +217,8 @@ CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
-                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.uv_axes) +
-                        bytes_of(scene.objects.diagonal);
+                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.shadowless) +
+                        bytes_of(scene.objects.uv_axes) + bytes_of(scene.objects.diagonal);
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

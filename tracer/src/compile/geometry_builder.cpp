@@ -26,7 +26,7 @@ bool keeps_spheres(const Linear& m) {
 }
 
 /// Sorts objects into geometries: opaque and transmissive ones of spheres, quadrics and single triangles (their masks
-/// differ), and one for each mesh.
+/// differ), and one for each mesh. Opaque objects without shadow are among the transmissive ones.
 class GeometryBuilder {
  public:
   GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken, const RenderControl& control)
@@ -36,7 +36,8 @@ class GeometryBuilder {
     if (control_.cancelled()) return;
     object_ = static_cast<std::uint32_t>(compiled_.objects.material.size());
     compiled_.objects.material.push_back(placed.material.index);
-    transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
+    compiled_.objects.shadowless.push_back(placed.shadow ? 0 : 1);
+    transmissive_ = compiled_.materials[placed.material.index].transmission > 0 || !placed.shadow;
     if (compiled_.needs.textures) compiled_.objects.uv_axes.emplace_back();
     if (transmissive_) {
       compiled_.objects.diagonal.resize(object_ + 1);

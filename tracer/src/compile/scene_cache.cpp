@@ -31,12 +31,13 @@ class HashWriter {
   void objects(const std::vector<Object>& objects) {
     add(objects.size());
     for (const Object& object : objects) {
-      const auto& [shape, material, transform] = object;
+      const auto& [shape, material, transform, shadow] = object;
       add(shape.index());
       std::visit(*this, shape);
       is_transmissive(material);
       add(transform.has_value());
       if (transform) add(transform->rows);
+      add(shadow);
     }
   }
 

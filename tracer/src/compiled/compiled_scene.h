@@ -20,6 +20,7 @@ namespace tracer {
 /// Properties of objects, which are numbered after instancing, in document order.
 struct ObjectTable {
   std::vector<std::uint32_t> material;
+  std::vector<std::uint8_t> shadowless;  ///< 1: shadow rays pass unchanged
   std::vector<Axes> uv_axes;    ///< axes of a sphere; a plane's e0 and e1 are the world gradients of u and v. Empty
                                 ///< without textures
   std::vector<float> diagonal;  ///< diagonals of bounding boxes, world, up to the last transmissive object

@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 #include "tracer/src/math/affine.h"
@@ -20,23 +21,31 @@ struct Placed {
   const Shape& shape;  ///< never an Instance
   MaterialId material;
   Affine world_from_object;  ///< exactly the identity without transforms
+  bool shadow;               ///< false if the object or an instance around it has none
   std::string_view group;    ///< JSON pointer of its list: "/objects", or its prototype
   std::size_t index;         ///< index in that list
 };
+
+/// JSON pointer of the object. A visible light is the only object of a prototype with the light's pointer.
+inline std::string pointer(const Placed& placed) {
+  return std::string(placed.group) +
+         (placed.group.starts_with("/lights/") ? std::string() : "/" + std::to_string(placed.index));
+}
 
 /// Calls visit(Placed) for every object, prototypes' objects once per instance, in document order. The depth of
 /// recursion is that of the instances. Precondition: handles are valid and prototypes have no cycle.
 template <class Visit>
 void for_each_placed(const Scene& scene, const std::vector<Object>& objects, std::string_view group,
-                     const Affine& world_from_group, const std::optional<MaterialId>& material, const Visit& visit) {
+                     const Affine& world_from_group, const std::optional<MaterialId>& material, bool shadow,
+                     const Visit& visit) {
   for (const Object& object : objects) {
     const Affine world_from_object = object.transform ? world_from_group * affine(*object.transform) : world_from_group;
     if (const auto* instance = std::get_if<Instance>(&object.shape)) {
       const Prototype& prototype = scene.prototypes[instance->of.index];
       for_each_placed(scene, prototype.objects, prototype.path, world_from_object,
-                      material ? material : instance->material, visit);
+                      material ? material : instance->material, shadow && object.shadow, visit);
     } else {
-      visit(Placed{object.shape, material.value_or(object.material), world_from_object, group,
+      visit(Placed{object.shape, material.value_or(object.material), world_from_object, shadow && object.shadow, group,
                    static_cast<std::size_t>(&object - objects.data())});
     }
   }
@@ -44,7 +53,7 @@ void for_each_placed(const Scene& scene, const std::vector<Object>& objects, std
 
 template <class Visit>
 void for_each_placed(const Scene& scene, const Visit& visit) {
-  for_each_placed(scene, scene.objects, "/objects", Affine{}, std::nullopt, visit);
+  for_each_placed(scene, scene.objects, "/objects", Affine{}, std::nullopt, true, visit);
 }
 
 }  // namespace tracer

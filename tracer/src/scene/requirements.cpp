@@ -102,8 +102,9 @@ class Finder {
   void add(const Placed& placed) {
     const Shape& shape = placed.shape;
     const auto because = [&](bool Requirements::*what, bool needed) {
-      if (needed && !(needs_.*what)) need(what, true, std::string(placed.group) + "/", placed.index);
+      if (needed && !(needs_.*what)) need(what, true, pointer(placed));
     };
+    because(&Requirements::transmissive_shadows, needs_.shadows && !placed.shadow);
     because(&Requirements::smooth_normals, approximate_.shading != Approximations::Shading::flat && has_normals(shape));
     because(&Requirements::spheres, std::holds_alternative<Sphere>(shape));
     because(&Requirements::planes, std::holds_alternative<Plane>(shape));

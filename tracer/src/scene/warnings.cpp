@@ -149,10 +149,11 @@ class Finder {
     include(box, placed);
     if (box.empty() || view_.may_hit(box)) {
       in_view_ = true;
-    } else if (view_.is_behind(box) && behind_++ == 0) {
-      first_behind_ = std::string(placed.group) + "/" + std::to_string(placed.index);
+    } else if (placed.shadow && view_.is_behind(box) && behind_++ == 0) {
+      first_behind_ = pointer(placed);
     }
-    if (material.transmission == 0) std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
+    if (placed.shadow && material.transmission == 0)
+      std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
   }
 
   /// Lights in a closed opaque solid that does not contain the camera.
@@ -172,8 +173,7 @@ class Finder {
         if (light && scene_.lights[i].shadows && contains(light->first, light->second) &&
             !contains(scene_.camera.position, 0))
           add("/lights/" + std::to_string(i), "light_enclosed",
-              "the opaque object " + std::string(placed.group) + "/" + std::to_string(placed.index) +
-                  " is around the light and hides it from everything else");
+              "the opaque object " + pointer(placed) + " is around the light and hides it from everything else");
       }
     }
   }

@@ -196,6 +196,8 @@ void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media)
     hits += crossed_.primitive[i].hit() ? 1 : 0;
   }
   for (std::size_t i = 0; needs_.absorption && i < count; ++i) {
+    const std::uint32_t medium = media.current_medium(from.rays.media(i));
+    if (medium != MediumStack::nothing && scene_.objects.shadowless[medium] != 0) continue;
     Color& transmittance = transmittance_[from.number[i]];
     const double length = crossed_.primitive[i].hit() ? crossed_.t[i] : from.distance[i];
     transmittance = transmittance * media.transmittance(from.rays.media(i), length);
@@ -218,10 +220,12 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
     const auto ray = static_cast<std::size_t>(intersections_.ray[i]);
     const std::uint32_t object = points.object[i];
     MediumStack::Crossing crossing{.after = from.rays.media(ray)};
-    if (needs_.absorption || needs_.overlapping_media)
+    const bool shadowless = scene_.objects.shadowless[object] != 0;
+    if (!shadowless && (needs_.absorption || needs_.overlapping_media))
       crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
-    if (!crossing.hidden) transmittance = transmittance * scene_.terms[scene_.objects.material[object]].through;
+    if (!shadowless && !crossing.hidden)
+      transmittance = transmittance * scene_.terms[scene_.objects.material[object]].through;
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];
