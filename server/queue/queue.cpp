@@ -32,68 +32,6 @@ void add_position(QueueContext& context, JobView& view) {
   view.waiting_eta_s = eta_s(context, static_cast<double>(before->work + view.job.work));
 }
 
-// ---- ArtifactPins
-
-std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact) {
-  auto reader = artifacts_.open(artifact.sha256);
-  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
-  return reader;
-}
-
-std::unique_ptr<ArtifactReader> ArtifactPins::open_unverified(const Artifact& artifact) {
-  auto reader = artifacts_.open_unverified(artifact.sha256);
-  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
-  return reader;
-}
-
-void ArtifactPins::collect(const std::string& sha256) noexcept {
-  const std::lock_guard lock(mutex_);
-  if (pins_.contains(sha256)) return;  // collected at the end of the pin
-  try {
-    if (!references_.is_artifact_referenced(sha256)) artifacts_.remove(sha256);
-  } catch (const std::exception& failure) {
-    log_(LogLevel::warning, "artifact_not_collected", {{"sha256", sha256}, {"detail", failure.what()}});
-  }
-}
-
-ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
-  const ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
-  pin(stored.sha256);
-  if (pins_.artifacts_.open(stored.sha256)) return stored;
-  return pins_.artifacts_.put(fd, durable);  // it was removed between put and pin; the pin prevents a second time
-}
-
-bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
-  const bool is_new = pin(artifact.sha256);
-  if (!pins_.open(artifact)) return false;
-  if (sync && is_new) pins_.artifacts_.sync(artifact.sha256);
-  return true;
-}
-
-bool ArtifactPins::Pinned::hold(const std::vector<Artifact>& artifacts, bool sync) {
-  return std::all_of(artifacts.begin(), artifacts.end(),
-                     [&](const Artifact& artifact) { return hold(artifact, sync); });
-}
-
-bool ArtifactPins::Pinned::pin(const std::string& sha256) {
-  if (!held_.insert(sha256).second) return false;
-  const std::lock_guard lock(pins_.mutex_);
-  ++pins_.pins_[sha256];
-  return true;
-}
-
-ArtifactPins::Pinned::~Pinned() {
-  for (const std::string& sha256 : held_) {
-    {
-      const std::lock_guard lock(pins_.mutex_);
-      const auto pin = pins_.pins_.find(sha256);
-      if (--pin->second > 0) continue;
-      pins_.pins_.erase(pin);
-    }
-    pins_.collect(sha256);
-  }
-}
-
 // ---- JobLifecycle
 
 JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(context) {

@@ -13,12 +13,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "server/queue/artifact_store.h"
+#include "server/queue/artifact_pins.h"
 #include "server/queue/clock.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/event_log.h"
@@ -46,52 +45,6 @@ struct QueueSettings {
   /// shorter than a client's patience.
   std::int64_t lease_ms = 30'000;
   DiskSpaceProbe disk_space = [] { return DiskSpace{}; };
-};
-
-/// Prevents the deletion of bytes that a finishing job is about to name: equal images share one artifact, so the last
-/// job that named it may be removed while another one has stored the same bytes but not yet its own row. Thread-safe.
-/// Must outlive its Pinned.
-class ArtifactPins {
- public:
-  ArtifactPins(MaintenanceStore& references, ArtifactStore& artifacts, Log log)
-      : references_(references), artifacts_(artifacts), log_(std::move(log)) {}
-
-  /// As ArtifactStore; null also when it has another size.
-  std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
-  std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact);
-
-  /// Deletes the bytes unless a job names them or they are pinned. Never throws: a failure costs only disk space and
-  /// is logged.
-  void collect(const std::string& sha256) noexcept;
-
-  /// The artifacts that one job is about to name. They exist at least as long as this; its end collects them.
-  class Pinned {
-   public:
-    explicit Pinned(ArtifactPins& pins) : pins_(pins) {}
-    ~Pinned();
-    Pinned(const Pinned&) = delete;
-    Pinned& operator=(const Pinned&) = delete;
-
-    /// As ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
-    ArtifactStore::Stored put(int fd, bool durable);
-
-    /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none.
-    bool hold(const Artifact& artifact, bool sync = false);
-    bool hold(const std::vector<Artifact>& artifacts, bool sync);  ///< false if one does not exist
-
-   private:
-    bool pin(const std::string& sha256);  ///< false where it was pinned here before
-
-    ArtifactPins& pins_;
-    std::set<std::string> held_;
-  };
-
- private:
-  MaintenanceStore& references_;
-  ArtifactStore& artifacts_;
-  Log log_;
-  std::mutex mutex_;  ///< held over the check for references and the deletion, so that no pin falls between
-  std::map<std::string, int> pins_;
 };
 
 /// State that submission, life cycle and queries share.
