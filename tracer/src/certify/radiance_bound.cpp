@@ -28,10 +28,8 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
 
 /// Upper bound of the fraction of light that secondary rays receive.
 double albedo_bound(const Material& material) {
-  using Transparency = Material::Transparency;
   const double reflected = material.reflection * max_component(material.reflection_color);
-  double transmitted = material.transmission;
-  if (material.transparency != Transparency::interpolated) transmitted *= max_component(material.transmission_color);
+  const double transmitted = material.transmission * max_component(material.transmission_color);
   // Fresnel's reflectance and transmittance add up to one.
   return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
 }
