@@ -40,8 +40,9 @@ class UniformSampler {
     const double brightest = brightest_if_needed(scene_, image.rgb);
     const ErrorContext context{DisplayTransform(scene_.output, brightest), bound_omitted_radiance(scene_, brightest),
                                scene_.output};
-    rendered.error = estimate(rendered, context);
+    rendered.statistics = pool_.statistics();  // without the samples of features
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
+    rendered.error = estimate(image, context);
     estimate_approximation_error<T>(scene_, settings_, control_, context.display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
@@ -168,18 +169,15 @@ class UniformSampler {
       omitted.push_back({static_cast<std::uint32_t>(at), radiance});
   }
 
-  /// Samples features that the pixels may have missed, and sets the statistics.
-  ErrorEstimate estimate(Rendered& rendered, const ErrorContext& context) {
+  /// Also samples features that the pixels may have missed.
+  ErrorEstimate estimate(Image& image, const ErrorContext& context) {
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
-    Image& image = rendered.image;
     const std::vector<SubpixelFeature> features =
         find_subpixel_features(scene_, features_min + image.rgb.size() / 3 * samples_ / samples_per_feature);
     const std::vector<Color> radiance =
         sample_features(std::span(features), scene_, pool_, in_parallel, [this] { return control_.cancelled(); });
-    rendered.statistics = pool_.statistics();
-    rendered.statistics.holdout_samples = features.size();
     UniformPixels pixels{image.rgb, deviation_, image.width, samples_};
     const std::vector<MissedFeature> missed =
         missed_features(features, radiance, pixels, scene_.image.window(), context.display);
