@@ -124,6 +124,16 @@ TEST(Warnings, NameLightsWithinOpaqueSolids) {
   EXPECT_EQ(warnings_with("", box, bulb), Lines{"/lights/1 light_enclosed"});
 }
 
+TEST(Warnings, NameObjectsThatDoublesDoNotResolve) {
+  const std::string camera = R"("camera": {"position": [1000000,0,1], "look_at": [1000000,0,0]})";
+  const auto at_a_million = [&](const std::string& radius) {
+    return warnings_of(R"({"version": 1, "ambient": 1, )" + camera + R"(, "objects": [)" +
+                       sphere_at("[1000000,0,0]", radius) + "," + sphere_at("[1000000,0,0]", "0.5") + "]}");
+  };
+  EXPECT_EQ(at_a_million("2.5e-7"), Lines{"/objects/0 beyond_precision"}) << "spans less than 2^-40 of a million";
+  EXPECT_EQ(at_a_million("2.7e-7"), Lines{});
+}
+
 TEST(Warnings, AreLimitedInNumber) {
   std::string materials;
   for (int i = 0; i < 150; ++i)

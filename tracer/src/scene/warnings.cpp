@@ -147,6 +147,7 @@ class Finder {
     }
     Bounds box;
     include(box, placed);
+    check_resolution(placed, box);
     if (box.empty() || view_.may_hit(box)) {
       in_view_ = true;
     } else if (placed.shadow && view_.is_behind(box) && behind_++ == 0) {
@@ -154,6 +155,18 @@ class Finder {
     }
     if (placed.shadow && material.transmission == 0)
       std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
+  }
+
+  /// Coordinates are doubles: 53 binary digits, of which a shape needs some to have a form.
+  void check_resolution(const Placed& placed, const Bounds& box) {
+    constexpr double digits = 0x1p-40;
+    if (box.empty()) return;
+    const double largest = std::max(max_component(abs(box.low)), max_component(abs(box.high)));
+    const double size = length(box.high - box.low);
+    if (!(size > 0 && size < largest * digits) || too_small_++ > 0) return;
+    first_too_small_ = pointer(placed);
+    too_small_detail_ = "spans " + text_of(size) + ", but coordinates of " + text_of(largest) + " are rounded to " +
+                        text_of(largest * 0x1p-53) + ": move the scene to the origin";
   }
 
   /// Lights in a closed opaque solid that does not contain the camera.
@@ -185,17 +198,19 @@ class Finder {
     if (any_object_ && !is_lit_ && is_black(scene_.ambient) && (is_dark || !reflects_))
       add("/lights", "nothing_lit", "every object is black: there is no light, no \"ambient\" and no \"emission\"");
     if (is_dark && !in_view_) add("/objects", "nothing_in_view", "the image is black: no object is in view");
-    if (behind_ > 0 && !reflects_)
-      add(first_behind_, "behind_camera",
-          "is behind the camera" + (behind_ > 1 ? ", and " + std::to_string(behind_ - 1) + " more" : std::string()));
+    const auto others = [](std::size_t count) {
+      return count > 1 ? ", and " + std::to_string(count - 1) + " more" : std::string();
+    };
+    if (behind_ > 0 && !reflects_) add(first_behind_, "behind_camera", "is behind the camera" + others(behind_));
+    if (too_small_ > 0) add(first_too_small_, "beyond_precision", too_small_detail_ + others(too_small_));
   }
 
   const Scene& scene_;
   const View view_;
   std::vector<Issue> found_;
   bool is_lit_ = false, reflects_ = false, any_object_ = false, in_view_ = false;
-  std::size_t behind_ = 0;
-  std::string first_behind_;
+  std::size_t behind_ = 0, too_small_ = 0;
+  std::string first_behind_, first_too_small_, too_small_detail_;
 };
 
 }  // namespace
