@@ -206,7 +206,7 @@ int main() {
 
   std::map<std::string, std::shared_ptr<std::atomic<bool>>> cancelled;
   for (;;) {
-    Received received = receive(worker_socket, daemon_body_limit);
+    Received received = receive(worker_socket, daemon_body_limit, FileRule::any);
     auto* message = std::get_if<Message>(&received);
     if (message == nullptr) _exit(0);
     if (auto* job = std::get_if<Assign>(message)) {
