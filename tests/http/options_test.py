@@ -47,7 +47,8 @@ class Options(unittest.TestCase):
             self.assertEqual(list(folder.iterdir()), [folder / "file"])
 
     def test_data_of_another_program_stops_the_start(self):
-        for text, word in (("PRAGMA user_version = 3; CREATE TABLE jobs (id)", "version 3"), (None, "not a database")):
+        for text, word in (("PRAGMA application_id = 0x57687474; PRAGMA user_version = 3; CREATE TABLE jobs (id)", "version 3"),
+                           ("PRAGMA user_version = 3; CREATE TABLE jobs (id)", "another program"), (None, "not a database")):
             with tempfile.TemporaryDirectory() as folder, self.subTest(word):
                 path = pathlib.Path(folder) / "whittle.db"
                 if text:

@@ -187,10 +187,10 @@ std::int64_t read_version(Database& database, const std::string& path, std::int6
 
 bool is_new(Database& database) { return pragma(database, "schema_version") == 0; }
 
-void check_file(const std::string& path, std::int64_t version) {
-  if (::access(path.c_str(), F_OK) != 0) return;
+bool check_file(const std::string& path, std::int64_t version) {
+  if (::access(path.c_str(), F_OK) != 0) return false;
   Database database(path, Database::Access::read_only);
-  (void)read_version(database, path, version);
+  return read_version(database, path, version) != 0;
 }
 
 void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {

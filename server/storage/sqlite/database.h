@@ -108,8 +108,9 @@ class Database {
 };
 
 bool is_new(Database& database);  ///< nothing was created in it
-/// Throws StoreFailure if there is a file with another version, or one that cannot be read. Changes nothing.
-void check_file(const std::string& path, std::int64_t version);
+/// False if there is no database yet. Throws StoreFailure if there is a file with another version, or one that cannot
+/// be read. Changes nothing.
+bool check_file(const std::string& path, std::int64_t version);
 
 /// Sets up the connection (WAL, synchronous = FULL) and creates the tables of `schema` in an empty file. Throws
 /// StoreFailure, with the file unchanged, for that of another program or version.

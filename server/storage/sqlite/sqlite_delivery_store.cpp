@@ -77,7 +77,9 @@ void read_attempts(Database& database, queue::Delivery& delivery) {
 
 }  // namespace
 
-void check_deliveries_file(const std::string& directory) { check_file(directory + "/webhooks.db", schema_version); }
+void check_deliveries_file(const std::string& directory) {
+  (void)check_file(directory + "/webhooks.db", schema_version);
+}
 
 SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, queue::DiskHealth* health)
     : commits_(

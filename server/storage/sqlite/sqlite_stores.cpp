@@ -282,7 +282,10 @@ class BytesReader final : public queue::ArtifactReader {
 
 }  // namespace
 
-void check_jobs_file(const std::string& directory) { check_file(file_of(directory), jobs_schema_version); }
+void check_jobs_file(const std::string& directory) {
+  if (!check_file(file_of(directory), jobs_schema_version) && std::filesystem::is_directory(directory))
+    require_no_artifacts(directory);
+}
 
 Connections::Connections(const std::string& directory, const SqliteSettings& settings)
     : lock(directory),
