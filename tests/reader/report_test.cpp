@@ -46,7 +46,6 @@ TEST(Report, MembersOfOtherTypesCountAsZero) {
     EXPECT_EQ(figures->rays.camera, 0u) << report;
     EXPECT_FALSE(figures->cache_hits.geometry) << report;
     EXPECT_EQ(figures->target_met, std::nullopt) << report;
-    EXPECT_EQ(figures->seconds_per_work, 0) << report;
   }
   const auto huge =
       api::read_report(R"({"rays": {"camera": 1e300, "shadow": -5}, "error": {"target": 1, "met": "x"}})");
