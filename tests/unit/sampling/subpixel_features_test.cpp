@@ -66,6 +66,29 @@ TEST(SubpixelFeatures, LieInsideOfTriangles) {
   EXPECT_GE(2 * inside, features.size());
 }
 
+/// Squares that one mesh consists of are features each; triangles that are connected by position only are one surface.
+TEST(SubpixelFeatures, AreConnected) {
+  Scene scene = flat_scene();
+  Mesh squares;
+  for (int i = 0; i < 20; ++i)
+    for (const Mesh one = square(i - 9.5, 0.5, 0.1); const auto& triangle : one.triangles) {
+      for (const std::uint32_t vertex : triangle) squares.positions.push_back(one.positions[vertex]);
+      const auto last = static_cast<std::uint32_t>(squares.positions.size());
+      squares.triangles.push_back({last - 3, last - 2, last - 1});
+    }
+  scenes::add(scene, squares, scenes::glowing({1, 1, 1}));
+  const Mesh sphere = scenes::placed(scenes::icosphere(4), 5, {0, 0, -9});
+  const MaterialId white = scenes::add(scene, scenes::matte({1, 1, 1}));
+  for (const auto& [a, b, c] : sphere.triangles)
+    scenes::add(scene, Triangle{{sphere.positions[a], sphere.positions[b], sphere.positions[c]}, {}, {}}, white);
+  std::vector<std::size_t> columns(32);
+  for (const SubpixelFeature& feature : features_of(scene)) {
+    EXPECT_EQ(feature.y, 15u);
+    ++columns[feature.x];
+  }
+  for (std::size_t x = 0; x < 32; ++x) EXPECT_EQ(columns[x] > 0, x >= 6 && x < 26) << x;
+}
+
 TEST(SubpixelFeatures, FollowThinTriangles) {
   Scene scene = flat_scene();
   scenes::add(scene, Triangle{{Vec3{-10.5, -10.5, 0}, Vec3{10.5, 10.5, 0}, Vec3{10.5, 10.6, 0}}, {}, {}},

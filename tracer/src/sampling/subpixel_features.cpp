@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
+#include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
@@ -105,19 +109,64 @@ class FeatureFinder {
   std::vector<SubpixelFeature> features_;
 };
 
-/// Calls use(vertices) for each object of few triangles. Larger ones have neighbors that samples find.
-template <class Use>
-void each_small_object(const TriangleGeometry& mesh, const Use& use) {
-  constexpr std::size_t vertices_max = 3 * 64;
-  std::vector<Vec3> vertices;
-  for (std::uint32_t first = 0, last = 0; first < mesh.triangles.size(); first = last) {
-    vertices.clear();
-    for (; last < mesh.triangles.size() && mesh.object_of(last) == mesh.object_of(first); ++last)
-      if (vertices.size() < vertices_max)
-        for (const std::uint32_t vertex : mesh.triangles[last]) vertices.push_back(mesh.position(vertex));
-    if (last - first <= vertices_max / 3) use(std::span<const Vec3>(vertices));
+/// Sets of triangles that are connected by vertices at the same positions, in all meshes of a scene.
+class ConnectedTriangles {
+ public:
+  explicit ConnectedTriangles(const std::vector<TriangleGeometry>& meshes) {
+    std::size_t triangles = 0;
+    for (const TriangleGeometry& mesh : meshes) triangles += mesh.triangles.size();
+    if (triangles > triangles_max) return;
+    corners_.reserve(3 * triangles);
+    for (const TriangleGeometry& mesh : meshes)
+      for (const auto& vertices : mesh.triangles)
+        for (const std::uint32_t vertex : vertices) corners_.push_back(mesh.position(vertex));
+    parent_.resize(corners_.size());
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (std::uint32_t i = 0; i < parent_.size(); i += 3) parent_[i + 1] = parent_[i + 2] = i;
+    unite_equal_positions();
   }
-}
+
+  /// Calls use(corners) for each set of few triangles.
+  template <class Use>
+  void each_small_set(const Use& use) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> by_set;
+    for (std::uint32_t i = 0; i < corners_.size(); ++i) by_set.emplace_back(root(i), i);
+    std::sort(by_set.begin(), by_set.end());
+    std::vector<Vec3> corners;
+    for (std::size_t first = 0, last = 0; first < by_set.size(); first = last) {
+      corners.clear();
+      for (; last < by_set.size() && by_set[last].first == by_set[first].first; ++last)
+        corners.push_back(corners_[by_set[last].second]);
+      if (corners.size() <= corners_max) use(std::span<const Vec3>(corners));
+    }
+  }
+
+ private:
+  static constexpr std::size_t corners_max = 3 * 64;
+  /// The search takes some milliseconds then, and finer meshes are hardly made of specks.
+  static constexpr std::size_t triangles_max = 1 << 16;
+
+  void unite_equal_positions() {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+    for (std::uint32_t i = 0; i < corners_.size(); ++i) {
+      std::uint64_t key = 0;
+      for (const double value : {corners_[i].x, corners_[i].y, corners_[i].z})
+        key = mix(key ^ std::bit_cast<std::uint64_t>(value));
+      keys.emplace_back(key, i);
+    }
+    std::sort(keys.begin(), keys.end());
+    for (std::size_t i = 1; i < keys.size(); ++i)
+      if (keys[i].first == keys[i - 1].first) parent_[root(keys[i].second)] = root(keys[i - 1].second);
+  }
+
+  std::uint32_t root(std::uint32_t corner) {
+    while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
+    return corner;
+  }
+
+  std::vector<Vec3> corners_;          ///< of all triangles
+  std::vector<std::uint32_t> parent_;  ///< corner of the same set; a root is its own
+};
 
 }  // namespace
 
@@ -126,17 +175,16 @@ std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, 
   std::size_t candidates = 0;
   for (const SphereGeometry& spheres : geometry.spheres) candidates += spheres.radius.size();
   for (const QuadricGeometry& quadrics : geometry.quadrics) candidates += quadrics.quadrics.size();
-  for (const TriangleGeometry& mesh : geometry.triangles)
-    each_small_object(mesh, [&](std::span<const Vec3>) { ++candidates; });
+  ConnectedTriangles triangles(geometry.triangles);
+  triangles.each_small_set([&](std::span<const Vec3>) { ++candidates; });
   FeatureFinder finder(scene, count_max, candidates / std::max<std::size_t>(1, count_max) + 1);
   for (const SphereGeometry& spheres : geometry.spheres)
     for (std::size_t i = 0; i < spheres.radius.size(); ++i)
       finder.add_one_of([&] { return Capsule{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]}; });
   for (const QuadricGeometry& quadrics : geometry.quadrics)
     for (const Quadric& quadric : quadrics.quadrics) finder.add_one_of([&] { return bounding_capsule(quadric); });
-  for (const TriangleGeometry& mesh : geometry.triangles)
-    each_small_object(
-        mesh, [&](std::span<const Vec3> vertices) { finder.add_one_of([&] { return bounding_capsule(vertices); }); });
+  triangles.each_small_set(
+      [&](std::span<const Vec3> corners) { finder.add_one_of([&] { return bounding_capsule(corners); }); });
   return finder.take();
 }
 

@@ -13,7 +13,7 @@
 
 namespace tracer {
 
-/// A primitive or an object of few triangles that is thinner than two pixels.
+/// A primitive or a few connected triangles thinner than two pixels.
 struct SubpixelFeature {
   std::uint32_t x = 0, y = 0;  ///< pixel of the full image
   Vec2 at;                     ///< position in the pixel
@@ -21,9 +21,10 @@ struct SubpixelFeature {
   float count = 1;             ///< features that it stands for
 };
 
-/// Features in the image's window, about one per pixel along their length: spheres, quadrics and objects of few
-/// triangles. Larger meshes are left out: their samples also find neighboring triangles. Visibility is not tested. If
-/// there are more than about `count_max` candidates, every n-th is used and stands for n.
+/// Features in the image's window, about one per pixel along their length: spheres, quadrics and few connected
+/// triangles, these in scenes of up to 65,536 triangles. Larger meshes are left out: their samples also find
+/// neighboring triangles. Visibility is not tested. If there are more than about `count_max` candidates, every n-th is
+/// used and stands for n.
 std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
 /// Radiance of one sample in the middle of each feature; NaN where `stop` was true or the tracer cancelled.
