@@ -1,6 +1,6 @@
 #pragma once
 /// Validates what the worker sends before the daemon uses any of it: the worker parses untrusted input, so its process
-/// may be in the hands of whoever wrote that input. Pure functions, tested as tables and fuzzed.
+/// may be in the hands of the author of that input. Pure functions, tested as tables and fuzzed.
 
 #include <cstdint>
 #include <string>

@@ -29,6 +29,16 @@ std::vector<PixelState> pixels_of(std::initializer_list<double> variances, std::
   return pixels;
 }
 
+/// Many pixels with eight samples and the same variance.
+std::vector<PixelState> equal_pixels() {
+  std::vector<PixelState> pixels(20'000);
+  for (PixelState& pixel : pixels) {
+    refine(pixel, 8);
+    pixel.variance = 1;
+  }
+  return pixels;
+}
+
 Adaptive within(std::uint32_t least, std::uint32_t most) {
   Adaptive limits;
   limits.samples_min = least;
@@ -84,11 +94,7 @@ TEST(SampleAllocation, ReachesTheGoalAndLittleMore) {
 }
 
 TEST(SampleAllocation, RaisesAPartOfPixelsWithEqualDemand) {
-  std::vector<PixelState> pixels(20'000);
-  for (PixelState& pixel : pixels) {
-    refine(pixel, 8);
-    pixel.variance = 1;
-  }
+  std::vector<PixelState> pixels = equal_pixels();
   const std::vector<float> cost(pixels.size(), 1);
   const double goal = 0.9 * static_cast<double>(pixels.size());
   const SampleAllocation first =
@@ -106,11 +112,7 @@ TEST(SampleAllocation, RaisesAPartOfPixelsWithEqualDemand) {
 
 /// Suspected errors become smaller faster than found ones: fewer samples reach the same goal.
 TEST(SampleAllocation, TakesFewerSamplesForSuspectedErrors) {
-  std::vector<PixelState> pixels(20'000);
-  for (PixelState& pixel : pixels) {
-    refine(pixel, 8);
-    pixel.variance = 1;
-  }
+  std::vector<PixelState> pixels = equal_pixels();
   const std::vector<float> cost(pixels.size(), 1);
   const AllocationGoal goal{.squared_error = 0.25 * static_cast<double>(pixels.size()), .cost = any_cost};
   const auto mean_growth = [&] {

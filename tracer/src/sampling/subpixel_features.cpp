@@ -164,7 +164,7 @@ class ConnectedTriangles {
     return corner;
   }
 
-  std::vector<Vec3> corners_;          ///< of all triangles
+  std::vector<Vec3> corners_;          ///< three for each triangle
   std::vector<std::uint32_t> parent_;  ///< corner of the same set; a root is its own
 };
 
