@@ -68,8 +68,8 @@ ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& poin
 const ReferenceTracer::Body* ReferenceTracer::current_medium(const Inside& inside) {
   const Body* best = nullptr;
   for (const Body* body : inside) {
-    const auto rank = [](const Body* of) { return std::tuple(of->material->priority, -of->size, of); };
-    if (best == nullptr || rank(body) > rank(best)) best = body;  // all are elements of one vector
+    const auto rank = [](const Body* of) { return std::tuple(of->material->priority, -of->size, of->material, of); };
+    if (best == nullptr || rank(body) > rank(best)) best = body;  // elements of vectors
   }
   return best;
 }

@@ -60,8 +60,10 @@ struct PlainList {
   [[nodiscard]] std::uint32_t current_medium(const CompiledScene& scene) const {
     if (objects.empty()) return MediumStack::nothing;
     return *std::max_element(objects.begin(), objects.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tuple(scene.material_of(a).priority, -radius_of(a), a) <
-             std::tuple(scene.material_of(b).priority, -radius_of(b), b);
+      const auto rank = [&](std::uint32_t of) {
+        return std::tuple(scene.material_of(of).priority, -radius_of(of), scene.objects.material[of], of);
+      };
+      return rank(a) < rank(b);
     });
   }
 };

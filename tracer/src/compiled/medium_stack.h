@@ -88,12 +88,15 @@ class MediumStack {
     return (list & alone_bit) != 0 ? Node{outside, list & ~alone_bit} : nodes_[list];
   }
 
-  /// By priority, then the smaller object, which may be nested in the other, then the later one.
+  /// By priority, then the smaller object, which may be nested in the other, then the later material: not by the order
+  /// of objects, which must not change the image.
   [[nodiscard]] bool displaces(std::uint32_t object, std::uint32_t other) const {
     const int own = scene_.material_of(object).priority, others = scene_.material_of(other).priority;
     if (own != others) return own > others;
     const std::vector<float>& diagonal = scene_.objects.diagonal;
-    return diagonal[object] != diagonal[other] ? diagonal[object] < diagonal[other] : object > other;
+    if (diagonal[object] != diagonal[other]) return diagonal[object] < diagonal[other];
+    const std::vector<std::uint32_t>& material = scene_.objects.material;
+    return material[object] != material[other] ? material[object] > material[other] : object > other;
   }
 
   [[nodiscard]] List enter(List list, std::uint32_t object) {
