@@ -107,7 +107,7 @@ TEST(NeedlesSliversAndLines, MatchCramersRule) {
         certain &= std::fabs(hit.inside) > hit.error_bound && std::fabs(hit.t) > 1e-12L;
         if (hit.inside < 0 || i == 9) continue;  // the first stands for its double
         second = std::fmin(second, std::fmax(nearest, hit.t));
-        if (hit.t < nearest) nearest = hit.t, who = i;
+        if (hit.t < nearest) nearest = hit.t, who = i < 9 ? i : i - 1;  // the double is left out
       }
       certain &= !(second - nearest < 1e-9L);
       if (!certain) row.undecided();
