@@ -23,28 +23,38 @@ KnownErrors known(double mean, double upper, double fixed = 0) {
 }
 
 TEST(ErrorGoal, LeavesToSamplesWhatIsNotFixed) {
-  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), squared), 0.95 * squared);
-  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared, 0.25 * squared), squared), 0.95 * 0.75 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), squared, 1), 0.95 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared, 0.25 * squared), squared, 1), 0.95 * 0.75 * squared);
 }
 
 TEST(ErrorGoal, IsThatOfTheFixedPartsIfTheyPreventTheTarget) {
-  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared, 2 * squared), squared), 0.95 * 2 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared, 2 * squared), squared, 1), 0.95 * 2 * squared);
 }
 
 TEST(ErrorGoal, IsLowerByTheUncertaintyOfTheEstimate) {
-  EXPECT_DOUBLE_EQ(goal().of_round(known(0.8 * squared, squared), squared), 0.8 * squared);
-  EXPECT_DOUBLE_EQ(goal().of_round(known(0.1 * squared, squared), squared), 0.5 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(0.8 * squared, squared), squared, 1), 0.8 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(0.1 * squared, squared), squared, 1), 0.5 * squared);
 }
 
 TEST(ErrorGoal, IsLowerIfPredictionsAreTooLow) {
-  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), 0.5 * squared), 0.95 * 0.5 * squared);
-  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), 2 * squared), 0.95 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), 0.5 * squared, 1), 0.95 * 0.5 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared), 2 * squared, 1), 0.95 * squared);
 }
 
 /// Predictions of far smaller errors are too high: samples that reach them at once would be too many.
 TEST(ErrorGoal, IsReachedInTwoStepsFromAfar) {
-  EXPECT_DOUBLE_EQ(goal().of_round(known(3.9 * squared, 3.9 * squared), 3.9 * squared), 0.95 * squared);
-  EXPECT_DOUBLE_EQ(goal().of_round(known(4.1 * squared, 4.1 * squared), 4.1 * squared), 0.95 * 2 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(3.9 * squared, 3.9 * squared), 3.9 * squared, 1), 0.95 * squared);
+  EXPECT_DOUBLE_EQ(goal().of_round(known(4.1 * squared, 4.1 * squared), 4.1 * squared, 1), 0.95 * 2 * squared);
+}
+
+TEST(ErrorGoal, IsLowerInLateRounds) {
+  double before = goal().of_round(known(squared, squared), squared, 3);
+  EXPECT_DOUBLE_EQ(before, goal().of_round(known(squared, squared), squared, 1));
+  for (std::uint32_t round = 4; round < 24; ++round) {
+    const double now = goal().of_round(known(squared, squared), squared, round);
+    EXPECT_NEAR(now, 0.8 * before, 1e-9 * before);
+    before = now;
+  }
 }
 
 TEST(ErrorGoal, CallsATwentiethLarge) {

@@ -303,7 +303,7 @@ class AdaptiveSampler {
     if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    goal.squared_error = goal_.of_round(known_, predicted);
+    goal.squared_error = goal_.of_round(known_, predicted, round_);
     return goal;
   }
 

@@ -34,8 +34,8 @@ class ErrorGoal {
   [[nodiscard]] bool is_large(double error) const { return error > 0.05 * squared(); }
   /// Error that the next round shall leave to samples, in the sum of the predicted errors of the pixels, which is now
   /// `predicted`. Predictions of far smaller errors are too high: the first step towards them goes only near the
-  /// target.
-  [[nodiscard]] double of_round(const KnownErrors& known, double predicted) const {
+  /// target. Rounds beyond those that predictions need have lower and lower goals.
+  [[nodiscard]] double of_round(const KnownErrors& known, double predicted, std::uint32_t round) const {
     constexpr double step = 2, step_max = 4;
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
     double left = squared() - known.fixed;
@@ -44,7 +44,10 @@ class ErrorGoal {
     if (upper > step_max * left) left *= step;
     // Margins for the uncertainty of the estimate and for predictions that were too low.
     const double margin = std::clamp(mean / std::max(upper, 1e-300), 0.5, 0.95);
-    return left * margin * (mean > predicted ? predicted / mean : 1);
+    constexpr double lower = 0.8;
+    constexpr std::uint32_t expected_rounds = 3;
+    const double late = std::pow(lower, round > expected_rounds ? round - expected_rounds : 0);
+    return left * margin * late * (mean > predicted ? predicted / mean : 1);
   }
 
  private:
