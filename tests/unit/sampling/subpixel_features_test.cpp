@@ -77,7 +77,7 @@ TEST(SubpixelFeatures, AreConnected) {
       squares.triangles.push_back({last - 3, last - 2, last - 1});
     }
   scenes::add(scene, squares, scenes::glowing({1, 1, 1}));
-  const Mesh sphere = scenes::placed(scenes::icosphere(4), 5, {0, 0, -9});
+  const Mesh sphere = scenes::placed(scenes::icosphere(2), 5, {0, 0, -9});
   const MaterialId white = scenes::add(scene, scenes::matte({1, 1, 1}));
   for (const auto& [a, b, c] : sphere.triangles)
     scenes::add(scene, Triangle{{sphere.positions[a], sphere.positions[b], sphere.positions[c]}, {}, {}}, white);

@@ -112,7 +112,8 @@ class FeatureFinder {
 /// Sets of triangles that are connected by vertices at the same positions, in all meshes of a scene.
 class ConnectedTriangles {
  public:
-  explicit ConnectedTriangles(const std::vector<TriangleGeometry>& meshes) {
+  /// None if there are more than `triangles_max`.
+  ConnectedTriangles(const std::vector<TriangleGeometry>& meshes, std::size_t triangles_max) {
     std::size_t triangles = 0;
     for (const TriangleGeometry& mesh : meshes) triangles += mesh.triangles.size();
     if (triangles > triangles_max) return;
@@ -143,8 +144,6 @@ class ConnectedTriangles {
 
  private:
   static constexpr std::size_t corners_max = 3 * 64;
-  /// The search takes some milliseconds then, and finer meshes are hardly made of specks.
-  static constexpr std::size_t triangles_max = 1 << 16;
 
   void unite_equal_positions() {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
@@ -175,7 +174,7 @@ std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, 
   std::size_t candidates = 0;
   for (const SphereGeometry& spheres : geometry.spheres) candidates += spheres.radius.size();
   for (const QuadricGeometry& quadrics : geometry.quadrics) candidates += quadrics.quadrics.size();
-  ConnectedTriangles triangles(geometry.triangles);
+  ConnectedTriangles triangles(geometry.triangles, 1024 + scene.image.window().pixels() / 64);
   triangles.each_small_set([&](std::span<const Vec3>) { ++candidates; });
   FeatureFinder finder(scene, count_max, candidates / std::max<std::size_t>(1, count_max) + 1);
   for (const SphereGeometry& spheres : geometry.spheres)

@@ -22,9 +22,9 @@ struct SubpixelFeature {
 };
 
 /// Features in the image's window, about one per pixel along their length: spheres, quadrics and few connected
-/// triangles, these in scenes of up to 65,536 triangles. Larger meshes are left out: their samples also find
-/// neighboring triangles. Visibility is not tested. If there are more than about `count_max` candidates, every n-th is
-/// used and stands for n.
+/// triangles. Larger meshes are left out: their samples also find neighboring triangles. Visibility is not tested. If
+/// there are more than about `count_max` candidates, every n-th is used and stands for n. Triangles are searched in
+/// scenes that have few of them for an image of this many pixels, so that the search takes little time.
 std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
 /// Radiance of one sample in the middle of each feature; NaN where `stop` was true or the tracer cancelled.

@@ -69,9 +69,13 @@ std::optional<std::pair<Vec3, double>> extent(const LightSource& source) {
   return std::nullopt;
 }
 
-class Finder {
+class WarningFinder {
  public:
-  explicit Finder(const Scene& scene) : scene_(scene), view_(scene) {}
+  explicit WarningFinder(const Scene& scene) : scene_(scene), view_(scene) {
+    for (std::size_t i = 0; i < std::min(scene.lights.size(), lights_max); ++i)
+      if (const auto light = extent(scene.lights[i].source); light && scene.lights[i].shadows)
+        lights_.emplace_back(i, *light);
+  }
 
   std::vector<Issue> find() {
     check_camera();
@@ -148,12 +152,12 @@ class Finder {
     Bounds box;
     include(box, placed);
     check_resolution(placed, box);
-    if (box.empty() || view_.may_hit(box)) {
-      in_view_ = true;
-    } else if (placed.shadow && view_.is_behind(box) && behind_++ == 0) {
-      first_behind_ = pointer(placed);
+    if (!box.empty() && view_.is_behind(box)) {
+      if (placed.shadow && behind_++ == 0) first_behind_ = pointer(placed);
+    } else if (!in_view_) {
+      in_view_ = box.empty() || view_.may_hit(box);
     }
-    if (placed.shadow && material.transmission == 0)
+    if (placed.shadow && material.transmission == 0 && has_light(box))
       std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
   }
 
@@ -169,6 +173,15 @@ class Finder {
                         text_of(largest * 0x1p-53) + ": move the scene to the origin";
   }
 
+  /// True if one of the lights that are compared with solids may be in one with this box.
+  [[nodiscard]] bool has_light(const Bounds& box) const {
+    return std::any_of(lights_.begin(), lights_.end(), [&](const auto& light) {
+      const Vec3& p = light.second.first;
+      return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+             p.z <= box.high.z;
+    });
+  }
+
   /// Lights in a closed opaque solid that does not contain the camera.
   template <class S>
   void check_inside(const S& shape, const Placed& placed) {
@@ -181,10 +194,8 @@ class Finder {
         if constexpr (std::is_same_v<S, Sphere>) return length(p) + max_component(margin) <= 1;
         return max_component(abs(p - Vec3{0.5, 0.5, 0.5}) + margin) <= 0.5;
       };
-      for (std::size_t i = 0; i < std::min(scene_.lights.size(), lights_max); ++i) {
-        const auto light = extent(scene_.lights[i].source);
-        if (light && scene_.lights[i].shadows && contains(light->first, light->second) &&
-            !contains(scene_.camera.position, 0))
+      for (const auto& [i, light] : lights_) {
+        if (contains(light.first, light.second) && !contains(scene_.camera.position, 0))
           add("/lights/" + std::to_string(i), "light_enclosed",
               "the opaque object " + pointer(placed) + " is around the light and hides it from everything else");
       }
@@ -207,6 +218,7 @@ class Finder {
 
   const Scene& scene_;
   const View view_;
+  std::vector<std::pair<std::size_t, std::pair<Vec3, double>>> lights_;  ///< numbers and spheres
   std::vector<Issue> found_;
   bool is_lit_ = false, reflects_ = false, any_object_ = false, in_view_ = false;
   std::size_t behind_ = 0, too_small_ = 0;
@@ -215,6 +227,6 @@ class Finder {
 
 }  // namespace
 
-std::vector<Issue> warnings(const Scene& scene) { return Finder(scene).find(); }
+std::vector<Issue> warnings(const Scene& scene) { return WarningFinder(scene).find(); }
 
 }  // namespace tracer
