@@ -54,8 +54,8 @@ class UniformSampler {
   static constexpr std::uint32_t batch_rays = 4096, batch_pixels_min = lanes;
   /// A penumbra with 16 stratified points per pixel has a standard error of at most about 3 % of the light.
   static constexpr std::uint32_t light_points_min = 16;
-  /// At most about one feature for 256 samples, so that they take little time.
-  static constexpr std::size_t samples_per_feature = 256, features_min = 4;
+  /// At most about one feature for 512 samples, so that they take little time.
+  static constexpr std::size_t samples_per_feature = 512, features_min = 4;
 
   /// Sums over a pixel's samples. Layers are separate, since few scenes have any.
   struct Sums {
