@@ -6,7 +6,7 @@ namespace api {
 namespace {
 
 /// Lines of words, in lower case and each between spaces, with the form that replaces them; a scope stands above.
-constexpr std::string_view table =
+constexpr std::string_view words_table =
 #include "api/src/reader/foreign_words.txt"
     ;
 
@@ -22,7 +22,7 @@ std::string_view form_of_foreign_word(std::string_view scope, std::string_view w
   if (plain.size() == 2) return {};
   const std::string heading = "[" + std::string(scope) + "]";
   bool in_scope = false;
-  for (std::string_view rest = table; !rest.empty();) {
+  for (std::string_view rest = words_table; !rest.empty();) {
     const std::string_view line = rest.substr(0, rest.find('\n'));
     rest.remove_prefix(line.size() + 1);
     if (line.starts_with('[')) in_scope = line == heading;
