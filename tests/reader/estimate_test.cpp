@@ -28,6 +28,7 @@ tracer::Scene scene_of(std::uint32_t width, std::uint32_t height, std::uint32_t 
   tracer::Scene scene;
   scene.image = {width, height, {}};
   scene.accuracy.samples = samples;
+  scene.materials.emplace_back();
   return scene;
 }
 
