@@ -242,6 +242,23 @@ TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
   }
 }
 
+TEST(TimeBudget, ThatEndsARoundLeavesThePilotsOfPixelsWithoutSamples) {
+  Scene scene = bright(64);
+  scene.output.layers = {Layer::samples};
+  double earlier = 255;  // levels
+  for (double budget_ms = 100; budget_ms <= 250; budget_ms += 10) {
+    Adaptive adaptive;
+    adaptive.time_budget_ms = budget_ms;
+    FakeClock clock;
+    RenderControl control;
+    const auto rendered = render(*compiled(adapting(scene, adaptive)), clock.settings(), control);
+    ASSERT_TRUE(rendered.has_value());
+    EXPECT_GE(std::ranges::min(rendered->image.layers.samples), 1u) << budget_ms;
+    EXPECT_LT(rendered->error.estimate, 1.5 * earlier) << budget_ms;
+    earlier = std::min(earlier, rendered->error.estimate);
+  }
+}
+
 TEST(TimeBudget, IsCheckedBeforeEveryTileAndEndsTheRender) {
   constexpr double budget_ms = 100;
   FakeClock clock;

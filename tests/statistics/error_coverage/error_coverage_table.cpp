@@ -6,6 +6,7 @@
 #include <iomanip>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -21,6 +22,7 @@ constexpr std::string_view usage =
   --families a,b     these families only: the beginnings of their names; --list prints the corpus
   --seed N           seed of the random scenes; default: a new one, which is printed
   --grammar N        number of random scenes; default 60
+  --scene SEED       only the random scene whose first trial has this seed in the file of --json
   --placements N     placements of the features at 160 x 120; default 4
   --json FILE        every trial
   --references DIR   cache of reference images; default: error-references beside the directory of this program
@@ -33,6 +35,7 @@ struct Options {
   bool extended = false, list = false;
   std::vector<std::string> families;
   std::uint64_t seed = 0;
+  std::optional<std::uint64_t> scene;
   std::uint32_t grammar_scenes = 0, placements = 0;
   std::filesystem::path json;
   ReferenceOptions references;
@@ -72,6 +75,9 @@ Options parse(const std::vector<std::string>& arguments) {
       options.families = split(value());
     } else if (name == "--seed") {
       options.seed = std::stoull(value());
+    } else if (name == "--scene") {
+      options.scene = std::stoull(value());
+      options.families = {grammar_family};
     } else if (name == "--grammar") {
       options.grammar_scenes = number();
       grammar_set = true;
@@ -88,6 +94,7 @@ Options parse(const std::vector<std::string>& arguments) {
     }
   }
   if (!grammar_set) options.grammar_scenes = options.extended ? 500 : 60;
+  if (options.scene) options.grammar_scenes = 1;
   if (options.placements == 0) options.placements = options.extended ? 8 : 4;
   if (options.extended) options.references.samples = 20e6;
   return options;
@@ -156,7 +163,7 @@ class Table {
     oracle::Random seeds(options_.seed);
     const Canvas largest = options_.extended ? Canvas{640, 480} : Canvas{320, 240};
     for (std::uint32_t i = 0; i < options_.grammar_scenes; ++i) {
-      const auto seed = static_cast<std::uint64_t>(seeds.in(0, 1) * 0x1p53);
+      const std::uint64_t seed = options_.scene.value_or(static_cast<std::uint64_t>(seeds.in(0, 1) * 0x1p53));
       const GrammarScene random = grammar_scene(seed, largest);
       const CorpusEntry entry{grammar_family, random.scene.exact ? "closed form" : "solids"};
       const TrialRunner runner(entry, random.canvas, random.scene, options_.references);

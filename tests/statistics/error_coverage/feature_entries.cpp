@@ -156,6 +156,7 @@ std::vector<CorpusEntry> feature_entries() {
       {"hidden features", "light through a slit of 0.1 pixels", targets, of(slit, 0.1)},
       {"hidden features", "wire of 0.03 pixels", targets, of(wire, 0.03)},
       {"fixed samples", "10 squares of 0.8 pixels", fixed_samples, of(squares, 10, 0.8, white, View::direct)},
+      {"fixed samples", "a square of 0.5 pixels in a mirror", fixed_samples, of(squares, 1, 0.5, white, View::mirror)},
       {"fixed samples", "200 faint triangles of 0.04 pixels", fixed_samples, of(small_triangles, 200, 0.04, dim)},
       {"fixed samples", "fence of 0.3 pixels", fixed_samples, of(fence, 0.3)},
   };

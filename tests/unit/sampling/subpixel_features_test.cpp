@@ -162,5 +162,18 @@ TEST(UniformSampler, IncludesTheErrorOfMissedFeatures) {
   EXPECT_EQ(rendered.statistics.samples, 32u * 32);
 }
 
+/// Reflected features are not searched: one of any height is suspected, so that an image of one color is not certain.
+TEST(UniformSampler, SuspectsOneFeatureInAMirror) {
+  Scene scene = flat_scene();
+  scenes::add(scene, square(0, 0, 32), scenes::mirror());
+  for (const std::uint32_t samples : {1u, 4u, 64u}) {
+    scene.accuracy.samples = samples;
+    const double missed = 255 * std::sqrt(2.0 / ((samples + 2) * (samples + 3)) / (3 * 32 * 32));
+    EXPECT_NEAR(scenes::render(scene).error.estimate, missed * std::sqrt(1 + 2.33), 1e-6 * missed) << samples;
+  }
+  scene.materials[0] = scenes::glowing({1, 1, 1});
+  EXPECT_EQ(scenes::render(scene).error.estimate, 0);
+}
+
 }  // namespace
 }  // namespace tracer

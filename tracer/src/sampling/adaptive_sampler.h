@@ -97,7 +97,7 @@ class AdaptiveSampler {
     });
     look(first_looks);
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
-      if (round_ > 1) look_before_samples();
+      look_before_samples();
       const bool enough = round_ > 1 || target_.samples_min == 1;
       if (enough && target_reached() && !any_unsafe(film_.pixels(), goal_.bound_max())) {
         if (look(looks_wanted()) == 0) break;
@@ -108,11 +108,12 @@ class AdaptiveSampler {
         raise_in_tiles(film_.pixels(), film_.width(), film_.excess_tiles(*target_.tile_error), target_, allocation);
       if (scene_.output.overflow == Output::Overflow::scale) film_.raise_brightest(target_, allocation);
       if (allocation.empty) {
-        if (look(looks_wanted()) == 0) break;
+        if (look(looks_wanted()) == 0 && !later_round_helps()) break;
         continue;
       }
       looks_.begin_epoch();
       trace_round(allocation);
+      if (deadline_.set()) withdraw_without_samples(film_.pixels());  // for lack of time
       deadline_.measure_rate(pool_.statistics().samples);
       deadline_.reserve_time_for([&] { update_estimate(); });
     }
@@ -142,12 +143,24 @@ class AdaptiveSampler {
     return draws.looks.size();
   }
 
+  /// True if a later round, with a lower goal, may still reach the target though this one needs no samples.
+  [[nodiscard]] bool later_round_helps() const {
+    return !deadline_.set() && target_.target_error && !target_reached() && known_.fixed < goal_.squared();
+  }
+
   /// Takes looks while they lower the estimate for less than samples do.
   void look_before_samples() {
+    while (deadline_.set() && mostly_unseen() && looks_are_few() && look(looks_min - looks_.count()) > 0) continue;
+    if (round_ == 1) return;
     if (goal_.is_large(known_.unseen)) look(looks_min - looks_.count());
-    while (goal_.is_large(known_.uncertain) && look(affordable_looks()) > 0) {
-    }
+    while (goal_.is_large(known_.uncertain) && looks_are_few() && look(affordable_looks()) > 0) continue;
   }
+
+  /// True if looks have taken less than half of all samples.
+  [[nodiscard]] bool looks_are_few() const { return 2 * look_tracer_.samples() < pool_.statistics().samples; }
+
+  /// True if most of the estimate is what few looks cannot exclude.
+  [[nodiscard]] bool mostly_unseen() const { return 2 * known_.unseen > known_.sampled.squared_upper; }
 
   /// Number of further looks at an image whose estimate reaches the target: until that is proven.
   [[nodiscard]] std::size_t looks_wanted() const {
@@ -227,7 +240,6 @@ class AdaptiveSampler {
   void push_samples(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
     const PixelState& state = film_.pixel(place);
-    if (state.half_count[0] == 0) film_.discard_samples(place);  // the pilot
     for (std::uint8_t half = 0; half < 2; ++half) {
       for (std::uint32_t index = state.half_count[half]; index < count; ++index) {
         Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, half);
@@ -244,6 +256,7 @@ class AdaptiveSampler {
       const Color& radiance = tracer.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the tracer
       PixelState& pixel = film_.pixel(targets[i].place);
+      if (!pixel.begun()) film_.discard_samples(targets[i].place);  // the pilot
       pixel.half[targets[i].half] += radiance;
       ++pixel.half_count[targets[i].half];
       pixel.add_square(radiance);
@@ -327,8 +340,8 @@ class AdaptiveSampler {
     known_.certified_share = static_cast<double>(certified) / static_cast<double>(film_.size());
     const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
     if (!theorem) return;
-    known_.proven =
-        parts_.certified + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
+    known_.proven = parts_.certified + parts_.undetected + (any_open ? looks_.proven() : 0) +
+                    proven_refined_error(pixels, film_.display(), 0.025);
     summarize();
   }
 

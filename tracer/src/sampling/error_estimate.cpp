@@ -270,6 +270,12 @@ WHITTLE_WIDE SummedErrors summed(std::span<const float> squared_errors) {
   return sum;
 }
 
+void SampledError::add_possible(double squared_error) {
+  const double margin = std::hypot(squared_upper - squared, deviations * squared_error);
+  squared += squared_error;
+  squared_upper = squared + margin;
+}
+
 SampledError SummedErrors::estimated() const {
   return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
 }

@@ -15,6 +15,8 @@ namespace tracer {
 struct SampledError {
   double squared = 0;        ///< estimate; may be negative by chance
   double squared_upper = 0;  ///< upper bound at the stated confidence
+  /// Adds an error that may be absent: its deviation is as large.
+  void add_possible(double squared_error);
 };
 
 /// Sum of squared errors and sum of their squares, from which the uncertainty follows.

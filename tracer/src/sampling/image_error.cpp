@@ -42,6 +42,13 @@ WHITTLE_WIDE void predict_variances(const float* contrast, std::size_t count, fl
 /// Root mean square over the channels of a squared error that is their sum.
 float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
 
+/// Squared error of a pixel whose samples have missed a feature of any height, in squared code values, summed over the
+/// channels.
+double unsearched_error(std::uint32_t samples) {
+  constexpr double any_height = 3 * 255.0 * 255.0 / 3;  // the mean square is a third of the largest
+  return any_height * std::pow(missed_share(samples), 2);
+}
+
 SampledError measure_samples(Image& image, const UniformPixels& pixels, const ErrorContext& context, TileErrors& tiles,
                              const InParallel& in_parallel) {
   const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
@@ -56,7 +63,9 @@ SampledError measure_samples(Image& image, const UniformPixels& pixels, const Er
       for (std::size_t x = 0; x < variance.size(); ++x) error[x] = rms_of_channels(variance[x]);
     }
   };
-  return sum_in_parallel<SummedErrors>(in_parallel, blocks.count(), add_block).estimated();
+  SampledError error = sum_in_parallel<SummedErrors>(in_parallel, blocks.count(), add_block).estimated();
+  if (pixels.indirect) error.add_possible(unsearched_error(pixels.samples));
+  return error;
 }
 
 /// Precondition: measure_samples() wrote the layer `error`, to which it adds.

@@ -99,19 +99,15 @@ struct PixelState {
   bool suspected = false;  ///< `variance` is that of what the samples may have missed
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
+  /// True if a half has samples.
+  [[nodiscard]] bool begun() const { return half_count[0] + half_count[1] > 0; }
   /// True if both halves have samples.
   [[nodiscard]] bool measured() const { return half_count[0] > 0 && half_count[1] > 0; }
   /// True if looks validate the pixel.
   [[nodiscard]] bool open() const { return !refined() && !certified; }
   /// Number of samples whose mean is the pixel.
-  [[nodiscard]] std::uint32_t count() const {
-    const std::uint32_t samples = half_count[0] + half_count[1];
-    return refined() && samples > 0 ? samples : 1;
-  }
-  [[nodiscard]] Color mean() const {
-    const bool begun = refined() && half_count[0] + half_count[1] > 0;
-    return begun ? (half[0] + half[1]) * (1.0 / count()) : pilot;
-  }
+  [[nodiscard]] std::uint32_t count() const { return refined() && begun() ? half_count[0] + half_count[1] : 1; }
+  [[nodiscard]] Color mean() const { return refined() && begun() ? (half[0] + half[1]) * (1.0 / count()) : pilot; }
   void add_square(const Color& radiance) {
     squares[0] += film_value(radiance.r * radiance.r);
     squares[1] += film_value(radiance.g * radiance.g);

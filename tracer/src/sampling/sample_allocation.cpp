@@ -219,4 +219,9 @@ bool any_unsafe(std::span<const PixelState> pixels, double bound_max) {
   return std::ranges::any_of(pixels, [&](const PixelState& pixel) { return risk_of(pixel) > bound_max; });
 }
 
+void withdraw_without_samples(std::span<PixelState> pixels) {
+  for (PixelState& pixel : pixels)
+    if (pixel.refined() && !pixel.begun()) pixel.role = PixelState::Role::pilot;
+}
+
 }  // namespace tracer

@@ -53,4 +53,7 @@ void raise_in_tiles(std::span<PixelState> pixels, std::uint32_t width, std::span
 /// True if an open pixel has a larger bound than `bound_max`.
 bool any_unsafe(std::span<const PixelState> pixels, double bound_max);
 
+/// Withdraws the allocations of pixels that got no samples: they are pilots again.
+void withdraw_without_samples(std::span<PixelState> pixels);
+
 }  // namespace tracer

@@ -182,6 +182,7 @@ class UniformSampler {
     const std::vector<MissedFeature> missed =
         missed_features(features, radiance, pixels, scene_.image.window(), context.display);
     pixels.missed = missed;
+    pixels.indirect = scene_.needs.reflection || scene_.needs.refraction;
     ErrorEstimate error = measure_uniform_errors(image, pixels, omitted_, context, in_parallel);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target();
