@@ -22,6 +22,8 @@ Scene lit_triangle(Material::Shading shading) {
   scene.camera = {{0.2, 0.1, 4}, {0, 0, 0}, {0, 1, 0}, 30};
   scene.lights = {scenes::point_light({2, 1.5, 2}), scenes::directional_light({1, -1, -2}, {0.2, 0.2, 0.2})};
   for (Light& light : scene.lights) light.shadows = false;
+  scene.lights[0].attenuation.kind = Attenuation::Kind::inverse_square;
+  scene.lights[0].intensity = 8;
   Material material = scenes::matte({0.6, 0.6, 0.6});
   material.model = Material::Model::phong;
   material.specular = 0.5;
@@ -31,21 +33,21 @@ Scene lit_triangle(Material::Shading shading) {
   return scene;
 }
 
-/// I_local at a place with a unit normal, by the formula of scene.h; `seen` is the place towards which the eye
-/// looks.
-Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& normal) {
+/// I_local at a place with a unit normal, by the formula of scene.h.
+Real local(const Scene& scene, const Vec& place, const Vec& normal) {
   const Material& material = scene.materials[0];
   const bool parallel = scene.camera.type == Camera::Type::orthographic;
-  const Vec to_eye = unit(Vec(scene.camera.position) - (parallel ? Vec(scene.camera.look_at) : seen));
+  const Vec to_eye = unit(Vec(scene.camera.position) - (parallel ? Vec(scene.camera.look_at) : place));
   Real sum = 0;
   for (const Light& light : scene.lights) {
     const auto* point = std::get_if<PointLight>(&light.source);
-    const Vec to_light = point != nullptr ? unit(Vec(point->position) - place)
-                                          : -unit(Vec(std::get<DirectionalLight>(light.source).direction));
+    const Vec offset = point != nullptr ? Vec(point->position) - place
+                                        : -unit(Vec(std::get<DirectionalLight>(light.source).direction));
+    const Vec to_light = unit(offset);
     const Real n_l = dot(normal, to_light);
     if (n_l <= 0) continue;
-    sum +=
-        light.color.r * (0.6L * n_l + Real(material.specular) * oracle::highlight(material, normal, to_light, to_eye));
+    sum += light.color.r * light.intensity / dot(offset, offset) *
+           (0.6L * n_l + Real(material.specular) * oracle::highlight(material, normal, to_light, to_eye));
   }
   return sum;
 }
@@ -94,26 +96,20 @@ Vec place_of(const std::array<Real, 3>& w) {
 TEST(FlatShading, UsesTheFacesNormal) {
   const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
   expect_shading(lit_triangle(Material::Shading::flat),
-                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), place_of(w), face); });
+                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), face); });
 }
 
 TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
   expect_shading(lit_triangle(Material::Shading::smooth), [](const Scene& scene, const auto& w) {
-    // From the surface that the normals suggest, where that lies outside the face: the mean of the corners' planes.
-    Vec lit = place_of(w), normal;
-    const Vec place = lit;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec n = oracle::unit(normals[i]);
-      normal = normal + w[i] * n;
-      lit = lit - (w[i] * std::fmin(0.0L, dot(place - Vec(corners[i]), n))) * n;
-    }
-    return local(scene, place, lit, oracle::unit(normal));
+    Vec normal;
+    for (std::size_t i = 0; i < 3; ++i) normal = normal + w[i] * oracle::unit(normals[i]);
+    return local(scene, place_of(w), oracle::unit(normal));
   });
 }
 
 Real light_of_corners(const Scene& scene, const std::array<Real, 3>& w) {
   Real sum = 0;
-  for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], corners[i], oracle::unit(normals[i]));
+  for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], oracle::unit(normals[i]));
   return sum;
 }
 

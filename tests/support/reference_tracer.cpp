@@ -41,9 +41,9 @@ struct ReferenceTracer::Hit {
 
 struct ReferenceTracer::Point {
   Vec position;
-  Vec lit;          // the lit point: on the curved surface of the interpolated normals
-  Vec face_normal;  // on the ray's side
-  Vec normal;       // interpolated
+  Vec shadow_start;  // on the curved surface of the interpolated normals
+  Vec face_normal;   // on the ray's side
+  Vec normal;        // interpolated
   bool back = false;
   Hit hit;
 };
@@ -232,7 +232,7 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
     if (dot(point.normal, point.face_normal) < 0) point.normal = -point.normal;
   }
   point.back = dot(ray.direction, point.face_normal) > 0;
-  point.lit = point.position;
+  point.shadow_start = point.position;
   if (hit.face != nullptr && !point.back) {
     // Onto the mean of the corners' tangent planes, where these lie outside.
     const Face& f = *hit.face;
@@ -242,7 +242,7 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
       for (int i = 0; i < 3; ++i) {
         const Vec n = dot(normals[i], point.face_normal) < 0 ? -normals[i] : normals[i];
         const Real below = std::fmin(0.0L, dot(point.position - corners[i], n));
-        point.lit = point.lit + (-below * weights[i]) * n;
+        point.shadow_start = point.shadow_start + (-below * weights[i]) * n;
       }
   }
   if (point.back) point.normal = -point.normal, point.face_normal = -point.face_normal;
@@ -299,15 +299,16 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
   const Light3 color = surface_color(point, path);
   Light3 sum = Light3(material.emission) + material.ambient * (color * Light3(scene_.ambient));
   for (const tracer::Light& light : scene_.lights) {
-    Vec to_light;
-    Real distance = infinity, f = 1;
-    if (const auto* directional = std::get_if<tracer::DirectionalLight>(&light.source)) {
-      to_light = -unit(directional->direction);
+    Vec to_light, shadow;
+    Real f = 1;
+    const auto* const directional = std::get_if<tracer::DirectionalLight>(&light.source);
+    if (directional != nullptr) {
+      to_light = shadow = -unit(directional->direction);
     } else {
-      const Vec offset = Vec(std::get<tracer::PointLight>(light.source).position) - point.lit;
-      distance = length(offset);
+      const Vec place = std::get<tracer::PointLight>(light.source).position, offset = place - point.position;
       to_light = unit(offset);
-      f = fade(light.attenuation, distance);
+      f = fade(light.attenuation, length(offset));
+      shadow = place - point.shadow_start;
     }
     const Real n_l = dot(point.normal, to_light);
     if (material.specular > 0) path.near_miss(n_l);  // the highlight is discontinuous there
@@ -317,7 +318,8 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
         (material.specular * highlight(material, point.normal, to_light, to_eye)) * Light3(material.specular_color);
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
     if (largest(weight * unshadowed) == 0) continue;
-    sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, to_light, distance, path) : unshadowed);
+    const Real distance = directional != nullptr ? infinity : length(shadow);
+    sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, unit(shadow), distance, path) : unshadowed);
   }
   return sum;
 }
@@ -327,7 +329,7 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
                                 Path& path) const {
   ++path.counted.rays.shadow;
   Light3 through{1, 1, 1};
-  Ray ray{point.lit, to_light, point.hit.body, point.hit.face, distance, around};
+  Ray ray{point.shadow_start, to_light, point.hit.body, point.hit.face, distance, around};
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
     if (material.transmission == 0) return {};

@@ -115,6 +115,49 @@ TEST(LightSamplePacket, OffsetsTheOriginsOfShadowRays) {
   }
 }
 
+TEST(LightSamplePacket, AimsOnlyShadowRaysFromTheSmoothSurface) {
+  Random random(13);
+  for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
+    ShadingPointQueue queue;
+    ShadingPoint shading_point = random_shading_point(random);
+    const CompiledLight light = random_light(random);
+    if (light.kind == light_kind<SpotLight>) continue;
+    const Vec3 position = shading_point.point.position, offset = light.position - position;
+    shading_point.normal = light.kind == light_kind<DirectionalLight> ? light.axis : normalize(offset);
+    queue.push(shading_point);
+    ShadingPointPacket smooth = queue.packet(0);
+    smooth.smooth = true;
+    smooth.shadow_offset.set(0, {random.in(-0.1, 0.1), random.in(-0.1, 0.1), random.in(-0.1, 0.1)});
+    LightSamplePacket sample, expected;
+    sample.from.set(0, light.position);
+    expected.from.set(0, light.position);
+    sample_light(queue.packet(0), light, 1, 1, expected);
+    sample_light(smooth, light, 1, 1, sample);
+    ASSERT_EQ(sample.lit, expected.lit);
+    ASSERT_EQ(sample.radiance[0], expected.radiance[0]) << "the light of the shading point";
+    const Vec3 start = position + smooth.shadow_offset[0], from_start = light.position - start;
+    const bool directional = light.kind == light_kind<DirectionalLight>;
+    const Vec3 direction = directional ? light.axis : from_start / length(from_start);
+    ASSERT_EQ(sample.shadow_direction[0], direction);
+    ASSERT_EQ(sample.shadow_distance[0], directional ? std::numeric_limits<double>::infinity() : length(from_start));
+    ASSERT_EQ(sample.origin[0], clear_of(start, shading_point.face, smooth.clearance[0], direction));
+  }
+}
+
+TEST(LightSamplePacket, HasAUnitDirectionForALightAtTheStartOfItsShadowRay) {
+  ShadingPointQueue queue;
+  queue.push({.face = {0, 0, 1}, .normal = {0, 0, 1}, .to_eye = {0, 0, 1}, .diffuse = {1, 1, 1}});
+  ShadingPointPacket smooth = queue.packet(0);
+  smooth.smooth = true;
+  smooth.shadow_offset.set(0, {0, 0, 0.5});
+  LightSamplePacket sample;
+  sample.from.set(0, {0, 0, 0.5});
+  sample_light(smooth, {.radiance = {1, 1, 1}}, 1, 1, sample);
+  ASSERT_EQ(sample.lit & 1, 1u);
+  EXPECT_EQ(sample.shadow_direction[0], (Vec3{0, 0, 1}));
+  EXPECT_EQ(sample.shadow_distance[0], 0);
+}
+
 TEST(LightSamplePacket, LightsNeitherBlackPointsNorPointsAtTheLight) {
   ShadingPointQueue shading_points;
   const ShadingPoint at_light{.point = {{1, 2, 3}, {}}, .normal = {0, 0, 1}, .to_eye = {0, 0, 1}, .diffuse = {1, 1, 1}};

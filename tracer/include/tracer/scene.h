@@ -203,7 +203,9 @@ struct Material {
   Color absorption{};  ///< per scene unit: radiance is multiplied by exp(-absorption s) along a length s inside
   /// smooth: interpolated normals if the mesh has them. flat: face normals. gouraud: local shading is evaluated at the
   /// vertices of the mesh and interpolated, with highlights for an eye at the camera, or for an orthographic camera and
-  /// after a bounce at infinity along the ray; on other shapes the same as smooth.
+  /// after a bounce at infinity along the ray; on other shapes the same as smooth. Shadow rays of smooth front faces
+  /// start at the surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator"); lights are evaluated
+  /// at the hit.
   enum class Shading { smooth, flat, gouraud };
   Shading shading = Shading::smooth;
   /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the

@@ -10,9 +10,9 @@ class ShadowShaft {
  public:
   ShadowShaft(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light, Occluders* found)
       : bounds_(bounds), geometry_(bounds.scene.geometry()), patch_(patch), light_(light), found_(found) {
-    rays_.origin = patch.position;
+    rays_.origin = patch.shadow_start;
     directional_ = light.kind == light_kind<DirectionalLight>;
-    rays_.direction = directional_ ? exactly(light.axis) : light_points(light) - patch.position;
+    rays_.direction = directional_ ? exactly(light.axis) : light_points(light) - patch.shadow_start;
     // From a triangle with the light above it, shadow rays stay above its plane.
     on_triangle_ = patch.primitive.hit() && geometry_.kind_of(patch.primitive.geometry) == GeometryKind::triangles;
     leaves_face_ = on_triangle_ && patch.has_normal && dot(rays_.direction, patch.flat_normal).range().low > 0;
@@ -20,7 +20,8 @@ class ShadowShaft {
 
   /// True if the light shines on the back of the surface only.
   [[nodiscard]] bool is_behind() const {
-    return patch_.has_normal && dot(patch_.normal, rays_.direction).range().high < 0;
+    const AffineVec to_light = directional_ ? rays_.direction : light_points(light_) - patch_.position;
+    return patch_.has_normal && dot(patch_.normal, to_light).range().high < 0;
   }
 
   /// Tests the primitives of `known`, or all of the scene.
@@ -62,7 +63,7 @@ class ShadowShaft {
 
   /// The finite primitives that light from infinity may cross lie within twice the reach of the boxes along each axis.
   [[nodiscard]] ConvexRegion region() const {
-    const Bounds from = box_of(patch_.position);
+    const Bounds from = box_of(patch_.shadow_start);
     const double reach = bounds_.tree.reach();
     if (!directional_) return shaft(from, box_of(light_points(light_)), reach);
     const double length = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));

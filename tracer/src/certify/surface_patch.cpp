@@ -72,7 +72,7 @@ void set_smooth(const TriangleGeometry& mesh, std::uint32_t triangle, SurfacePat
   }
   if (!patch.has_normal) offset = widened(offset, magnitude(offset));  // it may also be that of the face: none
   patch.offset = magnitude(offset) > magnitude(patch.hit) * 0x1p-44;
-  patch.position = patch.position + offset;
+  patch.shadow_start = patch.position + offset;
 }
 
 void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, const BundleHit& hit,
@@ -96,6 +96,7 @@ void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, con
     patch.position = {form_of({box.low.x, box.high.x}), form_of({box.low.y, box.high.y}),
                       form_of({box.low.z, box.high.z})};
   }
+  patch.shadow_start = patch.position;
   if (!mesh.normals.empty() && shading != Material::Shading::flat) set_smooth(mesh, primitive.primitive, patch);
   if (!at_vertices) return;
   patch.has_normal = patch.flat = patch.convex = false;
@@ -116,7 +117,7 @@ SurfacePatch surface_patch(const CompiledScene& scene, const PrimitiveRef& primi
   // Rounding of the integrator's directions, distances and points, and its origins of shadow rays: less than 2^7
   // operations relative to the terms of o + t d.
   patch.hit = widened(rays.origin + along, (magnitude(rays.origin) + magnitude(along)) * 0x1p-45);
-  patch.position = patch.hit;
+  patch.position = patch.shadow_start = patch.hit;
   const GeometryKind kind = geometry.kind_of(number);
   if (kind == GeometryKind::triangles) {
     set_triangle(scene, primitive, hit, approximate, patch);

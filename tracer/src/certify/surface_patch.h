@@ -13,9 +13,10 @@ struct SurfacePatch {
   std::uint32_t object = 0, material = 0;
   bool back = false;
   bool has_normal = true;  ///< false: the shading normal may have any direction
-  AffineVec position;      ///< point that lights are evaluated at, and shadow rays start near
-  bool offset = false;     ///< `position` differs from `hit` by more than rounding
   AffineVec hit;           ///< point on the surface
+  AffineVec position;      ///< point that lights are evaluated at
+  AffineVec shadow_start;  ///< point that shadow rays start near
+  bool offset = false;     ///< `shadow_start` differs from `hit` by more than rounding
   AffineVec normal;        ///< unit shading normal on the incident side
   AffineVec face;          ///< geometric normal on the incident side, of any length
   bool convex = false;     ///< the surface bends away from `face` everywhere: it does not shadow itself

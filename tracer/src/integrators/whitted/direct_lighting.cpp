@@ -81,6 +81,19 @@ WHITTLE_INLINE void offset_shadow_origins(const ShadingPointPacket& f, LightSamp
   for (int i = 0; i < lanes; ++i) a.origin.set(i, clear_of(f.position[i], f.face[i], f.clearance[i], a.to_light[i]));
 }
 
+/// Sets the origins, directions and distances of shadow rays from the curved surface that smooth normals suggest.
+WHITTLE_INLINE void aim_from_smooth_surface(const ShadingPointPacket& f, bool directional, LightSamplePacket& a) {
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 start = f.position[i] + f.shadow_offset[i], offset = a.from[i] - start;
+    const double distance = length(offset);
+    const bool parallel = directional | !(distance > 0);  // a light at the start itself: nothing lies between
+    const Vec3 direction = select(parallel, a.to_light[i], offset / distance);
+    a.shadow_direction.set(i, direction);
+    a.shadow_distance[i] = directional ? a.distance[i] : distance;
+    a.origin.set(i, clear_of(start, f.face[i], f.clearance[i], direction));
+  }
+}
+
 WHITTLE_INLINE LaneMask black_lanes(const LightSamplePacket& a) {
   LaneMask black = 0;
   for (int i = 0; i < lanes; ++i) black |= lane_bit(i, is_black(a.radiance[i]));
@@ -134,16 +147,23 @@ WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const C
     eval_diffuse(shading_points, light.radiance, sample);
   }
   sample.lit &= ~black_lanes(sample);
-  if (light.shadows) offset_shadow_origins(shading_points, sample);
+  if (!light.shadows) return;
+  if (shading_points.smooth) {
+    aim_from_smooth_surface(shading_points, light.kind == light_kind<DirectionalLight>, sample);
+  } else {
+    offset_shadow_origins(shading_points, sample);
+  }
 }
 
 void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& sample) {
   const std::size_t first = rays_.size();
-  rays_.append({sample.origin, sample.to_light, &sample.radiance, packet.sample, packet.from, nullptr, packet.media},
+  const VecLanes& direction = packet.smooth ? sample.shadow_direction : sample.to_light;
+  const double* const distance = packet.smooth ? sample.shadow_distance : sample.distance;
+  rays_.append({sample.origin, direction, &sample.radiance, packet.sample, packet.from, nullptr, packet.media},
                sample.lit);
   // Shorter than the distance by more than its rounding error, so that a surface at the light does not occlude it.
   double t_max[lanes];
-  for (int i = 0; i < lanes; ++i) t_max[i] = sample.distance[i] * (1 - 0x1p-40);
+  for (int i = 0; i < lanes; ++i) t_max[i] = distance[i] * (1 - 0x1p-40);
   append_lanes(t_max, sample.lit, first, distance_);
 }
 

@@ -23,10 +23,15 @@ struct alignas(64) LightSamplePacket {
   double cosine[lanes];     ///< N.L
   double strength[lanes];   ///< `share` after attenuation and the spot's cone
   double highlight[lanes];  ///< specular cosine, then its power
-  VecLanes origin;          ///< origin of the shadow ray
   ColorLanes radiance;      ///< added to the sample if not occluded
+  LaneMask lit;             ///< lanes that receive light
 
-  LaneMask lit;  ///< lanes that receive light
+  VecLanes origin;  ///< origin of the shadow ray
+
+  // Direction and distance of the shadow ray. Undefined unless the shading points are smooth: they are `to_light` and
+  // `distance`.
+  VecLanes shadow_direction;
+  double shadow_distance[lanes];
 };
 
 /// Evaluates the fraction `share` of `light`. `world_per_render` converts render-space distances to world space.
@@ -272,7 +277,7 @@ class DirectLighting {
     const bool exact = state_.approximate().shadows == Approximations::Shadows::exact;
     if (pass.light.shadows && exact)
       return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.radiance[lane]);
-    if (!pass.light.shadows || approximately_visible(pass, packet, lane, to_light, light_sample_.origin[lane]))
+    if (!pass.light.shadows || approximately_visible(pass, packet, lane))
       state_.radiance[packet.sample[lane]] += light_sample_.radiance[lane];
     return false;
   }
@@ -289,12 +294,14 @@ class DirectLighting {
   }
 
   /// Visibility without shadows, or by the light's shadow map; planes are not in the map and are tested themselves.
-  [[nodiscard]] bool approximately_visible(const LightPass& pass, const ShadingPointPacket& packet, int lane,
-                                           const Vec3& to_light, const Vec3& origin) const {
+  [[nodiscard]] bool approximately_visible(const LightPass& pass, const ShadingPointPacket& packet, int lane) const {
     if (state_.approximate().shadows == Approximations::Shadows::none) return true;
-    if (!state_.scene.shadow_maps[pass.number].lit(packet.position[lane], packet.face[lane])) return false;
-    const double t_max = light_sample_.distance[lane] * (1 - 0x1p-40);  // as shadow rays
-    return !plane_between(state_.scene.geometry(), origin, to_light, t_max, packet.from[lane]);
+    if (!state_.scene.shadow_maps[pass.number].lit(packet.shadow_start(lane), packet.face[lane])) return false;
+    const LightSamplePacket& sample = light_sample_;
+    const Vec3 direction = packet.smooth ? sample.shadow_direction[lane] : sample.to_light[lane];
+    const double distance = packet.smooth ? sample.shadow_distance[lane] : sample.distance[lane];
+    const double t_max = distance * (1 - 0x1p-40);  // as shadow rays
+    return !plane_between(state_.scene.geometry(), sample.origin[lane], direction, t_max, packet.from[lane]);
   }
 
   WavefrontState<Features>& state_;

@@ -105,12 +105,13 @@ WHITTLE_WIDE void orient_normals(HitPacket& packet, ShadingPointPacket& f) {
     f.position.set(i, p.position[i]);
     f.clearance[i] = clearance({p.position[i], p.error[i]}, p.face[i]);
   }
+  f.smooth = p.smooth;
   if (!p.smooth) return;
   for (int i = 0; i < lanes; ++i) {
     const bool front = packet.back_face[i] == 0;
     f.normal.set(i, p.normal[i] * (front ? 1.0 : -1.0));
     // At a back-face hit the curved surface is on the other side of the facet: no offset is needed.
-    f.position.set(i, select(front, p.position[i] + p.offset[i], p.position[i]));
+    f.shadow_offset.set(i, select(front, p.offset[i], {}));
   }
 }
 

@@ -44,6 +44,13 @@ struct alignas(64) ShadingPointPacket {
   PrimitiveRef from[lanes];
   int count;                     ///< lanes in use; the others are unspecified
   bool any_specular, any_blinn;  ///< over the lanes in use
+  bool smooth;                   ///< false: `shadow_offset` is undefined and counts as zero
+  VecLanes shadow_offset;        ///< from the position to the start of shadow rays
+
+  /// Point that shadow rays start next to.
+  [[nodiscard]] Vec3 shadow_start(int lane) const {
+    return smooth ? position[lane] + shadow_offset[lane] : position[lane];
+  }
 };
 
 class ShadingPointQueue {
@@ -56,7 +63,7 @@ class ShadingPointQueue {
     if (packets_in_use_ == packets_.size()) packets_.emplace_back();
     ShadingPointPacket& packet = packets_[packets_in_use_++];
     packet.count = 0;
-    packet.any_specular = packet.any_blinn = false;
+    packet.any_specular = packet.any_blinn = packet.smooth = false;
     return packet;
   }
 
