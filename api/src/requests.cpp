@@ -12,6 +12,7 @@
 #include "api/src/reader/sections.h"
 #include "tracer/measure.h"
 #include "tracer/measurement.h"
+#include "tracer/sha256.h"
 
 namespace api {
 namespace {
@@ -25,7 +26,7 @@ std::vector<std::string> read_hashes(Reading& reading, const Cursor& at) {
   for_each_element(reading, at, [&](const Cursor& element) {
     if (element.node->kind != json::Kind::string) return add_wrong_type(reading, element, "a sha256 as text");
     const std::string_view hash = element.node->string();
-    if (!is_asset_hash(hash))
+    if (!tracer::is_sha256(hash))
       return add_issue(reading, element, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
     if (known.insert(hash).second) hashes.emplace_back(hash);
     return true;
@@ -88,11 +89,6 @@ std::vector<tracer::Issue> read(json::Tape& tape, const Limits& limits, MeasureR
 }
 
 }  // namespace
-
-bool is_asset_hash(std::string_view text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
 
 tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
                                                                      const DocumentLimits& document_limits) {

@@ -28,8 +28,6 @@ std::string write_missing(const std::vector<std::string>& hashes);
 /// {sha256, bytes}
 std::string write_asset(const std::string& sha256, std::uint64_t bytes);
 
-bool is_asset_hash(std::string_view text);  ///< 64 lower-case hex digits
-
 /// The body of PATCH /v1/jobs/{id}, a JSON merge patch (RFC 7396).
 /// {priority, name, labels{NAME: VALUE|null}, expires_at|null}, each optional. Unset: unchanged.
 struct RequestedChange {

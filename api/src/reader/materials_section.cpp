@@ -6,11 +6,11 @@
 #include <string_view>
 #include <vector>
 
-#include "api/requests.h"
 #include "api/src/reader/color_names.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
+#include "tracer/sha256.h"
 
 namespace api {
 
@@ -59,7 +59,7 @@ bool stays_below_directory(std::string_view path) {
 }
 
 bool is_upload_name(Reading& reading, const Cursor& at, std::string_view name) {
-  if (!is_asset_hash(name.substr(upload_prefix.size())))
+  if (!tracer::is_sha256(name.substr(upload_prefix.size())))
     return add_issue(reading, at, "malformed", "must be sha256: and 64 lower-case hex digits, got " + quoted(name));
   return reading.limits.uploads ||
          add_issue(reading, at, "unsupported",

@@ -3,6 +3,7 @@
 #include "api/requests.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
+#include "tracer/sha256.h"
 
 namespace http::handlers {
 
@@ -41,8 +42,8 @@ Answer put_asset(Request& request, const ApiContext& context) {
   const queue::AssetStore::Put put = context.assets.put(sha256, read);
   if (put == queue::AssetStore::Put::other_bytes) {
     return Problem{failures::asset_mismatch,
-                   (api::is_asset_hash(sha256) ? "the " + size + " bytes have another sha256 than the path"
-                                               : asset_name_rule + std::to_string(sha256.size())) +
+                   (tracer::is_sha256(sha256) ? "the " + size + " bytes have another sha256 than the path"
+                                              : asset_name_rule + std::to_string(sha256.size())) +
                        "; nothing was stored"};
   }
   if (put == queue::AssetStore::Put::no_room) {
@@ -61,7 +62,7 @@ Answer get_asset(Request& request, const ApiContext& context) {
   const std::string& sha256 = request.parameters.front();
   auto reader = context.assets.open(sha256);
   if (!reader) {
-    return Problem{failures::asset_not_found, api::is_asset_hash(sha256)
+    return Problem{failures::asset_not_found, tracer::is_sha256(sha256)
                                                   ? "there is no asset " + sha256 + "; upload it with PUT"
                                                   : asset_name_rule + std::to_string(sha256.size())};
   }

@@ -40,8 +40,8 @@ TEST(Sha256, WritesTheDigestAsBytesToo) {
 TEST(IsSha256, AcceptsOnlyLowerCaseHexOfFullLength) {
   const std::string digest = tracer::sha256_hex("");
   EXPECT_TRUE(tracer::is_sha256(digest));
-  for (const std::string& name :
-       {std::string(), digest + '0', digest.substr(1), 'A' + digest.substr(1), "../" + digest.substr(3)})
+  for (const std::string& name : {std::string(), digest + '0', digest.substr(1), 'A' + digest.substr(1),
+                                  'g' + digest.substr(1), 'z' + digest.substr(1), "../" + digest.substr(3)})
     EXPECT_FALSE(tracer::is_sha256(name)) << name;
 }
 
