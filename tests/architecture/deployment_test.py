@@ -67,11 +67,12 @@ class Dockerfiles(unittest.TestCase):
 
     def test_start_from_a_named_release_of_debian_or_a_stage(self):
         for path in DOCKERFILES:
-            stages = {"scratch", "${PROGRAMS}"}
+            stages = {"scratch", "${PROGRAMS}", "${BASE}"}
+            self.assertIn(("ARG", "BASE=debian:bookworm-slim"), instructions(path), path)
             for keyword, rest in instructions(path):
                 if keyword == "FROM":
                     image, *alias = rest.split(" AS ")
-                    self.assertIn(image, stages | {"debian:bookworm-slim"}, path)
+                    self.assertIn(image, stages, path)
                     stages |= set(alias)
                 if keyword == "COPY" and (source := re.search(r"--from=(\S+)", rest)):
                     self.assertIn(source.group(1), stages, path)

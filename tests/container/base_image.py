@@ -49,6 +49,11 @@ def make(root):
     policy.chmod(0o755)
 
 
+def by_digest():
+    """The image, named so that no other can take its place."""
+    return podman("image", "inspect", "--format", "{{index .RepoDigests 0}}", NAME)
+
+
 def ensure():
     """Skips the test where there is no way to the image."""
     if has_image(NAME):

@@ -74,6 +74,15 @@ class ConfinedContainer(unittest.TestCase):
         (root,) = [mount.split() for mount in mounts if mount.split()[4] == "/"]
         self.assertIn("ro", root[5].split(","))
 
+    def test_lists_the_packages_of_its_libraries(self):
+        root = pathlib.Path(f"/proc/{self.container.pid}/root")
+        document = json.loads((root / "usr/share/doc/whittle/sbom.spdx.json").read_text(encoding="utf-8"))
+        listed = {package["name"] for package in document["packages"]}
+        self.assertEqual(document["spdxVersion"], "SPDX-2.3")
+        self.assertLessEqual({"libc6", "libembree3-3", "libopenimageio2.4", "libsqlite3-0"}, listed)
+        licensed = {path.parent.name for path in root.glob("usr/share/doc/*/copyright")}
+        self.assertLessEqual(licensed, listed)
+
     def test_holds_no_program_but_its_own(self):
         root = pathlib.Path(f"/proc/{self.container.pid}/root")
         found = {str(path.relative_to(root)) for top in ("bin", "sbin", "usr", "opt", "etc", "var") for path in (root / top).rglob("*")

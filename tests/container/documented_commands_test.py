@@ -7,11 +7,13 @@ import unittest
 
 from tests.container import images, machine
 from tests.container.container import Container, Running
-from tests.container.engine import attempt, podman_environment
+from tests.container.engine import attempt, podman, podman_environment
 from tests.docs.documents import blocks
 from tests.http.daemon import json_of, scene
 
-COMMANDS = [block.code for block in blocks("server/README.md", "console") if "docker run" in block.code]
+CONSOLE = [block.code for block in blocks("server/README.md", "console")]
+COMMANDS = [code for code in CONSOLE if "docker run" in code]
+(PINNED,) = [code for code in CONSOLE if "BASE=" in code]
 
 
 class ContainerCommands(unittest.TestCase):
@@ -42,6 +44,15 @@ class ContainerCommands(unittest.TestCase):
     def test_start_a_daemon_that_takes_the_key(self):
         self.assertEqual(self.daemon.get("/v1/jobs").status, 401)
         self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers=self.key).status, 200)
+
+    def test_pin_the_base_image_by_its_digest(self):
+        pull, inspect, build = PINNED.splitlines()
+        self.assertEqual(pull, "docker pull debian:bookworm-slim")  # a registry is not needed here: the image is in the store
+        base = self.run_lines(f"{inspect}\necho \"$base\"").stdout.strip()
+        self.assertRegex(base, r"^\S*debian@sha256:[0-9a-f]{64}$")
+        self.assertEqual(build, 'docker build -f docker/Dockerfile -t whittle --build-arg BASE="$base" .')
+        label = "{{index .Labels \"org.opencontainers.image.base.name\"}}"
+        self.assertEqual(podman("image", "inspect", "--format", label, "whittle"), base)  # tests.container.images built so
 
     def test_check_the_settings_of_another_version(self):
         self.assertIn("listen = 0.0.0.0:8080\n", self.run_lines(self.check_config).stdout)

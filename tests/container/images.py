@@ -24,7 +24,7 @@ def build(name, context, *options, file="Dockerfile"):
     """`chroot`: the steps of a build run as this machine's root does, in containers of it too. Docker's format has the
     health check, which OCI's has no place for."""
     podman("build", "--isolation", "chroot", "--network", "host", "--layers", "--format", "docker", "--tag", name,
-           "--file", pathlib.Path(context) / file, *options, context)
+           "--build-arg", f"BASE={base_image.by_digest()}", "--file", pathlib.Path(context) / file, *options, context)
 
 
 @functools.cache
