@@ -236,7 +236,8 @@ TEST(FileArtifactStore, FindsAndReplacesChangedBytes) {
   store.put(MemoryFile("abc").fd(), false);
   ASSERT_NE(store.open(sha256), nullptr) << "replaced";
 
-  std::ofstream(path) << "abd";  // after it was compared
+  std::ofstream(path) << "abd";
+  EXPECT_NE(store.open(sha256), nullptr) << "was compared after the start: another size or the scrub would show it";
   const auto scrubbed = store.scrub();
   ASSERT_TRUE(scrubbed);
   EXPECT_EQ(scrubbed->artifact.sha256, sha256);

@@ -1,7 +1,9 @@
 """Images: rendered while the client waits, or downloaded from a job."""
+import contextlib
 import hashlib
 import http.client
 import json
+import sqlite3
 import threading
 import unittest
 
@@ -12,6 +14,51 @@ EXR_MAGIC = b"\x76\x2f\x31\x01"
 
 
 class Damage(unittest.TestCase):
+    def assert_damaged(self, daemon, job):
+        for headers in ({}, {"Range": "bytes=0-9"}):
+            reply = daemon.get(job["links"]["image"], **headers)
+            self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"), headers)
+
+    def assert_rendered_again(self, daemon, job, image):
+        self.assertEqual(daemon.request("POST", f"/v1/jobs/{job['id']}/retry").status, 202)
+        self.assertEqual(daemon.wait_for_end(job["id"])["state"], "succeeded")
+        self.assertEqual(daemon.get(job["links"]["image"]).body, image)
+
+    def test_a_cut_or_missing_image_is_found_at_each_read(self):
+        with Daemon() as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
+            image = daemon.get(job["links"]["image"]).body
+            sha256 = hashlib.sha256(image).hexdigest()
+            file = daemon.data / sha256[:2] / sha256
+            for damage in (lambda: file.write_bytes(image[:-1]), lambda: file.write_bytes(image + b"?"),
+                           lambda: file.write_bytes(b""), file.unlink):
+                damage()
+                self.assert_damaged(daemon, job)
+                self.assert_rendered_again(daemon, job, image)
+
+    def test_a_changed_small_image_is_found_at_each_read(self):
+        with Daemon() as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            image = daemon.get(job["links"]["image"]).body
+            changed = image[:-1] + bytes([image[-1] ^ 1])
+            with contextlib.closing(sqlite3.connect(daemon.data / "whittle.db")) as database, database:
+                made = database.execute("UPDATE small_artifacts SET bytes = ?", (changed,))
+                self.assertEqual(made.rowcount, 1)
+            self.assert_damaged(daemon, job)
+            self.assert_rendered_again(daemon, job, image)
+
+    def test_a_changed_image_is_found_in_the_background(self):
+        with Daemon() as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
+            image = daemon.get(job["links"]["image"]).body
+            sha256 = hashlib.sha256(image).hexdigest()
+            daemon.kill()
+            (daemon.data / sha256[:2] / sha256).write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
+            with Daemon(data=daemon.data) as restarted:
+                found = wait_until(lambda: [row for row in restarted.log_rows() if row["event"] == "artifact_damaged"],
+                                   "the event")
+                self.assertEqual([row["sha256"] for row in found], [sha256])
+
     def test_a_changed_image_is_an_error_and_rendered_again_by_a_retry(self):
         with Daemon() as daemon:
             ids = [daemon.submit(scene(150, 150, output={"formats": ["exr"]})) for _ in range(2)]
