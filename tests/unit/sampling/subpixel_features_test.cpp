@@ -168,7 +168,7 @@ TEST(UniformSampler, SuspectsOneFeatureInAMirror) {
   scenes::add(scene, square(0, 0, 32), scenes::mirror());
   for (const std::uint32_t samples : {1u, 4u, 64u}) {
     scene.accuracy.samples = samples;
-    const double missed = 255 * std::sqrt(2.0 / ((samples + 2) * (samples + 3)) / (3 * 32 * 32));
+    const double missed = 255 * std::sqrt(0.75 / ((samples + 1) * (samples + 2)) / (3 * 32 * 32));
     EXPECT_NEAR(scenes::render(scene).error.estimate, missed * std::sqrt(1 + 2.33), 1e-6 * missed) << samples;
   }
   scene.materials[0] = scenes::glowing({1, 1, 1});
