@@ -41,6 +41,7 @@ class Sandbox(unittest.TestCase):
                 self.assertEqual(told, "none")
                 return
             self.assertIn(told, ("seccomp", "seccomp, landlock"))
+            self.assertEqual("sandbox_incomplete" in daemon.log(), told != "seccomp, landlock")
             status = status_of(daemon)
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
             held = {name: int(status[name], 16) for name in ("CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb")}

@@ -96,9 +96,11 @@ class Uploads(OneDaemon):
         for name in (hash_of(content)[:-1] + "x", hash_of(content).upper(), "0" * 64, "x", "..%2e", hash_of(content)[1:]):
             before = stored_files(self.daemon)
             reply = put(self.daemon, content, name)
-            self.assert_problem(reply, 422, "asset_mismatch")
+            detail = self.assert_problem(reply, 422, "asset_mismatch")["detail"]
             self.assertEqual(stored_files(self.daemon), before)
-            self.assertIn(self.daemon.get("/v1/assets/" + name).status, (404,))
+            reason = "the 2000000 bytes have another sha256" if name == "0" * 64 else "64 lower-case hex digits; characters in the path: "
+            self.assertIn(reason, detail)
+            self.assertEqual(self.daemon.get("/v1/assets/" + name).status, 404)
 
     def test_that_are_interrupted_leave_nothing(self):
         content = os.urandom(2_000_000)

@@ -191,3 +191,9 @@ TEST_F(SupervisorTest, ReplacesAStandbyThatHangsWhileItStarts) {
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
   unsetenv("FAKE_WORKER_HANGS");
 }
+
+TEST_F(SupervisorTest, WarnsOfAWorkerThatIsNotFullyRestricted) {
+  start();
+  ASSERT_TRUE(reaches(submit("finish done"), JobState::succeeded));
+  EXPECT_EQ(log.fields("sandbox_incomplete"), "sandbox= full=seccomp, landlock ");
+}
