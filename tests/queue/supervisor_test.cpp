@@ -230,6 +230,24 @@ TEST_F(SupervisorTest, ReplacesAStandbyThatDies) {
   EXPECT_EQ(find(id).attempt, 1);
 }
 
+TEST_F(SupervisorTest, ReplacesAStandbyThatHangsBesideAWorker) {
+  setenv("FAKE_WORKER_HANGS", path("hangs").c_str(), 1);
+  worker::SupervisorSettings with = settings();
+  with.start_timeout = std::chrono::seconds(2);
+  with.restart_pause_max = std::chrono::milliseconds(1);
+  start(with);
+  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
+  ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
+  create("hangs");
+  std::set<int> standby = children();
+  standby.erase(supervisor->worker_pid());
+  kill(*standby.begin(), SIGKILL);
+  EXPECT_TRUE(eventually([&] { return log.count("standby_ended") >= 2; })) << "the killed one and the one that hangs";
+  std::filesystem::remove(path("hangs"));
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+  unsetenv("FAKE_WORKER_HANGS");
+}
+
 TEST_F(SupervisorTest, CountsNoAttemptOfOtherJobsForACrashOfACancelledOne) {
   start(impatient());
   const std::string other = submit("wait " + path("other"), 1);
