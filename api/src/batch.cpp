@@ -96,6 +96,9 @@ class Documents {
     auto parsed = parse_scene(*text, limits_.document, &frame.digests);
     if (!parsed) return add_refusal(parsed.error(), variation);
     frame.document = std::move(*parsed);
+    if (!frame.document.job.keep)
+      return add_issue(
+          {variation.place + "/job/keep", "unsupported", "the jobs of a batch are kept" + variation.suffix});
     add_common_content(frame, variation);
     if (issues_.empty()) take_(std::move(frame));
   }

@@ -75,6 +75,8 @@ struct DeferredReply {
   std::function<std::function<void()>(std::function<void()> notify)> watch;
   /// Produces the reply, or defers it again. Runs on a handler thread.
   std::function<std::variant<Reply, DeferredReply, Problem>(bool timed_out)> resume;
+  /// Called on a handler thread if the client disconnects or loses its access meanwhile. May be empty.
+  std::function<void()> on_disconnected = {};
 };
 
 using Answer = std::variant<Reply, DeferredReply, Problem>;

@@ -226,7 +226,10 @@ class EventLoop {
   }
 
   void on_event(ReplyDeferred& deferred) {
-    if (clients_.find(deferred.pending->client) == nullptr) return deferred.stop_watching();  // disconnected meanwhile
+    if (clients_.find(deferred.pending->client) == nullptr) {  // disconnected meanwhile
+      deferred.stop_watching();
+      return dispatcher_->abandon(deferred.pending);
+    }
     with_client(deferred.pending->client, [&](Client& client) {
       dispatcher_->on_deferred(client, std::move(deferred.stop_watching));
       end_without_access(client);
@@ -298,7 +301,10 @@ class EventLoop {
   }
 
   void remove(Client& client) {
-    if (client.stop_watching) client.stop_watching();
+    if (client.stop_watching) {
+      client.stop_watching();
+      if (dispatcher_) dispatcher_->abandon(client.pending);
+    }
     clients_.remove(client);  // the closed socket leaves epoll by itself
     connections_ = clients_.size();
   }

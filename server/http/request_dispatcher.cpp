@@ -324,8 +324,19 @@ void RequestDispatcher::resume(Client& client, bool timed_out) {
   });
 }
 
+void RequestDispatcher::abandon(const std::shared_ptr<PendingRequest>& pending) {
+  if (!pending->deferred.on_disconnected) return;
+  pool_->resume([this, pending] {
+    (void)guarded(pending->request, [&]() -> Answer {
+      pending->deferred.on_disconnected();
+      return Reply{};
+    });
+  });
+}
+
 void RequestDispatcher::refuse_deferred(Client& client, const Problem& problem, Time now) {
   std::exchange(client.stop_watching, nullptr)();
+  abandon(client.pending);
   client.notified = false;
   ReplyReady refused = ready(client.pending, problem_reply(problem, client.pending->request.id));
   start_reply(client, refused, now);

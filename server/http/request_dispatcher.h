@@ -34,6 +34,8 @@ class RequestDispatcher {
   /// Queues a deferred reply for a handler thread.
   void resume(Client& client, bool timed_out);
 
+  /// Queues DeferredReply::on_disconnected for a handler thread. Precondition: the watch has stopped.
+  void abandon(const std::shared_ptr<PendingRequest>& pending);
   /// Answers a deferred reply with the problem.
   void refuse_deferred(Client& client, const Problem& problem, Time now);
 

@@ -83,6 +83,7 @@ struct Job {
   std::optional<std::int64_t> expires_at;    ///< then the document and images of an ended job are deleted
   bool expired = false;                      ///< they were deleted
   std::optional<api::Webhook> webhook;
+  bool keep = true;               ///< false: not listed, and removed soon after its end, see Retention::unkept_ms
   bool cancel_requested = false;  ///< running, and will become cancelled
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;

@@ -177,9 +177,10 @@ struct JobsBefore {
 
 /// Limits of what is kept of ended jobs. Unset: no limit.
 struct Retention {
-  std::int64_t expired_ms = 0;                      ///< rows of expired jobs
-  std::optional<std::int64_t> succeeded_ms = {};    ///< time from the end to the expiry
-  std::optional<std::int64_t> failed_ms = {};       ///< the same of failed and cancelled jobs
+  std::int64_t expired_ms = 0;                    ///< rows of expired jobs
+  std::int64_t unkept_ms = 3000;                  ///< jobs without Job::keep, so that their clients can read the result
+  std::optional<std::int64_t> succeeded_ms = {};  ///< time from the end to the expiry
+  std::optional<std::int64_t> failed_ms = {};     ///< the same of failed and cancelled jobs
   std::optional<std::int64_t> artifact_bytes = {};  ///< all artifacts; the jobs that ended first expire
 };
 
@@ -194,8 +195,9 @@ struct MaintenanceResult {
   int aged = 0;                        ///< by Retention::succeeded_ms and failed_ms,
   int evicted = 0;                     ///< and by Retention::artifact_bytes
   int deleted = 0;                     ///< jobs and replies
-  std::vector<Artifact> artifacts;     ///< named by the expired jobs; may be deleted where no other job names them
-  bool more = false;                   ///< the step was too small for all of it
+  std::vector<Artifact>
+      artifacts;      ///< named by the expired and deleted jobs; may be deleted where no other job names them
+  bool more = false;  ///< the step was too small for all of it
 };
 
 /// Rows of jobs.
@@ -213,7 +215,7 @@ class JobStore {
   virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted
   /// The scene of the batch that the document is a patch of; none if it is complete.
   virtual std::optional<std::string> scene(const std::string& id) = 0;
-  /// At most `limit` (>= 1) jobs older than `cursor` (empty: from the newest).
+  /// At most `limit` (>= 1) jobs with Job::keep, older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   /// Changes all fields or none. With `revision`: only while the job has that one.
   virtual ChangeOutcome change(const std::string& id, const JobChange& change,
@@ -293,11 +295,12 @@ class MaintenanceStore {
   /// One small step, at most `limit` jobs of each kind: running jobs whose lease has ended are released, not_before
   /// that has passed is cleared, earliest first; queued jobs past their deadline fail; ended ones past expires_at, and
   /// those beyond the retention, expire: they lose their document and images. Rows of expired jobs and replies are
-  /// deleted in time. Costs one read when there is nothing to do.
+  /// deleted in time, and ended jobs without Job::keep. Costs one read when there is nothing to do.
   virtual MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) = 0;
 
   /// At the start of a daemon: every job that runs under another boot id returns to queued, the attempt not counted
-  /// (cancel_requested: to cancelled), whatever its lease. Returns their number. For a store with one daemon at a time;
+  /// (cancel_requested: to cancelled), whatever its lease. Returns their number. Jobs without Job::keep are cancelled:
+  /// their clients are gone. For a store with one daemon at a time;
   /// where several share one this has no effect and leases end in time.
   virtual int recover(const std::string& boot_id, std::int64_t now) = 0;
 

@@ -90,6 +90,7 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.deadline = request.deadline;
   job.expires_in_s = request.expires_in_s;
   job.webhook = request.webhook;
+  job.keep = request.keep;
   job.labels = request.labels;
   job.width = submission.width;
   job.height = submission.height;

@@ -110,6 +110,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"deadline", time_json(job.deadline)},
           {"expires_at", time_json(job.expires_at)},
           {"expired", job.expired},
+          {"keep", job.keep},
           {"attempt", job.attempt},
           {"max_attempts", job.max_attempts},
           {"priority", job.priority},

@@ -147,6 +147,24 @@ TEST_P(JobStoreConformance, ReturnsTheArtifactsOfARemovedJob) {
   EXPECT_FALSE(store().is_artifact_referenced(sha256));
 }
 
+TEST_P(JobStoreConformance, DeletesEndedJobsThatAreNotKept) {
+  const auto draft = [](Job& job) { job.keep = false; };
+  const std::string kept = submit();
+  const std::string ends = submit(draft), waits = submit(draft);
+  EXPECT_EQ(list(), std::vector{kept});
+  EXPECT_FALSE(find(ends).keep);
+  store().cancel(kept, now);
+  store().cancel(ends, now);
+  const Retention retention{.unkept_ms = 10};
+  EXPECT_EQ(store().run_maintenance(now + 9, retention, 10).deleted, 0);
+  EXPECT_EQ(store().run_maintenance(now + 10, retention, 10).deleted, 1);
+  EXPECT_FALSE(store().find(ends));
+  EXPECT_EQ(find(waits).state, JobState::queued);
+  EXPECT_EQ(find(kept).state, JobState::cancelled);
+  EXPECT_EQ(store().recover("another boot", now), 0);
+  EXPECT_EQ(find(waits).state, JobState::cancelled) << "its client is gone";
+}
+
 TEST_P(JobStoreConformance, DoesNotRemoveARunningJob) {
   const Placed job = place(JobState::running);
   EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::running);

@@ -153,7 +153,7 @@ TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
 TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   const api::JobRequest request = {
-      "orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
+      "orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, true, webhook};
   const JobView view = queue.submission
                            .submit({.kind = JobKind::measure,
                                     .document = "verbatim",

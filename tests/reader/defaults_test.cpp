@@ -54,6 +54,7 @@ TEST(DefaultValues, OfJobAreMediumPriorityAndThreeAttempts) {
   EXPECT_EQ(job.deadline, std::nullopt);
   EXPECT_EQ(job.expires_in_s, std::nullopt);
   EXPECT_EQ(job.cache, api::CacheUse::use);
+  EXPECT_TRUE(job.keep);
   EXPECT_EQ(job.webhook, std::nullopt);
   const std::string hook = R"("job": {"webhook": {"url": "http://127.0.0.1/"}})";
   EXPECT_EQ(accepted(document_with(hook)).job.webhook->events,

@@ -295,6 +295,7 @@ TEST(SceneReader, ReadsAccuracyOutputAndJob) {
   EXPECT_EQ(document.job.deadline, 1'896'129'000'250) << "with an offset of two hours";
   EXPECT_EQ(document.job.expires_in_s, 86400);
   EXPECT_EQ(document.job.cache, api::CacheUse::refresh);
+  EXPECT_FALSE(document.job.keep);
   EXPECT_EQ(document.job.webhook, (api::Webhook{"https://example.org/hook?a=b", {"failed", "succeeded"}}));
 }
 

@@ -74,6 +74,7 @@ struct JobRequest {
   std::optional<std::int64_t> deadline;      ///< the job fails if it has not ended by then; later than run_after
   std::optional<std::int64_t> expires_in_s;  ///< lifetime of its images after its end, 1 s to 10 years
   CacheUse cache = CacheUse::use;
+  bool keep = true;  ///< false: the job is not listed, and removed soon after its end
   std::optional<Webhook> webhook;
 };
 

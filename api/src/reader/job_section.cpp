@@ -100,6 +100,7 @@ void read_job(Reading& reading, const Cursor& at) {
     add_issue(reading, *deadline, "conflict", "must be later than run_after");
   fields.optional("expires_in", Integer<std::optional<std::int64_t>>{job.expires_in_s, 1, expires_in_max_s});
   fields.optional("cache", job.cache);
+  fields.optional("keep", job.keep);
   if (const auto webhook = fields.take("webhook")) read_webhook(reading, *webhook, job.webhook.emplace());
   fields.finish();
 }

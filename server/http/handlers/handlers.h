@@ -151,8 +151,8 @@ BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader);
 tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::Artifact& artifact,
                                            const ApiContext& context);
 /// Defers a reply until the job has ended or `deadline` has passed.
-Answer defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
-                         std::function<Answer(bool timed_out)> resume);
+DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
+                                std::function<Answer(bool timed_out)> resume);
 /// A problem whose detail has the number of the errors. `where`: "in the document".
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors);
 Problem problem_of(const api::Refusal& refusal);

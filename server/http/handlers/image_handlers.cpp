@@ -79,13 +79,18 @@ struct PendingRender {
   Time deadline;
   std::string request_id;
   bool replayed = false;  ///< the job was submitted by an earlier request with the same Idempotency-Key
+  bool keep = true;       ///< see queue::Job
 };
 
 Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out);
 
 Answer wait_for_image(const PendingRender& pending, const ApiContext& context) {
-  return defer_until_ended(pending.job_id, pending.deadline, context,
-                           [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
+  DeferredReply deferred = defer_until_ended(pending.job_id, pending.deadline, context, [pending, &context](bool late) {
+    return reply_or_wait(pending, context, late);
+  });
+  if (!pending.keep && !pending.replayed)
+    deferred.on_disconnected = [id = pending.job_id, &context] { context.queue.lifecycle.cancel(id); };
+  return deferred;
 }
 
 Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out) {
@@ -207,6 +212,7 @@ Answer render(Request& request, const ApiContext& context) {
   }
   add_format(*scene, *format);  // so that requests with different formats are different under an Idempotency-Key
   queue::Submission submission = submission_of(request, std::move(*scene), context);
+  const bool keep = submission.job.keep;
   submission.durable = false;  // a client that loses the connection repeats the request
   const auto submitted = submit(request, std::move(submission), context);
   if (!submitted) return submitted.error();
@@ -215,7 +221,8 @@ Answer render(Request& request, const ApiContext& context) {
     const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
     return reply_or_wait({id, *format, deadline, request.id, true}, context, false);
   }
-  if (!submitted->from_cache) return wait_for_image({submitted->view.job.id, *format, deadline, request.id}, context);
+  if (!submitted->from_cache)
+    return wait_for_image({submitted->view.job.id, *format, deadline, request.id, false, keep}, context);
   auto reply = rendered_image(submitted->view.job, *format, context);
   if (!reply) return reply.error();
   reply->headers.emplace_back("X-Cache", "hit");

@@ -84,8 +84,8 @@ tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::A
   return reply;
 }
 
-Answer defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
-                         std::function<Answer(bool timed_out)> resume) {
+DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
+                                std::function<Answer(bool timed_out)> resume) {
   queue::JobWaiters& waiters = context.queue.waiters;
   const auto watch = [&waiters, id](std::function<void()> notify) -> std::function<void()> {
     const std::uint64_t token = waiters.when_ended(id, std::move(notify));

@@ -95,6 +95,7 @@ queue::Submission submission_of(const Request& request, Scene scene, const ApiCo
   submission.assets = uploads_of(parsed);
   submission.document = std::move(scene.document);
   submission.job = std::move(scene.parsed.job);
+  submission.durable = submission.job.keep;
   return submission;
 }
 

@@ -72,15 +72,15 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
-      " kind, accuracy, large, weight, work, variation, use_cache)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      " kind, accuracy, large, weight, work, variation, use_cache, keep)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
       job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
-      std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache});
+      std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep});
   database.change("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
                   scene_id);
   insert_labels(database, job.id, job.labels);
@@ -124,7 +124,8 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache FROM jobs WHERE id = "
+      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache, keep FROM jobs WHERE "
+      "id = "
       "?",
       id);
   if (!row.row()) return std::nullopt;
@@ -163,6 +164,7 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
   job.work = row.integer(32);
   job.variation = row.text(33);
   job.use_cache = row.integer(34) != 0;
+  job.keep = row.integer(35) != 0;
   read_labels(database, job);
   read_assets(database, job);
   if (job.state == queue::JobState::succeeded) {

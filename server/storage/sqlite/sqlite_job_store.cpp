@@ -74,7 +74,7 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::Job
       sql += "jobs WHERE ";
       break;
   }
-  sql += id + " < ?";
+  sql += id + " < ? AND jobs.keep = 1";
   if (filter.state) sql += " AND jobs.state = ?";
   for (std::size_t i = 0; i < other_labels; ++i) {
     sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";

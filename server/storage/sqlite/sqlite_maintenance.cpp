@@ -18,10 +18,11 @@ struct Limits {
   Limits(std::int64_t moment, const queue::Retention& retention)
       : now(moment),
         delete_before(now - retention.expired_ms),
+        delete_unkept_before(now - retention.unkept_ms),
         succeeded_before(now - retention.succeeded_ms.value_or(now)),
         failed_before(now - retention.failed_ms.value_or(now)),
         artifact_bytes(retention.artifact_bytes.value_or(std::numeric_limits<std::int64_t>::max())) {}
-  std::int64_t now, delete_before, succeeded_before, failed_before, artifact_bytes;
+  std::int64_t now, delete_before, delete_unkept_before, succeeded_before, failed_before, artifact_bytes;
 };
 
 /// One step inside a transaction.
@@ -42,8 +43,9 @@ struct Step {
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
         "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ?3)"
         " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
-        limits.now, limits.delete_before);
+        limits.now, limits.delete_before, limits.delete_unkept_before);
     any.row();
     return any.integer(0) != 0;
   }
@@ -127,8 +129,20 @@ struct Step {
     ++count;
   }
 
+  void delete_unkept() {
+    const auto ids = database
+                         .query("SELECT id FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ? LIMIT ?",
+                                limits.delete_unkept_before, limit)
+                         .texts();
+    for (const std::string& id : ids) {
+      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+      result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
+      result.deleted += database.change("DELETE FROM jobs WHERE id = ?", id);
+    }
+  }
+
   void delete_expired() {
-    result.deleted = database.change(
+    result.deleted += database.change(
         "DELETE FROM jobs WHERE id IN (SELECT id FROM jobs INDEXED BY jobs_expired"
         " WHERE expired = 1 AND expires_at <= ? LIMIT ?)",
         limits.delete_before, limit);
@@ -153,6 +167,7 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
       step.clear_not_before();
       step.fail_overdue();
       step.expire();
+      step.delete_unkept();
       step.delete_expired();
       step.result.more = is_due(database);
       return step.result;
@@ -161,6 +176,10 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
 
   int recover(const std::string& boot_id, std::int64_t now) override {
     return connections_.writer.run([&](Database& database) {
+      database.change(
+          "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
+          " cancel_requested = 0, revision = revision + 1 WHERE keep = 0 AND ended_at IS NULL",
+          now);
       return database.change(
           std::string(released_columns) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2", now,
           boot_id);

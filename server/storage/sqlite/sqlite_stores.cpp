@@ -14,7 +14,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 11;
+constexpr std::int64_t jobs_schema_version = 12;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -45,6 +45,7 @@ CREATE TABLE jobs (
   expired INTEGER NOT NULL DEFAULT 0,
   webhook_url TEXT,
   webhook_events TEXT,               -- separated by spaces
+  keep INTEGER NOT NULL,
   cancel_requested INTEGER NOT NULL,
   suspect INTEGER NOT NULL,
   width INTEGER NOT NULL,
@@ -71,6 +72,7 @@ CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND dead
 CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
 CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND expired = 0;
+CREATE INDEX jobs_not_kept ON jobs (ended_at) WHERE keep = 0;
 CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
 CREATE INDEX jobs_by_content ON jobs (content_key, id)
   WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;

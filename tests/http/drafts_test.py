@@ -1,0 +1,123 @@
+"""Jobs with "keep": false: in no list, removed soon after their end, cancelled when the client of POST /v1/render leaves."""
+import contextlib
+import json
+import sqlite3
+import unittest
+
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.support.images import read_png
+
+DRAFT = {"keep": False, "priority": 100}
+
+
+def rows(daemon):
+    """The numbers of rows of jobs, documents and artifacts."""
+    with contextlib.closing(sqlite3.connect(f"file:{daemon.data}/whittle.db?mode=ro", uri=True)) as database:
+        return [database.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
+                for table in ("jobs", "documents", "artifacts", "small_artifacts")]
+
+
+def jobs(daemon):
+    return json_of(daemon.get("/v1/queue"))["jobs"]
+
+
+def images(daemon):
+    return [path for path in daemon.data.glob("??/*") if len(path.name) == 64]
+
+
+class Drafts(OneDaemon):
+    options = ("--jobs", "1")
+
+    def tearDown(self):
+        for job in json_of(self.daemon.get("/v1/jobs?limit=200"))["items"]:
+            self.daemon.request("POST", f"/v1/jobs/{job['id']}/cancel")
+            self.daemon.wait_for_end(job["id"])
+            self.daemon.request("DELETE", f"/v1/jobs/{job['id']}")
+        wait_until(lambda: rows(self.daemon) == [0, 0, 0, 0], "no rows")
+        self.assertEqual(images(self.daemon), [])
+
+    @contextlib.contextmanager
+    def rendering(self, document):
+        """A connection whose request for the image is being handled."""
+        body = json.dumps(document).encode()
+        with self.daemon.socket() as connection:
+            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                               b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+            yield connection
+
+    def test_give_their_images_and_leave_nothing(self):
+        for size in (16, 400):  # a small image is a row, a large one a file
+            reply = self.daemon.request("POST", "/v1/render", scene(size, size, job=DRAFT))
+            self.assertEqual((reply.status, read_png(reply.body).shape[:2]), (200, (size, size)))
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs"))["items"], [])
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs?state=succeeded&q=sphere"))["items"], [])
+
+    def test_of_many_edits_are_removed(self):
+        for radius in range(1, 101):
+            document = scene(job=DRAFT)
+            document["objects"][0]["radius"] = radius / 100
+            self.assertEqual(self.daemon.request("POST", "/v1/render", document).status, 200)
+            self.assertEqual(json_of(self.daemon.get("/v1/jobs"))["items"], [])
+
+    def test_can_be_read_for_some_seconds_after_their_end(self):
+        job_id = self.daemon.submit(scene(job=DRAFT))
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual((job["state"], job["keep"]), ("succeeded", False))
+        self.assertEqual(self.daemon.get(job["links"]["image"]).status, 200)
+        wait_until(lambda: self.daemon.get(f"/v1/jobs/{job_id}").status == 404, "its removal")
+        self.assert_problem(self.daemon.get(job["links"]["image"]), 404, "job_not_found")
+
+    def test_are_cancelled_when_the_client_leaves(self):
+        with self.rendering(long_scene(job=DRAFT)):
+            wait_until(lambda: jobs(self.daemon)["running"] == 1, "the start")
+            with self.rendering(scene(job=DRAFT)):
+                wait_until(lambda: jobs(self.daemon)["queued"] == 1, "the second")
+            wait_until(lambda: jobs(self.daemon)["queued"] == 0, "the end of the one that waited")
+            self.assertEqual(jobs(self.daemon)["running"], 1)
+        wait_until(lambda: jobs(self.daemon)["running"] == 0, "the end of the one that ran")
+        self.assertEqual(jobs(self.daemon)["succeeded"], 0)
+
+    def test_alone_are_cancelled_when_the_client_leaves(self):
+        with self.rendering(long_scene()):
+            wait_until(lambda: jobs(self.daemon)["running"] == 1, "the start")
+        with self.rendering(scene(job=DRAFT)):
+            wait_until(lambda: jobs(self.daemon)["queued"] == 1, "the draft")
+        wait_until(lambda: jobs(self.daemon)["queued"] == 0, "the end of the draft")
+        self.assertEqual(jobs(self.daemon)["running"], 1)
+
+    def test_that_fail_are_removed(self):
+        document = scene(job={**DRAFT, "deadline": "2001-01-01T00:00:00Z"})
+        self.assertEqual(self.daemon.request("POST", "/v1/render", document).status, 500)
+
+    def test_of_a_cached_image_do_not_remove_it(self):
+        document = scene(300, 200, job={"cache": "use"})
+        kept = self.daemon.wait_for_end(self.daemon.submit(document))
+        reply = self.daemon.request("POST", "/v1/render", {**document, "job": {**DRAFT, "cache": "use"}})
+        self.assertEqual((reply.status, reply.headers["X-Cache"]), (200, "hit"))
+        wait_until(lambda: rows(self.daemon)[0] == 1, "the removal of the draft")
+        self.assertEqual(self.daemon.get(kept["links"]["image"]).body, reply.body)
+
+    def test_are_not_part_of_a_batch(self):
+        for body, pointer in (({"scene": scene(job=DRAFT), "frames": [{}]}, "#/frames/0/job/keep"),
+                              ({"scene": scene(), "sweep": {"/job/keep": [True, False]}}, "#/scene/job/keep")):
+            problem = self.assert_problem(self.daemon.request("POST", "/v1/batches", body), 422, "bad_scene")
+            self.assertEqual([(error["pointer"], error["code"]) for error in problem["errors"]], [(pointer, "unsupported")])
+
+
+class DraftsOfADaemonThatEnds(unittest.TestCase):
+    def test_are_cancelled_at_the_next_start(self):
+        with Daemon("--jobs", "1") as daemon:
+            running = daemon.submit(long_scene(job=DRAFT))
+            daemon.wait_for_state(running, "running")
+            daemon.submit(scene(job=DRAFT))
+            kept = daemon.submit(scene())
+            daemon.kill()
+            daemon.start()
+            self.assertIn(daemon.get(f"/v1/jobs/{running}").status, (200, 404))
+            self.assertEqual(daemon.wait_for_end(kept)["state"], "succeeded")
+            wait_until(lambda: rows(daemon)[0] == 1, "the removal of the drafts")
+            self.assertEqual(jobs(daemon)["succeeded"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
