@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "server/queue/job_store.h"
+
 namespace queue {
 
 void Events::Listener::on_news(std::function<void()> wake) {
@@ -28,7 +30,7 @@ void Events::Listener::push(const SharedEvent& event) {
   const bool was_empty = untaken_.empty();
   const bool progress = event->event.kind == JobEvent::Kind::progress;
   if (progress && !was_empty && untaken_.back()->event.kind == JobEvent::Kind::progress &&
-      untaken_.back()->event.job_id == event->event.job_id) {
+      untaken_.back()->event.job.id == event->event.job.id) {
     untaken_.back() = event;  // includes the older progress
     return;
   }
@@ -37,36 +39,58 @@ void Events::Listener::push(const SharedEvent& event) {
     over_ = true;
   } else {
     untaken_.push_back(event);
-    over_ = !job_id_.empty() && event->event.kind == JobEvent::Kind::done;
+    over_ = topic_ == event->event.job.id && event->event.kind == JobEvent::Kind::done;
   }
   if (was_empty && wake_) wake_();
 }
 
-Events::Events(Writer write, Clock clock, EventSettings settings)
+Events::Events(Writer write, Clock clock, EventSettings settings, Describe describe)
     : write_(std::move(write)),
       clock_(std::move(clock)),
       settings_(settings),
+      describe_(std::move(describe)),
       last_(clock_() * 1000),  // above all numbers of earlier runs, which had fewer than 1000 events a millisecond
       floor_(last_) {}
 
-void Events::on_state_changed(const std::string& id, JobState to) noexcept {
-  const auto kind = ended(to) ? JobEvent::Kind::done : JobEvent::Kind::state;
-  publish({0, kind, id, name_of(to), to == JobState::succeeded ? 1.0 : 0.0, clock_()});
+/// Reads the job when it changes its state, in case it was changed, and not for each progress.
+JobSummary Events::describe(const std::string& id, JobEvent::Kind kind) {
+  if (kind != JobEvent::Kind::state) {
+    const std::lock_guard lock(mutex_);
+    const auto found = known_.find(id);
+    if (found != known_.end()) return found->second.job;
+  }
+  JobSummary job{.id = id};
+  try {
+    if (describe_) job = describe_(id).value_or(job);
+  } catch (const StoreFailure&) {
+    return job;
+  }
+  if (kind == JobEvent::Kind::done) return job;
+  const std::lock_guard lock(mutex_);
+  if (known_.size() >= settings_.kept) known_.clear();
+  known_.insert_or_assign(id, Known{job, 0});
+  return job;
 }
 
-void Events::on_removed(const std::string& id) noexcept {
-  publish({0, JobEvent::Kind::done, id, "removed", 0, clock_()});
+void Events::on_state_changed(const std::string& id, JobState to) noexcept {
+  const auto kind = ended(to) ? JobEvent::Kind::done : JobEvent::Kind::state;
+  publish({0, kind, describe(id, kind), name_of(to), to == JobState::succeeded ? 1.0 : 0.0, clock_()});
+}
+
+void Events::on_removed(const JobSummary& job) noexcept {
+  publish({0, JobEvent::Kind::done, job, "removed", 0, clock_()});
 }
 
 void Events::on_progress(const std::string& id, double fraction) noexcept {
   const std::int64_t now = clock_();
   {
     const std::lock_guard lock(mutex_);
-    if (of_all_.empty() && !of_job_.contains(id)) return;
-    const auto latest = progress_at_.find(id);
-    if (latest != progress_at_.end() && now - latest->second < settings_.progress_interval.count()) return;
+    if (of_all_.empty() && of_topic_.empty()) return;
+    const auto known = known_.find(id);
+    if (known != known_.end() && now - known->second.progress_at < settings_.progress_interval.count()) return;
   }
-  publish({0, JobEvent::Kind::progress, id, name_of(JobState::running), fraction, now});
+  constexpr auto kind = JobEvent::Kind::progress;
+  publish({0, kind, describe(id, kind), name_of(JobState::running), fraction, now});
 }
 
 /// Without memory the event is lost for all listeners; clients that reconnect find its number missing.
@@ -75,8 +99,8 @@ void Events::publish(JobEvent event) noexcept {
   event.number = ++last_;
   try {
     const bool progress = event.kind == JobEvent::Kind::progress;
-    if (progress) progress_at_.insert_or_assign(event.job_id, event.at);
-    if (!progress) progress_at_.erase(event.job_id);
+    if (progress) known_[event.job.id] = {event.job, event.at};
+    if (event.kind == JobEvent::Kind::done) known_.erase(event.job.id);
     std::string text = write_(event);
     const SharedEvent shared = std::make_shared<Written>(Written{std::move(event), std::move(text)});
     if (!progress) kept_.push_back(shared);
@@ -84,31 +108,35 @@ void Events::publish(JobEvent event) noexcept {
       floor_ = kept_.front()->event.number;
       kept_.pop_front();
     }
-    for (Listener* listener : of_all_) listener->push(shared);
-    const auto [first, last] = of_job_.equal_range(shared->event.job_id);
-    for (auto entry = first; entry != last; ++entry) entry->second->push(shared);
+    const JobSummary& job = shared->event.job;
+    if (job.keep)
+      for (Listener* listener : of_all_) listener->push(shared);
+    for (const std::string* topic : {&job.id, &job.batch}) {
+      const auto [first, last] = of_topic_.equal_range(*topic);
+      for (auto entry = first; entry != last; ++entry) entry->second->push(shared);
+    }
   } catch (const std::bad_alloc&) {
     floor_ = last_;
     kept_.clear();
   }
 }
 
-std::unique_ptr<Events::Listener> Events::listen(const std::string& job_id, std::optional<std::int64_t> after) {
+std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::optional<std::int64_t> after) {
   const std::lock_guard lock(mutex_);
-  if (of_all_.size() + of_job_.size() >= settings_.listeners_max) return nullptr;
+  if (of_all_.size() + of_topic_.size() >= settings_.listeners_max) return nullptr;
   const bool complete = after && *after >= floor_ && *after <= last_;
-  auto listener = std::make_unique<Listener>(*this, job_id, complete ? *after : last_, after && !complete);
-  if (job_id.empty()) {
+  auto listener = std::make_unique<Listener>(*this, topic, complete ? *after : last_, after && !complete);
+  if (topic.empty()) {
     of_all_.insert(listener.get());
   } else {
-    of_job_.emplace(job_id, listener.get());
+    of_topic_.emplace(topic, listener.get());
   }
   if (!complete) return listener;
   const auto first = std::upper_bound(kept_.begin(), kept_.end(), *after, [](std::int64_t number, const auto& event) {
     return number < event->event.number;
   });
   for (auto event = first; event != kept_.end(); ++event) {
-    if (!job_id.empty() && (*event)->event.job_id != job_id) continue;
+    if (!listener->is_for((*event)->event.job)) continue;
     ++listener->untaken_max_;  // missed events do not count as slowness
     listener->push(*event);
   }
@@ -118,16 +146,16 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& job_id, std:
 void Events::remove(Listener& listener) {
   const std::lock_guard lock(mutex_);
   of_all_.erase(&listener);
-  const auto [first, last] = of_job_.equal_range(listener.job_id_);
+  const auto [first, last] = of_topic_.equal_range(listener.topic_);
   const auto entry = std::find_if(first, last, [&](const auto& candidate) { return candidate.second == &listener; });
-  if (entry != last) of_job_.erase(entry);
+  if (entry != last) of_topic_.erase(entry);
 }
 
 bool Events::ended_by(const std::string& job_id, std::int64_t number) const {
   const std::lock_guard lock(mutex_);
   if (number > last_) return false;
   return std::any_of(kept_.begin(), kept_.end(), [&](const auto& kept) {
-    return kept->event.number <= number && kept->event.kind == JobEvent::Kind::done && kept->event.job_id == job_id;
+    return kept->event.number <= number && kept->event.kind == JobEvent::Kind::done && kept->event.job.id == job_id;
   });
 }
 
@@ -138,7 +166,7 @@ std::int64_t Events::latest() const {
 
 std::size_t Events::listeners() const {
   const std::lock_guard lock(mutex_);
-  return of_all_.size() + of_job_.size();
+  return of_all_.size() + of_topic_.size();
 }
 
 }  // namespace queue

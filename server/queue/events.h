@@ -1,7 +1,7 @@
 #pragma once
 /// Publishes changes of jobs to listeners: filled by the queue, read by event streams and long polls.
 ///
-///   queue::Events events(write, queue::system_clock());
+///   queue::Events events(write, queue::system_clock(), {}, describe);
 ///   queue.notifications.observe(&events);
 ///   auto listener = events.listen(job_id, {});   // from now on; null: there are too many listeners
 ///   listener->on_news(wake);
@@ -30,7 +30,7 @@ struct JobEvent {
   enum class Kind { state, progress, done };
   std::int64_t number = 0;  ///< grows, also over restarts: it begins with the clock
   Kind kind = Kind::state;
-  std::string job_id;
+  JobSummary job;
   std::string state;  ///< a JobState's name, or "removed"
   double progress = 0;
   std::int64_t at = 0;  ///< milliseconds since 1970 UTC
@@ -50,11 +50,14 @@ class Events final : public JobObserver {
  public:
   /// `write` serializes an event for the listeners; called once for each, from any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
-  Events(Writer write, Clock clock, EventSettings settings = {});
+  /// Reads a job from the store, for its events. Called from any thread; may throw StoreFailure, and the events then
+  /// have its id only.
+  using Describe = std::function<std::optional<JobSummary>(const std::string& id)>;
+  Events(Writer write, Clock clock, EventSettings settings = {}, Describe describe = {});
 
   void on_state_changed(const std::string& id, JobState to) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override;
-  void on_removed(const std::string& id) noexcept override;
+  void on_removed(const JobSummary& job) noexcept override;
 
   struct Batch {
     std::string text;   ///< complete events
@@ -62,9 +65,10 @@ class Events final : public JobObserver {
   };
   class Listener;
 
-  /// The events of one job, or of all where `job_id` is empty: those after the number `after`, else those from now on.
-  /// Null with `listeners_max` listeners. Must not outlive this.
-  std::unique_ptr<Listener> listen(const std::string& job_id, std::optional<std::int64_t> after);
+  /// The events of one job or of the jobs of one batch, whose id is `topic`; or where it is empty, of all jobs with
+  /// JobSummary::keep. Those after the number `after`, else those from now on. Null with `listeners_max` listeners.
+  /// Must not outlive this.
+  std::unique_ptr<Listener> listen(const std::string& topic, std::optional<std::int64_t> after);
 
   /// True if the last event of the job is kept and has this number or a smaller one.
   [[nodiscard]] bool ended_by(const std::string& job_id, std::int64_t number) const;
@@ -80,27 +84,33 @@ class Events final : public JobObserver {
   };
   using SharedEvent = std::shared_ptr<const Written>;
 
+  JobSummary describe(const std::string& id, JobEvent::Kind kind);
   void publish(JobEvent event) noexcept;
   void remove(Listener& listener);
 
   const Writer write_;
   const Clock clock_;
   const EventSettings settings_;
+  const Describe describe_;
 
   mutable std::mutex mutex_;
   std::int64_t last_;             ///< number of the latest event
   std::int64_t floor_;            ///< all state events after this number are kept
   std::deque<SharedEvent> kept_;  ///< oldest first
   std::unordered_set<Listener*> of_all_;
-  std::unordered_multimap<std::string, Listener*> of_job_;
-  std::unordered_map<std::string, std::int64_t> progress_at_;  ///< time of the latest progress event, by job
+  std::unordered_multimap<std::string, Listener*> of_topic_;
+  struct Known {
+    JobSummary job;
+    std::int64_t progress_at = 0;  ///< time of the latest progress event
+  };
+  std::unordered_map<std::string, Known> known_;  ///< some jobs that have not ended, so that few are read again
 };
 
 class Events::Listener {
  public:
-  Listener(Events& events, std::string job_id, std::int64_t start, bool missed)
+  Listener(Events& events, std::string topic, std::int64_t start, bool missed)
       : events_(events),
-        job_id_(std::move(job_id)),
+        topic_(std::move(topic)),
         start_(start),
         missed_(missed),
         untaken_max_(events.settings_.untaken_max) {}
@@ -119,11 +129,14 @@ class Events::Listener {
 
  private:
   friend class Events;
+  [[nodiscard]] bool is_for(const JobSummary& job) const {
+    return topic_.empty() ? job.keep : topic_ == job.id || topic_ == job.batch;
+  }
   void push(const SharedEvent& event);
 
   // Guarded by Events::mutex_.
   Events& events_;
-  const std::string job_id_;
+  const std::string topic_;
   const std::int64_t start_;
   const bool missed_;
   std::size_t untaken_max_;

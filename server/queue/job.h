@@ -102,6 +102,15 @@ struct Job {
   std::int64_t revision = 1;     ///< grows with every change of the row
 };
 
+/// The fields of a job that its events have.
+struct JobSummary {
+  std::string id;
+  JobKind kind = JobKind::render;
+  std::string name = {}, batch = {}, owner = {};  ///< as Job's
+  bool keep = true;
+};
+JobSummary summary_of(const Job& job);
+
 /// Days on any machine; the sum over all jobs fits into 63 bits.
 inline constexpr std::int64_t work_max = 500'000'000'000;
 

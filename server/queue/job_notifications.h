@@ -184,9 +184,9 @@ class JobNotifications {
     finish(id);
     if (observer_ != nullptr) observer_->on_waiters_notified(id);
   }
-  void notify_removed(const std::string& id) {
-    if (observer_ != nullptr) observer_->on_removed(id);
-    finish(id);
+  void notify_removed(const JobSummary& job) {
+    if (observer_ != nullptr) observer_->on_removed(job);
+    finish(job.id);
   }
   void notify_expired(const char* reason, int jobs) {
     if (observer_ != nullptr && jobs > 0) observer_->on_expired(reason, jobs);

@@ -17,7 +17,7 @@ class JobObserver {
   /// After on_state_changed to an end, when all waiters for the job were called: the place for slower work.
   virtual void on_waiters_notified(const std::string& /*id*/) noexcept {}
   virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
-  virtual void on_removed(const std::string& id) noexcept = 0;
+  virtual void on_removed(const JobSummary& job) noexcept = 0;
   /// That number of ended jobs lost their documents and images; `reason`: "expires_at", "age" or "artifact_bytes".
   virtual void on_expired(const char* /*reason*/, int /*jobs*/) noexcept {}
 };

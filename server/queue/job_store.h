@@ -132,6 +132,7 @@ enum class RemoveOutcome { removed, running, unknown };
 struct Removal {
   RemoveOutcome outcome = RemoveOutcome::unknown;
   std::vector<Artifact> artifacts;
+  JobSummary job = {};  ///< the removed job
 };
 
 /// Jobs of a batch that a cancel changed.
@@ -154,7 +155,7 @@ struct BatchPage {
 
 /// Jobs of a batch that were removed, and the artifacts that they named.
 struct BatchRemoval {
-  std::vector<std::string> jobs;
+  std::vector<JobSummary> jobs;
   std::vector<Artifact> artifacts;
 };
 
@@ -210,6 +211,7 @@ class JobStore {
   /// The stored reply, unless it has expired.
   virtual std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now) = 0;
   virtual std::optional<Job> find(const std::string& id) = 0;
+  virtual std::optional<JobSummary> summary(const std::string& id) = 0;
   /// The newest succeeded job with this content key that expires after `expires_after` or never.
   virtual std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) = 0;
   virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted

@@ -187,7 +187,7 @@ CancelOutcome JobLifecycle::cancel(const std::string& id) {
 RemoveOutcome JobLifecycle::remove(const std::string& id) {
   const Removal removal = context_.stores.jobs.remove(id);
   if (removal.outcome == RemoveOutcome::removed) {
-    context_.notifications.notify_removed(id);
+    context_.notifications.notify_removed(removal.job);
     for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
   }
   return removal.outcome;
@@ -258,7 +258,7 @@ bool JobLifecycle::remove_batch(const std::string& id) {
   BatchRemoval removal;
   do {  // in small steps, so that others write between them
     removal = context_.stores.batches.remove_ended(id, maintenance_step);
-    for (const std::string& job : removal.jobs) context_.notifications.notify_removed(job);
+    for (const JobSummary& job : removal.jobs) context_.notifications.notify_removed(job);
     for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
   } while (!removal.jobs.empty());
   return !context_.stores.batches.find(id);

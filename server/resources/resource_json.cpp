@@ -64,6 +64,8 @@ bool may_be_retried(const queue::Job& job) {
   return queue::ended(job.state) && job.state != queue::JobState::succeeded && !job.expired;
 }
 
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
 /// Null if the job has no artifact of that name yet.
 Json link_to(const queue::Job& job, const std::string& name) {
   for (const queue::Artifact& artifact : job.artifacts) {
@@ -116,7 +118,8 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"priority", job.priority},
           {"cancel_requested", job.cancel_requested},
           {"labels", std::move(labels)},
-          {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
+          {"owner", text_or_null(job.owner)},
+          {"batch", text_or_null(job.batch)},
           {"variation", variation_json(job)},
           {"image", {{"width", job.width}, {"height", job.height}}},
           {"accuracy", stored_json(job.accuracy)},
@@ -177,8 +180,14 @@ std::string write_job_list(const std::vector<queue::JobView>& views, const std::
 }
 
 std::string write_event(const queue::JobEvent& event) {
-  return text_of(
-      {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
+  return text_of({{"id", event.job.id},
+                  {"state", event.state},
+                  {"progress", event.progress},
+                  {"at", time_json(event.at)},
+                  {"kind", queue::name_of(event.job.kind)},
+                  {"name", event.job.name},
+                  {"batch", text_or_null(event.job.batch)},
+                  {"owner", text_or_null(event.job.owner)}});
 }
 
 static Json batch_json(const queue::BatchState& state) {

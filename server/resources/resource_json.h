@@ -25,7 +25,7 @@ std::string write_job(const queue::JobView& view, std::int64_t now_ms);
 std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms);
 
-/// {id, state, progress, at}: the data of a server-sent event.
+/// {id, state, progress, at, kind, name, batch, owner}: the data of a server-sent event.
 std::string write_event(const queue::JobEvent& event);
 
 /// Body of a webhook: {type, timestamp, data: job}. `event` is "job.succeeded", "job.failed" or "job.cancelled".

@@ -66,7 +66,7 @@ class JobMetrics final : public queue::JobObserver {
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
   void on_waiters_notified(const std::string& id) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
-  void on_removed(const std::string& id) noexcept override { next_.on_removed(id); }
+  void on_removed(const queue::JobSummary& job) noexcept override { next_.on_removed(job); }
   void on_expired(const char* reason, int jobs) noexcept override;
 
  private:

@@ -99,6 +99,7 @@ class ForwardingJobStore : public queue::JobStore {
     return target_.find_reply(key, now);
   }
   std::optional<queue::Job> find(const std::string& id) override { return target_.find(id); }
+  std::optional<queue::JobSummary> summary(const std::string& id) override { return target_.summary(id); }
   std::optional<queue::Job> find_by_content_key(const std::string& key, std::int64_t expires_after) override {
     return target_.find_by_content_key(key, expires_after);
   }

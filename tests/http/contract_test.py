@@ -290,6 +290,8 @@ class Contract(ContractParts, unittest.TestCase):
             self.check(seen, template, self.daemon.get(template.format(id=NOBODY)))
 
     def check_events(self, seen):
+        for query in (f"batch={NOBODY}", "job=1"):
+            self.check(seen, "/v1/events", self.daemon.get(f"/v1/events?{query}"))
         with Daemon("--streams", "1") as daemon:
             job = daemon.wait_for_end(daemon.submit(scene()))
             path = job["links"]["events"]

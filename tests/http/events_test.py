@@ -149,6 +149,31 @@ class EventsOfAllJobs(unittest.TestCase):
             for job_id, states in moves.items():
                 self.assertEqual(sorted(states), sorted(["queued", "running", "succeeded"]), job_id)
 
+    def test_describe_their_jobs_and_select_a_batch(self):
+        with Daemon() as daemon:
+            batch = json_of(daemon.request("POST", "/v1/batches", {"scene": scene(name="frame"), "frames": [{}, {}]}))["id"]
+            body = {"scene": scene(name="measured", accuracy={}), "settings": {"parameters": ["samples"], "reference_samples": 16}}
+            with Stream(daemon, "/v1/events") as of_all, Stream(daemon, f"/v1/events?batch={batch}") as of_batch:
+                draft = daemon.submit(scene(name="draft", job={"keep": False}))
+                daemon.wait_for_end(draft)
+                measured = json_of(daemon.request("POST", "/v1/measure", body))["id"]
+                daemon.wait_for_end(measured)
+                for job in json_of(daemon.get(f"/v1/jobs?batch={batch}"))["items"]:
+                    daemon.wait_for_end(job["id"])
+                    daemon.request("DELETE", job["links"]["self"])
+                removed = lambda events: lambda event: event["data"]["state"] == "removed" and len(
+                    events.append(event) or events) == 2
+                every, some = of_all.until(removed([])), of_batch.until(removed([]))
+            self.assertNotIn(draft, {event["data"]["id"] for event in every})
+            of_measured = [event["data"] for event in every if event["data"]["id"] == measured]
+            self.assertEqual({(data["kind"], data["name"], data["batch"], data["owner"]) for data in of_measured},
+                             {("measure", "measured", None, None)})
+            self.assertEqual({(event["data"]["kind"], event["data"]["name"], event["data"]["batch"]) for event in some},
+                             {("render", "frame", batch)})
+            for query, status in ((f"batch={NOBODY}", 404), ("batch=", 404), ("batch=%00", 400), ("batch=x", 404), ("job=1", 400),
+                                  (f"batch={batch}&batch={batch}", 400)):
+                self.assertEqual(daemon.get(f"/v1/events?{query}").status, status, query)
+
     def test_resume_or_reset(self):
         with Daemon() as daemon:
             with Stream(daemon, "/v1/events") as stream:

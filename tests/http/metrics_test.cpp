@@ -56,7 +56,7 @@ class CountingObserver final : public queue::JobObserver {
   void on_state_changed(const std::string&, queue::JobState) noexcept override { ++calls; }
   void on_waiters_notified(const std::string&) noexcept override { ++calls; }
   void on_progress(const std::string&, double) noexcept override { ++calls; }
-  void on_removed(const std::string&) noexcept override { ++calls; }
+  void on_removed(const queue::JobSummary&) noexcept override { ++calls; }
   int calls = 0;
 };
 
@@ -88,7 +88,7 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   job.attempt = 0;  // from the cache: neither its wait nor its rays are counted again
   succeeded("d");
   observed.on_progress("a", 0.5);
-  observed.on_removed("a");
+  observed.on_removed({.id = "a"});
   observed.on_expired("age", 3);
   EXPECT_EQ(next.calls, 11) << "every call is passed on";
   const std::string text = text_of(registry);

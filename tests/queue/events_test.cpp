@@ -6,6 +6,8 @@
 #include <set>
 #include <thread>
 
+#include "server/queue/job_store.h"
+
 namespace {
 
 using queue::Events;
@@ -15,7 +17,7 @@ constexpr std::int64_t start_ms = 1'000;
 
 /// "queued 3 " for event 3 of those that follow the beginning of the clock.
 std::string written(const queue::JobEvent& event) {
-  return event.job_id + ':' + event.state + '#' + std::to_string(event.number - start_ms * 1000) + ' ';
+  return event.job.id + ':' + event.state + '#' + std::to_string(event.number - start_ms * 1000) + ' ';
 }
 
 class EventsTest : public testing::Test {
@@ -32,6 +34,31 @@ TEST_F(EventsTest, DeliversTheEventsOfOneJobOrOfAll) {
   EXPECT_EQ(of_a->take(1000).text, "a:queued#1 ");
   EXPECT_EQ(of_all->take(1000).text, "a:queued#1 b:queued#2 ");
   EXPECT_EQ(of_all->take(1000).text, "");
+}
+
+TEST_F(EventsTest, DeliversTheEventsOfABatchAndHidesDraftsFromAll) {
+  int reads = 0;
+  const auto describe = [&](const std::string& id) -> std::optional<queue::JobSummary> {
+    ++reads;
+    if (id == "broken") throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
+    return queue::JobSummary{.id = id, .batch = id == "a" ? "batch" : "", .keep = id != "draft"};
+  };
+  Events described(
+      written, [this] { return now; }, {.untaken_max = 30}, describe);
+  const auto of_batch = described.listen("batch", {}), of_all = described.listen({}, {});
+  const auto of_draft = described.listen("draft", {});
+  for (const char* id : {"a", "broken", "draft"}) described.on_state_changed(id, JobState::running);
+  now += 1000;
+  described.on_progress("a", 0.5);
+  described.on_state_changed("a", JobState::succeeded);
+  EXPECT_EQ(reads, 3) << "progress and end do not read the job again";
+  described.on_removed({.id = "a", .batch = "batch"});
+  described.on_state_changed("draft", JobState::succeeded);
+  EXPECT_EQ(of_batch->take(1000).text, "a:running#1 a:running#4 a:succeeded#5 a:removed#6 ");
+  EXPECT_EQ(of_all->take(1000).text, "a:running#1 broken:running#2 a:running#4 a:succeeded#5 a:removed#6 ");
+  EXPECT_EQ(of_draft->take(1000).text, "draft:running#3 draft:succeeded#7 ");
+  EXPECT_EQ(described.listen("batch", number(1))->take(1000).text, "a:succeeded#5 a:removed#6 ");
+  EXPECT_EQ(described.listen({}, number(2))->take(1000).text, "a:succeeded#5 a:removed#6 ");
 }
 
 TEST_F(EventsTest, WakesOnceUntilAllEventsAreTaken) {
@@ -51,7 +78,7 @@ TEST_F(EventsTest, WakesOnceUntilAllEventsAreTaken) {
 TEST_F(EventsTest, EndsTheListenersOfAJobWithTheJob) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {}), of_b = events.listen("b", {});
   events.on_state_changed("a", JobState::failed);
-  events.on_removed("b");
+  events.on_removed({.id = "b"});
   EXPECT_TRUE(of_a->take(1000).over);
   EXPECT_TRUE(of_b->take(1000).over);
   EXPECT_FALSE(of_all->take(1000).over);

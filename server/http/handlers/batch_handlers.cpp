@@ -15,14 +15,6 @@ namespace {
 
 constexpr int page_size = 1000;  // jobs read from the store at once
 
-tracer::Result<queue::BatchState, Problem> find_batch(const Request& request, const ApiContext& context) {
-  const std::string& id = request.parameters.front();
-  if (!is_id(id)) return Problem{failures::batch_not_found, "this is no batch id; ids are lower-case UUIDs"};
-  auto state = context.queue.queries.find_batch(id);
-  if (!state) return Problem{failures::batch_not_found, "there is no batch " + id};
-  return std::move(*state);
-}
-
 Reply batch_reply(int status, const queue::BatchState& state) {
   Reply reply = json_reply(status, resources::write_batch(state));
   if (status == 202) reply.headers.emplace_back("Location", "/v1/batches/" + state.batch.id);
@@ -31,7 +23,7 @@ Reply batch_reply(int status, const queue::BatchState& state) {
 
 /// The batch after a change.
 Answer changed_reply(const Request& request, const ApiContext& context) {
-  const auto after = find_batch(request, context);
+  const auto after = find_batch(request.parameters.front(), context);
   if (!after) return after.error();
   return batch_reply(202, *after);
 }
@@ -100,6 +92,13 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
 
 }  // namespace
 
+tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context) {
+  if (!is_id(id)) return Problem{failures::batch_not_found, "this is no batch id; ids are lower-case UUIDs"};
+  auto state = context.queue.queries.find_batch(id);
+  if (!state) return Problem{failures::batch_not_found, "there is no batch " + id};
+  return std::move(*state);
+}
+
 Answer submit_batch(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   const auto body = take_json(request, "a batch");
@@ -119,7 +118,7 @@ Answer submit_batch(Request& request, const ApiContext& context) {
 }
 
 Answer get_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request, context);
+  const auto state = find_batch(request.parameters.front(), context);
   if (!state) return state.error();
   Reply reply = batch_reply(200, *state);
   reply.headers.emplace_back("Cache-Control", "no-cache");
@@ -133,7 +132,7 @@ Answer list_batches(Request& request, const ApiContext& context) {
 }
 
 Answer remove_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request, context);
+  const auto state = find_batch(request.parameters.front(), context);
   if (!state) return state.error();
   const std::int64_t waiting = count(*state, queue::JobState::queued) + count(*state, queue::JobState::running);
   // Also if a retry came between.
@@ -148,7 +147,7 @@ Answer remove_batch(Request& request, const ApiContext& context) {
 }
 
 Answer cancel_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request, context);
+  const auto state = find_batch(request.parameters.front(), context);
   if (!state) return state.error();
   if (count(*state, queue::JobState::queued) + count(*state, queue::JobState::running) == 0) {
     return Problem{failures::batch_ended, "all jobs of the batch have ended"};
@@ -158,7 +157,7 @@ Answer cancel_batch(Request& request, const ApiContext& context) {
 }
 
 Answer retry_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request, context);
+  const auto state = find_batch(request.parameters.front(), context);
   if (!state) return state.error();
   if (auto problem = refuse_if_draining(context)) return *problem;
   if (context.queue.lifecycle.retry_batch(state->batch.id) == 0) {
@@ -168,7 +167,7 @@ Answer retry_batch(Request& request, const ApiContext& context) {
 }
 
 Answer get_batch_artifacts(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request, context);
+  const auto state = find_batch(request.parameters.front(), context);
   if (!state) return state.error();
   const std::string& id = state->batch.id;
   std::vector<TarEntry> entries = images_of(id, context);

@@ -54,7 +54,7 @@ Reply stream_reply(const std::shared_ptr<Listener>& listener, std::string beginn
 queue::JobEvent current_state(const queue::JobView& view, std::int64_t number, std::int64_t now) {
   using Kind = queue::JobEvent::Kind;
   const Kind kind = queue::ended(view.job.state) ? Kind::done : Kind::state;
-  return {number, kind, view.job.id, queue::name_of(view.job.state), view.progress, now};
+  return {number, kind, queue::summary_of(view.job), queue::name_of(view.job.state), view.progress, now};
 }
 
 struct JobPoll {
@@ -154,7 +154,13 @@ Answer get_job_events(Request& request, const ApiContext& context) {
 }
 
 Answer get_events(Request& request, const ApiContext& context) {
-  std::shared_ptr<Listener> listener = context.events.listen({}, last_event(request));
+  const Pairs& query = request.head.query;
+  if (query.size() > 1) return Problem{failures::invalid_query, "batch is given twice"};
+  const std::string batch = query.empty() ? "" : query.front().second;
+  if (!query.empty()) {
+    if (const auto state = find_batch(batch, context); !state) return state.error();
+  }
+  std::shared_ptr<Listener> listener = context.events.listen(batch, last_event(request));
   if (!listener) return too_many_listeners(context);
   std::string beginning;
   if (listener->missed()) beginning = "id: " + std::to_string(listener->start()) + "\nevent: reset\ndata: {}\n\n";

@@ -57,6 +57,8 @@ Answer get_job_events(Request& request, const ApiContext& context);
 Answer get_events(Request& request, const ApiContext& context);
 
 // ---- batch_handlers.cpp
+/// The batch with this id. Problem: 404.
+tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context);
 Answer list_batches(Request& request, const ApiContext& context);
 Answer remove_batch(Request& request, const ApiContext& context);
 Answer submit_batch(Request& request, const ApiContext& context);

@@ -126,7 +126,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"POST", "/v1/jobs/{id}/retry", with_context(retry_job), {}},
       {"GET", "/v1/jobs/{id}/preview", with_context(get_preview), {"max"}},
       {"GET", "/v1/jobs/{id}/events", with_context(get_job_events), {}},
-      {"GET", "/v1/events", with_context(get_events), {}},
+      {"GET", "/v1/events", with_context(get_events), {"batch"}},
       {"POST", "/v1/batches", with_context(submit_batch), {}, true},
       {"GET", "/v1/batches", with_context(list_batches), {"limit", "cursor"}},
       {"GET", "/v1/batches/{id}", with_context(get_batch), {}},

@@ -36,6 +36,15 @@ void read_assets(Database& database, queue::Job& job) {
   while (assets.row()) job.assets.push_back(assets.text(0));
 }
 
+constexpr const char* summary_columns = "kind, name, batch_id, owner, keep";
+
+/// None without a row of the summary's columns.
+std::optional<queue::JobSummary> take_summary(const std::string& id, Query row) {
+  if (!row.row()) return std::nullopt;
+  const queue::JobKind kind = queue::job_kind(row.text(0)).value();
+  return queue::JobSummary{id, kind, row.text(1), row.text(2), row.text(3), row.integer(4) != 0};
+}
+
 }  // namespace
 
 std::string joined(const std::vector<std::string>& words) {
@@ -172,6 +181,15 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
     job.artifacts = read_artifacts(database, id);
   }
   return job;
+}
+
+std::optional<queue::JobSummary> read_summary(Database& database, const std::string& id) {
+  return take_summary(id, database.query("SELECT " + std::string(summary_columns) + " FROM jobs WHERE id = ?", id));
+}
+
+std::optional<queue::JobSummary> delete_job(Database& database, const std::string& id) {
+  const std::string sql = "DELETE FROM jobs WHERE id = ? AND state <> 'running' RETURNING ";
+  return take_summary(id, database.query(sql + summary_columns, id));
 }
 
 std::optional<std::string> read_document(Database& database, const std::string& id) {

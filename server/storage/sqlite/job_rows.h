@@ -27,6 +27,9 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
                       bool synced);
 
 std::optional<queue::Job> read_job(Database& database, const std::string& id);
+std::optional<queue::JobSummary> read_summary(Database& database, const std::string& id);
+/// Deletes the job if it does not run; none if it was not deleted.
+std::optional<queue::JobSummary> delete_job(Database& database, const std::string& id);
 std::optional<std::string> read_document(Database& database, const std::string& id);
 /// The scene that the document of a job patches; none if the document is complete.
 std::optional<std::string> read_scene(Database& database, const std::string& id);

@@ -228,6 +228,10 @@ class SqliteJobStore final : public queue::JobStore {
     return connections_.reader.run([&](Database& database) { return read_job(database, id); });
   }
 
+  std::optional<queue::JobSummary> summary(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_summary(database, id); });
+  }
+
   std::optional<queue::Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
     return connections_.reader.run([&](Database& database) -> std::optional<queue::Job> {
       Query newest = database.query(
@@ -287,10 +291,9 @@ class SqliteJobStore final : public queue::JobStore {
   queue::Removal remove(const std::string& id) override {
     using Outcome = queue::RemoveOutcome;
     return connections_.writer.run([&](Database& database) -> queue::Removal {
-      queue::Removal removal{Outcome::removed, read_artifacts(database, id)};
-      if (database.change("DELETE FROM jobs WHERE id = ? AND state <> 'running'", id) == 1) return removal;
-      const bool running = database.query("SELECT 1 FROM jobs WHERE id = ?", id).row();
-      return {running ? Outcome::running : Outcome::unknown, {}};
+      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+      if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
+      return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
     });
   }
 

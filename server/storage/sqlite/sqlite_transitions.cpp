@@ -218,16 +218,16 @@ class SqliteBatches final : public queue::BatchStore {
   queue::BatchRemoval remove_ended(const std::string& id, int limit) override {
     return connections_.writer.run([&](Database& database) {
       queue::BatchRemoval removal;
-      removal.jobs = database
-                         .query(
-                             "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
-                             " AND state NOT IN ('queued', 'running') LIMIT ?",
-                             id, std::int64_t{limit})
-                         .texts();
-      for (const std::string& job : removal.jobs) {
+      const std::vector<std::string> ended = database
+                                                 .query(
+                                                     "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
+                                                     " AND state NOT IN ('queued', 'running') LIMIT ?",
+                                                     id, std::int64_t{limit})
+                                                 .texts();
+      for (const std::string& job : ended) {
         const std::vector<queue::Artifact> artifacts = read_artifacts(database, job);
         removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
-        database.change("DELETE FROM jobs WHERE id = ?", job);
+        removal.jobs.push_back(delete_job(database, job).value());
       }
       return removal;
     });
