@@ -184,6 +184,11 @@ class JobQueries {
   std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
   /// The complete document of a job; none if it is unknown or has expired.
   std::optional<std::string> document(const std::string& id);
+  /// Use and limits of an owner.
+  OwnerUsage owner_usage(const std::string& owner) { return context_.stores.statistics.owner_usage(owner); }
+  [[nodiscard]] OwnerUsage owner_quota() const {
+    return {context_.settings.owner_queued_limit, context_.settings.owner_artifact_bytes_limit};
+  }
   BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
   /// As ArtifactPins.

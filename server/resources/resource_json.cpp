@@ -247,6 +247,15 @@ std::string write_queue(const queue::QueueState& state) {
                   {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}});
 }
 
+std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
+                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used) {
+  const auto usage_json = [](const queue::OwnerUsage& usage) -> Json {
+    return {{"queued_jobs", usage.queued_jobs}, {"artifact_bytes", usage.artifact_bytes}};
+  };
+  return text_of(
+      {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
+}
+
 std::string write_problem(const ProblemReply& problem) {
   Json json{{"type", problem.type},
             {"title", problem.title},

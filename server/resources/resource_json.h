@@ -48,6 +48,10 @@ std::string write_batch_list(const queue::BatchPage& page);
 /// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
 std::string write_queue(const queue::QueueState& state);
 
+/// {name, scopes, quotas, used}; an empty name becomes null.
+std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
+                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used);
+
 /// RFC 9457. An empty `errors` is omitted.
 struct ProblemReply {
   std::string type, title;

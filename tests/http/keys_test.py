@@ -70,6 +70,31 @@ class WithKeys(unittest.TestCase):
             self.assertEqual(reply.headers["WWW-Authenticate"], 'Bearer error="insufficient_scope"')
         self.assert_problem(self.ask("reader", "DELETE", "/v1/jobs/0190a000-0000-7000-8000-000000000001"), 403, "forbidden")
 
+    def test_each_key_can_read_what_it_is_and_has(self):
+        for key, name, scopes in (("reader", "reader", ["jobs:read"]), ("writer", "writer", ["jobs:write"]),
+                                  ("both", "both", ["jobs:read", "jobs:write"]),
+                                  ("admin", "boss", ["jobs:read", "jobs:write", "admin"])):
+            reply = self.ask(key, path="/v1/me")
+            me = json_of(reply)
+            self.assertEqual((reply.headers["Cache-Control"], me["name"], me["scopes"]), ("no-store", name, scopes))
+            self.assertEqual(me["quotas"], {"queued_jobs": 100_000, "artifact_bytes": 1 << 40})
+        self.assert_problem(self.ask("nobody", path="/v1/me"), 401, "unauthenticated")
+        self.assert_problem(self.ask("writer", path="/v1/queue"), 403, "forbidden")
+        self.assertEqual(self.ask("reader", "DELETE", "/v1/me").status, 405)
+        with Daemon("--keys", self.path, "--key-queued-jobs", "7", "--key-artifact-bytes", "1000000") as daemon:
+            def me(key):
+                return json_of(daemon.get("/v1/me", Authorization=f"Bearer {self.keys[key]}"))
+            later = scene(job={"run_after": "2099-01-01T00:00:00Z"})
+            for document, wait in ((later, 0), (scene(), 60)):
+                daemon.request("POST", "/v1/jobs", document,
+                               {"Authorization": f"Bearer {self.keys['both']}", "Prefer": f"wait={wait}"})
+            self.assertEqual(me("both")["quotas"], {"queued_jobs": 7, "artifact_bytes": 1_000_000})
+            self.assertEqual(me("both")["used"]["queued_jobs"], 1)
+            self.assertGreater(me("both")["used"]["artifact_bytes"], 50)
+            self.assertEqual(me("reader")["used"], {"queued_jobs": 0, "artifact_bytes": 0})
+            jobs = json_of(daemon.get("/v1/jobs", Authorization=f"Bearer {self.keys['both']}"))["items"]
+            self.assertEqual({job["owner"] for job in jobs}, {"both"})
+
     def test_every_reader_sees_every_job(self):
         job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))
         self.assertEqual(self.ask("reader", path=job["links"]["self"]).status, 200)

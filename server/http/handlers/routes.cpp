@@ -83,8 +83,12 @@ std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRi
   if (!key) return unauthenticated(head);
   const bool reads = head.method == "GET" || head.method == "HEAD";
   const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
-  if (key->allows(scope)) return std::nullopt;
+  if (key->allows(scope) || head.path == "/v1/me") return std::nullopt;
   return Problem{failures::forbidden, "key " + key->name + " does not have the scope " + std::string(name_of(scope))};
+}
+
+std::optional<keys::Key> handlers::key_of(const RequestHead& head, const ApiContext& context) {
+  return context.keys == nullptr ? std::nullopt : context.keys->find(token_of(head));
 }
 
 Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
@@ -113,6 +117,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/docs", get_docs, {}},
       {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},
       {"GET", "/v1/version", with_context(get_version), {}},
+      {"GET", "/v1/me", with_context(get_me), {}},
       {"POST", "/v1/jobs", with_context(submit_job), {}},
       {"GET", "/v1/jobs", with_context(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_context(validate_job), {}},

@@ -66,7 +66,8 @@ std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* rin
 /// The reason to refuse a request by its key and the scope of that; none if there are no keys.
 std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring);
 
-/// Wraps a handler: the key must have the scope of the method, jobs:read for GET and HEAD, jobs:write for the others.
+/// Wraps a handler: the key must have the scope of the method, jobs:read for GET and HEAD, jobs:write for the others;
+/// GET /v1/me is for every key.
 /// Every key with jobs:read can read all jobs, as a service belongs to one team. Sets Request::owner.
 Handler with_access(const Handler& handler, const keys::KeyRing* ring);
 

@@ -44,6 +44,18 @@ Answer get_version(Request&, const ApiContext& context) {
       200, resources::write_version(tracer::version(), tracer::build(), context.sandbox(), context.effective_limits));
 }
 
+Answer get_me(Request& request, const ApiContext& context) {
+  const std::optional<keys::Key> key = key_of(request.head, context);
+  std::vector<std::string_view> scopes;
+  for (const keys::Scope scope : {keys::Scope::jobs_read, keys::Scope::jobs_write, keys::Scope::admin})
+    if (!key || key->allows(scope)) scopes.push_back(keys::name_of(scope));
+  queue::JobQueries& queries = context.queue.queries;
+  Reply reply = json_reply(
+      200, resources::write_me(request.owner, scopes, queries.owner_quota(), queries.owner_usage(request.owner)));
+  reply.headers.emplace_back("Cache-Control", "no-store");
+  return reply;
+}
+
 Answer get_openapi(Request&) { return json_reply(200, std::string(api::openapi_json())); }
 
 Answer get_scene_schema(Request&) {
