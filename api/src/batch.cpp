@@ -302,6 +302,8 @@ std::vector<tracer::Issue> read_documents(std::string_view bytes, Shape& shape, 
   } else {
     const std::vector<Axis> axes = read_axes(scene, body.at("sweep"), documents);
     if (axes.size() == body.at("sweep").size()) add_sweep(axes, shape.count, documents);
+    std::string sweep = body.at("sweep").dump();
+    if (sweep.size() <= sweep_bytes_max) shape.request.sweep = std::move(sweep);
   }
   shape.request.scene = scene.dump();
   return documents.take_issues();

@@ -185,6 +185,7 @@ struct Batch {
   std::string id;  ///< UUIDv7
   std::string owner;
   std::string name;
+  std::string sweep;  ///< api::BatchRequest::sweep, opaque here
   std::int64_t created_at = 0;
   std::optional<int> max_failed;  ///< with more failed jobs than this the rest is cancelled; unset: never
   int size = 0;                   ///< number of jobs at first
@@ -205,7 +206,7 @@ struct BatchState {
 struct BatchSubmission {
   std::vector<Submission> jobs;  ///< at least one; without assets and idempotency of their own
   CommonScene scene;
-  std::string name, owner;
+  std::string name, owner, sweep;
   std::optional<int> max_failed;
   std::optional<Idempotency> idempotency;
   std::function<FirstReply(const BatchState& state)> write_reply;  ///< as Submission's

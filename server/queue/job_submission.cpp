@@ -207,8 +207,13 @@ tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmi
   ArtifactPins::Pinned pinned(context_.pins);
   InsertRequest request;
   const int size = static_cast<int>(submission.jobs.size());
-  const Batch batch{context_.ids.next(), submission.owner,      submission.name,
-                    context_.clock(),    submission.max_failed, size};
+  const Batch batch{context_.ids.next(),
+                    submission.owner,
+                    submission.name,
+                    std::move(submission.sweep),
+                    context_.clock(),
+                    submission.max_failed,
+                    size};
   request.batch = batch;
   request.scene = std::move(submission.scene);
   BatchState state{batch, {}};

@@ -217,6 +217,8 @@ static Json batch_json(const queue::BatchState& state) {
           {"created_at", time_json(batch.created_at)},
           {"size", batch.size},
           {"jobs", std::move(by_state)},
+          {"owner", text_or_null(batch.owner)},
+          {"sweep", stored_json(batch.sweep)},
           {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
           {"links",
            {{"self", self},

@@ -37,9 +37,9 @@ std::string write_event(std::string_view event, std::int64_t now_ms);
 /// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
 std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
 
-/// {id, name, state, progress, created_at, size, jobs{state: count}, max_failed, links}. The state is queued or running
-/// until every job has ended; then failed or cancelled if a job is, else succeeded. Progress is the share of ended
-/// jobs.
+/// {id, name, state, progress, created_at, size, jobs{state: count}, owner, sweep, max_failed, links}. The state is
+/// queued or running until every job has ended; then failed or cancelled if a job is, else succeeded. Progress is the
+/// share of ended jobs.
 std::string write_batch(const queue::BatchState& state);
 
 /// {items: [batch], next_cursor}

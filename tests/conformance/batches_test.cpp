@@ -13,7 +13,7 @@ const std::string batch_id = "0190a5b0-0000-7000-8000-0000000000b0";
 /// A batch of `count` queued jobs.
 InsertRequest batch_of(int count, std::optional<int> max_failed = {}) {
   InsertRequest admission;
-  admission.batch = Batch{batch_id, "ann", "orbit", 1000, max_failed, count};
+  admission.batch = Batch{batch_id, "ann", "orbit", R"({"/a":[1]})", 1000, max_failed, count};
   for (int i = 0; i < count; ++i) {
     Job job;
     job.id = id_of(i);
@@ -40,6 +40,7 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   EXPECT_EQ(state.batch.created_at, 1000);
   EXPECT_EQ(state.batch.max_failed, 7);
   EXPECT_EQ(state.batch.size, 3);
+  EXPECT_EQ(state.batch.sweep, R"({"/a":[1]})");
   EXPECT_EQ(state.jobs, (std::map<JobState, std::int64_t>{{JobState::queued, 3}}));
   JobFilter of_batch;
   of_batch.batch = batch_id;

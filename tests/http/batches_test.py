@@ -53,6 +53,19 @@ class Batches(OneDaemon):
         self.assertEqual({job["batch"] for job in jobs}, {batch["id"]})
         self.assertEqual([job["variation"] for job in jobs], [{"index": i, "values": frame} for i, frame in enumerate(frames)])
 
+    def test_keep_the_sweep_in_its_order(self):
+        sweep = {"/image/width": [8, 16], "/camera/fov": [30, 40.5], "/name": ["a€", "</script>"]}
+        batch = self.accepted({"scene": scene(), "sweep": sweep})
+        self.assertEqual((batch["sweep"], list(batch["sweep"]), batch["owner"]), (sweep, list(sweep), None))
+        self.assertEqual(self.batch(batch)["sweep"], sweep)
+        listed = json_of(self.daemon.get("/v1/batches?limit=1"))["items"][0]
+        self.assertEqual((listed["id"], listed["sweep"]), (batch["id"], sweep))
+        self.assertEqual(self.jobs(batch)[1]["variation"]["values"],
+                         {"/image/width": 8, "/camera/fov": 30, "/name": "</script>"})
+        self.assertIsNone(self.accepted({"scene": scene(), "frames": [{}]})["sweep"])
+        long = {"/name": [f"{i:0255}" for i in range(80)]}
+        self.assertIsNone(self.accepted({"scene": scene(job={"run_after": FAR}), "sweep": long})["sweep"])
+
     def test_omits_long_variations_from_the_jobs(self):
         lights = [{"type": "point", "position": [i, 6, 5]} for i in range(200)]
         batch = self.accepted({"scene": scene(), "frames": [{"lights": lights}, {"lights": lights[:1]}]})

@@ -80,7 +80,7 @@ TEST(JobJson, LinksRetryOfAFailedJobUntilItExpires) {
 TEST(BatchJson, DerivesStateAndProgressFromItsJobs) {
   using enum queue::JobState;
   queue::BatchState state;
-  state.batch = {"0190a000-0000-7000-8000-0000000000b0", "", "orbit", 0, 2, 4};
+  state.batch = {"0190a000-0000-7000-8000-0000000000b0", "", "orbit", "", 0, 2, 4};
   const std::vector<std::pair<std::map<queue::JobState, std::int64_t>, std::string>> table = {
       {{{queued, 4}}, R"("state":"queued","progress":0.0)"},
       {{{queued, 2}, {succeeded, 2}}, R"("state":"running","progress":0.5)"},

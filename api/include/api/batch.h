@@ -19,6 +19,7 @@ struct BatchRequest {
   std::optional<int> max_failed;  ///< after more failed jobs, the others are cancelled; unset: never
   int jobs = 0;                   ///< number of documents, at least 1
   std::string scene;              ///< the document that each patch changes
+  std::string sweep;              ///< the JSON of "sweep"; empty without one or if it is longer than sweep_bytes_max
 };
 
 struct BatchLimits {
@@ -30,6 +31,8 @@ struct BatchLimits {
 
 /// Differences of longer JSON are not kept with their jobs.
 inline constexpr std::size_t variation_bytes_max = 4096;
+
+inline constexpr std::size_t sweep_bytes_max = 16384;
 
 /// One document of a batch.
 struct Frame {

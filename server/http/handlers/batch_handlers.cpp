@@ -85,6 +85,7 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
   if (problem) return *std::move(problem);
   submission.scene.document = std::move(parsed_batch->scene);
   submission.name = parsed_batch->name;
+  submission.sweep = std::move(parsed_batch->sweep);
   submission.max_failed = parsed_batch->max_failed;
   submission.owner = request.owner;
   return submission;

@@ -14,7 +14,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 12;
+constexpr std::int64_t jobs_schema_version = 13;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -135,6 +135,7 @@ CREATE TABLE batches (
   id TEXT NOT NULL PRIMARY KEY,
   owner TEXT NOT NULL,
   name TEXT NOT NULL,
+  sweep TEXT NOT NULL,
   created_at INTEGER NOT NULL,
   max_failed INTEGER,
   size INTEGER NOT NULL
