@@ -29,7 +29,10 @@ struct JobFilter {
   std::optional<JobState> state;
   std::map<std::string, std::string> labels;  ///< all must match
   std::string batch;                          ///< id of a batch; empty: any
-  std::string text;                           ///< substring of the name, case-sensitive; empty: any
+  std::string text;                           ///< substring of the name, without the case of ASCII; empty: any
+  std::optional<JobKind> kind = {};
+  std::optional<std::string> owner = {};
+  std::optional<std::int64_t> created_after = {}, created_before = {};  ///< inclusive, exclusive
 };
 
 /// Newest first. `next_cursor` is the last id of a full page; empty at the end.

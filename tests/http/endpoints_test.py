@@ -148,51 +148,6 @@ class Validating(OneDaemon):
         self.assertEqual(json_of(self.daemon.get("/v1/jobs")), before)
 
 
-class Listing(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon()
-        cls.addClassCleanup(cls.daemon.__exit__)
-        cls.ids = []
-        for index in range(7):
-            labels = {"parity": "even" if index % 2 == 0 else "odd", "index": f"{index}"}
-            cls.ids.append(cls.daemon.submit(scene(job={"name": f"job {index}", "labels": labels})))
-        for job_id in cls.ids:
-            cls.daemon.wait_for_end(job_id)
-
-    def names(self, query):
-        reply = self.daemon.get(f"/v1/jobs{query}")
-        self.assertEqual(reply.status, 200, reply.body)
-        return [job["name"] for job in json_of(reply)["items"]]
-
-    def test_is_newest_first(self):
-        self.assertEqual(self.names(""), [f"job {index}" for index in range(6, -1, -1)])
-
-    def test_filters_by_labels_state_and_part_of_the_name(self):
-        self.assertEqual(self.names("?label=parity:odd"), ["job 5", "job 3", "job 1"])
-        self.assertEqual(self.names("?label=parity:odd&label=index:3"), ["job 3"])
-        self.assertEqual(self.names("?label=parity:none"), [])
-        self.assertEqual(self.names("?q=b%203"), ["job 3"])
-        self.assertEqual(self.names("?q=%25"), [])
-        self.assertEqual(len(self.names("?state=succeeded")), 7)
-        self.assertEqual(self.names("?state=failed"), [])
-
-    def test_pages_by_cursor_without_gap_or_repetition(self):
-        names, query = [], "?limit=3"
-        while query:
-            page = json_of(self.daemon.get(f"/v1/jobs{query}"))
-            names += [job["name"] for job in page["items"]]
-            query = f"?limit=3&cursor={page['next_cursor']}" if page["next_cursor"] else None
-        self.assertEqual(names, [f"job {index}" for index in range(6, -1, -1)])
-
-    def test_refuses_unknown_and_invalid_parameters(self):
-        for query in ("?page=2", "?state=done", "?label=odd", "?label=:x", "?limit=0", "?limit=201", "?limit=x",
-                      "?limit=1&limit=2", "?cursor=5", "?batch=1", "?State=queued", "?label=a:1&label=a:2"):
-            reply = self.daemon.get(f"/v1/jobs{query}")
-            self.assertEqual(reply.status, 400, query)
-            self.assertEqual(json_of(reply)["type"], "urn:whittle:problem:invalid_query", query)
-
-
 class OneJob(OneDaemon):
     def test_is_not_modified_for_its_etag_until_it_changes(self):
         job = self.finished()

@@ -28,6 +28,9 @@ std::string write_missing(const std::vector<std::string>& hashes);
 /// {sha256, bytes}
 std::string write_asset(const std::string& sha256, std::uint64_t bytes);
 
+/// An RFC 3339 time as ms since 1970 UTC, as in a document: years 1970 to 9999.
+std::optional<std::int64_t> parse_time(std::string_view text);
+
 /// The body of PATCH /v1/jobs/{id}, a JSON merge patch (RFC 7396).
 /// {priority, name, labels{NAME: VALUE|null}, expires_at|null}, each optional. Unset: unchanged.
 struct RequestedChange {

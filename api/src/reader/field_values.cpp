@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/requests.h"
 #include "api/src/reader/color_names.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
@@ -265,6 +266,8 @@ bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
   if (!valid) set_invalid(value);
   return valid;
 }
+
+std::optional<std::int64_t> parse_time(std::string_view text) { return unix_ms_of(text); }
 
 bool read(Reading& reading, const Cursor& at, Time time) {
   if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");

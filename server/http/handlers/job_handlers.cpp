@@ -33,6 +33,19 @@ std::string read_list_parameter(const std::string& name, const std::string& valu
     query.filter.batch = value;
     return is_id(value) ? "" : "batch must be the id of a batch";
   }
+  if (name == "kind") {
+    query.filter.kind = queue::job_kind(value);
+    return query.filter.kind ? "" : "kind must be render or measure";
+  }
+  if (name == "created_after" || name == "created_before") {
+    auto& moment = name == "created_after" ? query.filter.created_after : query.filter.created_before;
+    moment = api::parse_time(value);
+    return moment ? "" : name + " must be a time such as 2030-01-31T18:00:00Z";
+  }
+  if (name == "owner") {
+    query.filter.owner = value;
+    return "";
+  }
   if (name == "limit") {
     query.limit = parse_number<int>(value).value_or(0);
     return query.limit >= 1 && query.limit <= list_max ? "" : "limit must be 1.." + std::to_string(list_max);

@@ -79,7 +79,11 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::Job
   for (std::size_t i = 0; i < other_labels; ++i) {
     sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";
   }
-  if (!filter.text.empty()) sql += " AND instr(jobs.name, ?) > 0";
+  if (!filter.text.empty()) sql += " AND instr(lower(jobs.name), lower(?)) > 0";
+  if (filter.kind) sql += " AND jobs.kind = ?";
+  if (filter.owner) sql += " AND jobs.owner = ?";
+  if (filter.created_after) sql += " AND jobs.created_at >= ?";
+  if (filter.created_before) sql += " AND jobs.created_at < ?";
   return sql + " ORDER BY " + id + " DESC LIMIT ?";
 }
 
@@ -105,6 +109,10 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
     query.bind(++position, value);
   }
   if (!filter.text.empty()) query.bind(++position, filter.text);
+  if (filter.kind) query.bind(++position, std::string(queue::name_of(*filter.kind)));
+  if (filter.owner) query.bind(++position, *filter.owner);
+  for (const auto& moment : {filter.created_after, filter.created_before})
+    if (moment) query.bind(++position, *moment);
   query.bind(++position, std::int64_t{limit});
   return query.texts();
 }
