@@ -1,6 +1,7 @@
 #include "api/requests.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -15,6 +16,13 @@
 #include "tracer/sha256.h"
 
 namespace api {
+
+template <>
+inline constexpr Word<BulkRequest::Action> words<BulkRequest::Action>[] = {{"cancel", BulkRequest::Action::cancel},
+                                                                           {"retry", BulkRequest::Action::retry},
+                                                                           {"remove", BulkRequest::Action::remove},
+                                                                           {"priority", BulkRequest::Action::priority}};
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -32,6 +40,48 @@ std::vector<std::string> read_hashes(Reading& reading, const Cursor& at) {
     return true;
   });
   return hashes;
+}
+
+void read_ids(Reading& reading, const Cursor& at, std::vector<std::string>& ids) {
+  std::set<std::string_view> known;
+  if (!within_limit(reading, at, "bulk_jobs", bulk_jobs_max)) return;
+  const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
+    if (element.node->kind != json::Kind::string) return add_wrong_type(reading, element, "the id of a job");
+    if (known.insert(element.node->string()).second) ids.emplace_back(element.node->string());
+    return true;
+  });
+  if (is_list && at.node->size == 0) add_issue(reading, at, "wrong_length", "must name at least one job");
+}
+
+void read_filter(Reading& reading, const Cursor& at, std::vector<std::pair<std::string, std::string>>& filter) {
+  const bool is_object = for_each_member(reading, at, [&](const Cursor& member) {
+    const auto add = [&](const Cursor& value) {
+      if (value.node->kind != json::Kind::string) return add_wrong_type(reading, value, "a string");
+      filter.emplace_back(member.key, value.node->string());
+      return true;
+    };
+    if (member.node->kind == json::Kind::array) {
+      for_each_element(reading, member, add);
+    } else {
+      add(member);
+    }
+  });
+  if (is_object && filter.empty())
+    add_issue(reading, at, "wrong_length", "must have a condition: no action is on all jobs");
+}
+
+void read_bulk(Reading& reading, BulkRequest& request) {
+  Fields fields(reading, reading.root, "a bulk request");
+  fields.required("action", request.action);
+  const bool sets_priority = request.action == BulkRequest::Action::priority;
+  if (sets_priority) fields.required("value", Integer<int>{request.priority, 0, 100});
+  const auto ids = fields.take("ids"), filter = fields.take("filter");
+  if (ids) read_ids(reading, *ids, request.ids);
+  if (filter) read_filter(reading, *filter, request.filter);
+  if (!ids && !filter) fields.report_missing_one_of(std::array<std::string_view, 2>{"ids", "filter"});
+  if (ids && filter) add_issue(reading, *filter, "conflict", "must not be given together with ids");
+  fields.optional("dry_run", request.dry_run);
+  fields.finish();
 }
 
 void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
@@ -123,6 +173,16 @@ tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, co
       if (never || read(reading, *expires_at, Time{time})) change.expires_at = time;
     }
     fields.finish();
+    return reading.take_issues();
+  });
+}
+
+tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const DocumentLimits& document_limits) {
+  return read_request<BulkRequest>(bytes, document_limits, [&](json::Tape& tape, BulkRequest& request) {
+    Limits limits;
+    limits.document = document_limits;
+    Reading reading(tape, limits);
+    read_bulk(reading, request);
     return reading.take_issues();
   });
 }

@@ -223,9 +223,9 @@ class JobStore {
   /// At most `limit` (>= 1) jobs with Job::keep, older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   /// Changes all fields or none. With `revision`: only while the job has that one.
-  virtual ChangeOutcome change(const std::string& id, const JobChange& change,
-                               std::optional<std::int64_t> revision) = 0;
-  virtual Removal remove(const std::string& id) = 0;
+  virtual ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                               bool durable = true) = 0;
+  virtual Removal remove(const std::string& id, bool durable = true) = 0;
 };
 
 /// Counts over all jobs, without a walk over them.
@@ -269,12 +269,12 @@ class JobTransitions {
   virtual ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
                                  const Release& release) = 0;
 
-  virtual CancelOutcome cancel(const std::string& id, std::int64_t now) = 0;
+  virtual CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable = true) = 0;
   /// Queues a failed or cancelled job again as if it were new, except for its id, its document and `suspect`: attempts
   /// begin anew, problem, expires_at and a passed deadline are cleared.
   /// A succeeded one only as requested; its report and artifacts are then deleted.
-  virtual RetryOutcome retry(const std::string& id, std::int64_t now,
-                             SucceededJobs succeeded = SucceededJobs::keep) = 0;
+  virtual RetryOutcome retry(const std::string& id, std::int64_t now, SucceededJobs succeeded = SucceededJobs::keep,
+                             bool durable = true) = 0;
 };
 
 /// Jobs submitted together. A batch is deleted with the last of its jobs.

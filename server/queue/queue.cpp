@@ -176,16 +176,16 @@ void JobLifecycle::renew_leases() {
 
 // JobLifecycle, for owners
 
-CancelOutcome JobLifecycle::cancel(const std::string& id) {
-  const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock());
+CancelOutcome JobLifecycle::cancel(const std::string& id, bool durable) {
+  const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock(), durable);
   if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
   if (outcome == CancelOutcome::cancelling && !cancel_follower(id))
     context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
   return outcome;
 }
 
-RemoveOutcome JobLifecycle::remove(const std::string& id) {
-  const Removal removal = context_.stores.jobs.remove(id);
+RemoveOutcome JobLifecycle::remove(const std::string& id, bool durable) {
+  const Removal removal = context_.stores.jobs.remove(id, durable);
   if (removal.outcome == RemoveOutcome::removed) {
     context_.notifications.notify_removed(removal.job);
     for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
@@ -198,9 +198,9 @@ bool JobLifecycle::has_all_images(const Job& job) {
                      [&](const Artifact& artifact) { return context_.pins.open(artifact) != nullptr; });
 }
 
-RetryOutcome JobLifecycle::retry(const std::string& id) {
+RetryOutcome JobLifecycle::retry(const std::string& id, bool durable) {
   const Announcement announcement(context_.notifications, {id});
-  RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock());
+  RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock(), SucceededJobs::keep, durable);
   if (outcome == RetryOutcome::succeeded) {
     const std::optional<Job> damaged = context_.stores.jobs.find(id);
     if (!damaged || has_all_images(*damaged)) return outcome;
@@ -215,9 +215,9 @@ RetryOutcome JobLifecycle::retry(const std::string& id) {
   return outcome;
 }
 
-ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& change,
-                                   std::optional<std::int64_t> revision) {
-  const ChangeOutcome outcome = context_.stores.jobs.change(id, change, revision);
+ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                                   bool durable) {
+  const ChangeOutcome outcome = context_.stores.jobs.change(id, change, revision, durable);
   if (outcome == ChangeOutcome::changed) {
     // The state is the same, but long polls wait for any change.
     const std::optional<Job> job = context_.stores.jobs.find(id);

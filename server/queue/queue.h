@@ -132,13 +132,15 @@ class JobLifecycle {
   /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.
   void renew_leases();
 
-  // ---- for owners
+  // ---- for owners. What is not `durable` becomes so with the next sync().
 
-  CancelOutcome cancel(const std::string& id);  ///< a running job becomes cancelled within 100 ms
-  RemoveOutcome remove(const std::string& id);
+  CancelOutcome cancel(const std::string& id, bool durable = true);  ///< a running job is cancelled within 100 ms
+  RemoveOutcome remove(const std::string& id, bool durable = true);
   /// As JobTransitions::retry. A succeeded job is queued again if one of its images is missing or damaged.
-  RetryOutcome retry(const std::string& id);
-  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision);
+  RetryOutcome retry(const std::string& id, bool durable = true);
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                       bool durable = true);
+  void sync() { context_.stores.maintenance.probe(); }
   void cancel_batch(const std::string& id);
   int retry_batch(const std::string& id);  ///< number of jobs that are queued again
   /// Removes the jobs that have ended, and the batch with the last one. True if it is gone.

@@ -258,6 +258,13 @@ std::string write_me(const std::string& name, const std::vector<std::string_view
       {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
 }
 
+std::string write_bulk(std::int64_t matched, std::int64_t done,
+                       const std::vector<std::pair<std::string, std::string_view>>& refused) {
+  Json items = Json::array();
+  for (const auto& [id, code] : refused) items.push_back({{"id", id}, {"code", code}});
+  return text_of({{"matched", matched}, {"done", done}, {"refused", std::move(items)}});
+}
+
 std::string write_problem(const ProblemReply& problem) {
   Json json{{"type", problem.type},
             {"title", problem.title},

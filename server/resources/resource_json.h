@@ -52,6 +52,10 @@ std::string write_queue(const queue::QueueState& state);
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
                      const queue::OwnerUsage& quotas, const queue::OwnerUsage& used);
 
+/// {matched, done, refused[{id, code}]} of a request for many jobs.
+std::string write_bulk(std::int64_t matched, std::int64_t done,
+                       const std::vector<std::pair<std::string, std::string_view>>& refused);
+
 /// RFC 9457. An empty `errors` is omitted.
 struct ProblemReply {
   std::string type, title;

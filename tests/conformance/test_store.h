@@ -109,10 +109,10 @@ class ForwardingJobStore : public queue::JobStore {
     return target_.list(filter, cursor, limit);
   }
   queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
-                              std::optional<std::int64_t> revision) override {
-    return target_.change(id, change, revision);
+                              std::optional<std::int64_t> revision, bool durable) override {
+    return target_.change(id, change, revision, durable);
   }
-  queue::Removal remove(const std::string& id) override { return target_.remove(id); }
+  queue::Removal remove(const std::string& id, bool durable) override { return target_.remove(id, durable); }
 
  private:
   queue::JobStore& target_;
@@ -142,9 +142,12 @@ class ForwardingTransitions : public queue::JobTransitions {
                                 const queue::Release& release) override {
     return target_.release(id, fence, now, release);
   }
-  queue::CancelOutcome cancel(const std::string& id, std::int64_t now) override { return target_.cancel(id, now); }
-  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded) override {
-    return target_.retry(id, now, succeeded);
+  queue::CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
+    return target_.cancel(id, now, durable);
+  }
+  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded,
+                            bool durable) override {
+    return target_.retry(id, now, succeeded, durable);
   }
 
  private:

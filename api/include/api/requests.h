@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "api/document.h"
@@ -42,6 +43,21 @@ struct RequestedChange {
 
 /// As parse_scene: all issues at once, never throws.
 tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits);
+
+/// The body of POST /v1/jobs/bulk: an action on jobs that are named by id or by a filter.
+struct BulkRequest {
+  enum class Action { cancel, retry, remove, priority };
+  Action action = Action::cancel;
+  std::vector<std::string> ids;  ///< at most bulk_jobs_max, without duplicates; empty with a filter
+  /// Parameters of GET /v1/jobs as they are in a URL, not checked; not empty where `ids` is.
+  std::vector<std::pair<std::string, std::string>> filter;
+  int priority = 0;  ///< 0..100, of Action::priority
+  bool dry_run = false;
+};
+inline constexpr std::size_t bulk_jobs_max = 10'000;
+
+/// Reads {"action", "ids"|"filter", "value", "dry_run"}. As parse_scene: all issues at once, never throws.
+tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const DocumentLimits& limits);
 
 /// Reads a webhook, as in a document. As parse_scene: all issues at once, never throws.
 tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits);

@@ -37,6 +37,9 @@ Answer cancel_job(Request& request, const ApiContext& context);
 Answer retry_job(Request& request, const ApiContext& context);
 Answer remove_job(Request& request, const ApiContext& context);
 
+// ---- bulk_handlers.cpp
+Answer change_jobs(Request& request, const ApiContext& context);
+
 // ---- webhook_handlers.cpp
 Answer get_deliveries(Request& request, const ApiContext& context);
 Answer redeliver(Request& request, const ApiContext& context);

@@ -273,9 +273,9 @@ class SqliteJobStore final : public queue::JobStore {
   }
 
   queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
-                              std::optional<std::int64_t> revision) override {
+                              std::optional<std::int64_t> revision, bool durable) override {
     using Outcome = queue::ChangeOutcome;
-    return connections_.writer.run([&](Database& database) {
+    const auto work = [&](Database& database) {
       const std::optional<queue::Job> job = read_job(database, id);
       if (!job) return Outcome::unknown;
       if (revision && *revision != job->revision) return Outcome::other_revision;
@@ -293,16 +293,18 @@ class SqliteJobStore final : public queue::JobStore {
         insert_labels(database, id, *change.labels);
       }
       return Outcome::changed;
-    });
+    };
+    return connections_.writer.run(work, synced(durable));
   }
 
-  queue::Removal remove(const std::string& id) override {
+  queue::Removal remove(const std::string& id, bool durable) override {
     using Outcome = queue::RemoveOutcome;
-    return connections_.writer.run([&](Database& database) -> queue::Removal {
+    const auto work = [&](Database& database) -> queue::Removal {
       const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
       if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
       return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
-    });
+    };
+    return connections_.writer.run(work, synced(durable));
   }
 
  private:

@@ -174,12 +174,14 @@ class SqliteTransitions final : public queue::JobTransitions {
     });
   }
 
-  queue::CancelOutcome cancel(const std::string& id, std::int64_t now) override {
-    return connections_.writer.run([&](Database& database) { return cancel_job(database, id, now); });
+  queue::CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
+    return connections_.writer.run([&](Database& database) { return cancel_job(database, id, now); }, synced(durable));
   }
 
-  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded) override {
-    return connections_.writer.run([&](Database& database) { return retry_job(database, id, now, succeeded); });
+  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded,
+                            bool durable) override {
+    return connections_.writer.run([&](Database& database) { return retry_job(database, id, now, succeeded); },
+                                   synced(durable));
   }
 
  private:
