@@ -94,6 +94,9 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   const auto webhooks = start_webhooks(credentials, storage, jobs, event_log);
   worker::Supervisor supervisor(jobs.queue, supervisor_settings(config, storage), event_log);
 
+  const queue::PeriodicTask history("record_history", event_log,
+                                    [&] { return record_history(storage, jobs, supervisor); });
+
   telemetry::RequestMetrics request_metrics(jobs.registry);
   const auto new_request_id = [&jobs] { return jobs.ids.next(); };
   http::HttpServer api(

@@ -282,6 +282,9 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .draining = [&draining] { return draining.load(); },
       .effective_limits = effective_limits(config, limits),
       .sandbox = [&supervisor] { return supervisor.sandbox(); },
+      .not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
+      .gauges = [&storage, &jobs, &supervisor] { return gauge_values(storage, jobs, supervisor, 0); },
+      .history = [&jobs] { return jobs.job_metrics.history().hour(); },
       .keys = keys};
   if (webhooks != nullptr) {
     context.redeliver = [webhooks](const auto&... ids) { return webhooks->redeliver(ids...); };
@@ -312,7 +315,20 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
   values.cache_geometry_bytes = cache.geometry;
   values.cache_image_bytes = cache.images;
   values.worker_pid = supervisor.worker_pid();
+  values.worker_jobs = supervisor.running();
+  values.worker_slots = supervisor.slots();
+  values.rss_bytes = telemetry::resident_bytes("self");
+  if (values.worker_pid > 0) values.worker_rss_bytes = telemetry::resident_bytes(std::to_string(values.worker_pid));
   return values;
+}
+
+std::chrono::milliseconds record_history(Storage& storage, JobQueue& jobs, const worker::Supervisor& supervisor) {
+  const telemetry::GaugeValues now = gauge_values(storage, jobs, supervisor, 0);
+  queue::JobStatistics& statistics = storage.stores.statistics;
+  jobs.job_metrics.history().close_step(queue::system_clock()(), statistics.count(queue::JobState::queued),
+                                        statistics.count(queue::JobState::running),
+                                        now.rss_bytes.value_or(0) + now.worker_rss_bytes.value_or(0));
+  return std::chrono::milliseconds(telemetry::ServiceHistory::step_ms);
 }
 
 }  // namespace whittled

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/report.h"
+#include "server/resources/time_json.h"
 
 namespace resources {
 namespace {
@@ -17,18 +18,7 @@ using Json = nlohmann::ordered_json;
 /// The text on one line with a newline at its end. Invalid UTF-8 is replaced by U+FFFD.
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
 
-/// RFC 3339 in UTC with milliseconds; null for nullopt.
-Json time_json(std::optional<std::int64_t> unix_ms) {
-  if (!unix_ms) return nullptr;
-  const std::time_t seconds = *unix_ms / 1000;
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 24> date{};
-  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
-  std::array<char, 8> fraction{};
-  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(*unix_ms % 1000));
-  return std::string(date.data()) + fraction.data();
-}
+Json time_json(std::optional<std::int64_t> unix_ms) { return unix_ms ? Json(time_text(*unix_ms)) : Json(nullptr); }
 
 /// [{pointer, code, detail}] with pointers as URI fragments.
 Json errors_json(const std::vector<tracer::Issue>& errors) {
@@ -139,6 +129,17 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
 }
 
 }  // namespace
+
+std::string time_text(std::int64_t unix_ms) {
+  const std::time_t seconds = unix_ms / 1000;
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 24> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::array<char, 8> fraction{};
+  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(unix_ms % 1000));
+  return std::string(date.data()) + fraction.data();
+}
 
 std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
 

@@ -33,14 +33,6 @@ MetricFamily gauge(const std::string& name, const std::string& help, Number valu
   return gauge(name, help, std::vector<Series>{{{}, static_cast<double>(value)}});
 }
 
-/// Nothing if there is no such process.
-std::optional<std::int64_t> resident_bytes(const std::string& process) {
-  std::ifstream statm("/proc/" + process + "/statm");
-  std::int64_t pages = 0, resident_pages = 0;
-  if (!(statm >> pages >> resident_pages)) return std::nullopt;
-  return resident_pages * ::sysconf(_SC_PAGESIZE);
-}
-
 std::vector<MetricFamily> gauges(const GaugeValues& values) {
   std::vector<Series> jobs;
   for (const auto& [state, count] : values.jobs) jobs.push_back({{{"state", state}}, static_cast<double>(count)});
@@ -62,11 +54,13 @@ std::vector<MetricFamily> gauges(const GaugeValues& values) {
       gauge("whittle_cache_bytes", "Memory that the worker keeps for later jobs, by kind.",
             std::vector<Series>{{{{"kind", "geometry"}}, static_cast<double>(values.cache_geometry_bytes)},
                                 {{{"kind", "images"}}, static_cast<double>(values.cache_image_bytes)}})};
-  if (const auto bytes = resident_bytes("self")) {
-    families.push_back(gauge("process_resident_memory_bytes", "Memory of the daemon, without its worker.", *bytes));
+  if (values.rss_bytes) {
+    families.push_back(
+        gauge("process_resident_memory_bytes", "Memory of the daemon, without its worker.", *values.rss_bytes));
   }
-  if (const auto bytes = values.worker_pid > 0 ? resident_bytes(std::to_string(values.worker_pid)) : std::nullopt) {
-    families.push_back(gauge("whittle_worker_resident_memory_bytes", "Memory of the worker process.", *bytes));
+  if (values.worker_rss_bytes) {
+    families.push_back(
+        gauge("whittle_worker_resident_memory_bytes", "Memory of the worker process.", *values.worker_rss_bytes));
   }
   return families;
 }
@@ -89,6 +83,13 @@ Histograms& add_histograms(prometheus::Registry& registry, const std::string& na
 }
 
 }  // namespace
+
+std::optional<std::int64_t> resident_bytes(const std::string& process) {
+  std::ifstream statm("/proc/" + process + "/statm");
+  std::int64_t pages = 0, resident_pages = 0;
+  if (!(statm >> pages >> resident_pages)) return std::nullopt;
+  return resident_pages * ::sysconf(_SC_PAGESIZE);
+}
 
 RequestMetrics::RequestMetrics(prometheus::Registry& registry)
     : requests_(add_counters(registry, "whittle_requests_total",
@@ -162,6 +163,7 @@ void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noe
   try {
     if (to == queue::JobState::queued) submitted_.Add({}).Increment();
     if (queue::ended(to)) ended_.Add({{"state", queue::name_of(to)}}).Increment();
+    if (queue::ended(to)) history_.count_end(to == queue::JobState::failed);
   } catch (const std::exception&) {
     // Out of memory: the change is not counted.
   }
@@ -189,6 +191,7 @@ void JobMetrics::count_end(const queue::Job& job) {
   if (!job.started_at || !job.ended_at) return;  // cancelled before it ran
   if (job.state == queue::JobState::succeeded && job.attempt == 0) return from_cache_.Add({}).Increment();
   wait_seconds_.Add({}, duration_buckets_s).Observe(seconds(*job.started_at - job.created_at));
+  history_.add_wait(*job.started_at - job.created_at);
   run_seconds_.Add({{"state", queue::name_of(job.state)}}, duration_buckets_s)
       .Observe(seconds(*job.ended_at - *job.started_at));
   const auto figures = api::read_report(job.report);
@@ -197,6 +200,7 @@ void JobMetrics::count_end(const queue::Job& job) {
   rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
   rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));
   rays_.Add({{"kind", "refraction"}}).Increment(static_cast<double>(figures->rays.refraction));
+  history_.add_rays(figures->rays.camera + figures->rays.shadow + figures->rays.reflection + figures->rays.refraction);
   geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();
   textures_.Add(yes_or_no("reused", true)).Increment(figures->cache_hits.textures);
   textures_.Add(yes_or_no("reused", false)).Increment(figures->cache_hits.decoded_textures);

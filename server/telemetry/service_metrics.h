@@ -19,6 +19,7 @@
 #include "api/report.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/job_observer.h"
+#include "server/telemetry/service_history.h"
 
 namespace telemetry {
 
@@ -48,10 +49,15 @@ struct GaugeValues {
   std::int64_t artifact_bytes = 0, artifact_bytes_max = 0;
   std::size_t connections = 0, event_listeners = 0;
   std::uint64_t cache_geometry_bytes = 0, cache_image_bytes = 0;
-  int worker_pid = 0;  ///< 0: no worker runs
+  std::optional<std::int64_t> rss_bytes, worker_rss_bytes;  ///< resident memory of the daemon and of its worker
+  int worker_pid = 0;                                       ///< 0: no worker runs
+  int worker_jobs = 0, worker_slots = 0;                    ///< jobs that it runs, and may run at once
 };
 
-/// Text format 0.0.4. Reads the resident memory of this process and of the worker from /proc.
+/// Resident memory of a process, from /proc; none if there is no such process.
+std::optional<std::int64_t> resident_bytes(const std::string& process);
+
+/// Text format 0.0.4.
 std::string metrics_text(const prometheus::Registry& registry, const GaugeValues& gauges);
 
 /// Metrics of jobs: waiting and running times, ends, rays, cache use and target errors.
@@ -68,6 +74,7 @@ class JobMetrics final : public queue::JobObserver {
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
   void on_removed(const queue::JobSummary& job) noexcept override { next_.on_removed(job); }
   void on_expired(const char* reason, int jobs) noexcept override;
+  ServiceHistory& history() { return history_; }
 
  private:
   void create_series();
@@ -77,6 +84,7 @@ class JobMetrics final : public queue::JobObserver {
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
   const FindJob find_;
   queue::JobObserver& next_;
+  ServiceHistory history_;
 };
 
 }  // namespace telemetry

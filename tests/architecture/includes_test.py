@@ -58,7 +58,7 @@ DIRECTIONS = [
     ("server/worker/supervisor/",
      ["server/queue/", "server/worker/protocol/", "server/worker/supervisor/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/http/resources/", ["server/queue/", "server/http/resources/", "server/support/", "tracer/include/", "api/include/"]),
-    ("server/resources/", ["server/queue/", "server/resources/", "server/support/", "tracer/include/", "api/include/"]),
+    ("server/resources/", ["server/queue/", "server/resources/", "server/telemetry/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/http/", ["server/queue/", "server/http/", "server/resources/", "server/keys/", "server/telemetry/", "server/support/",
                       "tracer/include/", "api/include/"]),
     ("tests/", [""]),

@@ -19,7 +19,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("listBatches", 503), ("removeBatch", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
-    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("getStatus", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
 }
 
 
@@ -130,7 +130,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.assertEqual(described - seen - bugs, NEED_A_BROKEN_MACHINE)
 
     def check_service(self, seen):
-        for path in ("/", "/docs", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me"):
+        for path in ("/", "/docs", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me", "/v1/status"):
             self.check(seen, path, self.daemon.get(path))
         page = self.daemon.get("/docs").body.decode()
         xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed

@@ -19,6 +19,7 @@ TEST(MetricsText, HasHelpTypeAndValueOfEachGauge) {
   values.queue_age_s = 0.25;
   values.disk_space.free_bytes = 123'456'789'012;
   values.cache_geometry_bytes = 5;
+  values.rss_bytes = 7;
   const std::string text = telemetry::metrics_text(prometheus::Registry(), values);
   for (const char* line : {R"(whittle_build_info{version="1.2",build="quote\" backslash\\ newline\n"} 1)",
                            "# HELP whittle_queue_age_seconds Waiting time of the job that could run longest; 0 if none "
@@ -26,7 +27,7 @@ TEST(MetricsText, HasHelpTypeAndValueOfEachGauge) {
                            "# TYPE whittle_queue_age_seconds gauge", "whittle_queue_age_seconds 0.25",
                            "whittle_jobs{state=\"queued\"} 3", "whittle_jobs{state=\"running\"} 1",
                            "whittle_disk_free_bytes 123456789012", "whittle_cache_bytes{kind=\"geometry\"} 5",
-                           "whittle_cache_bytes{kind=\"images\"} 0", "# TYPE process_resident_memory_bytes gauge"}) {
+                           "whittle_cache_bytes{kind=\"images\"} 0", "process_resident_memory_bytes 7"}) {
     expect_line(text, line);
   }
   EXPECT_EQ(text.find("whittle_worker_resident_memory_bytes"), std::string::npos) << "there is no worker";
@@ -87,6 +88,10 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   succeeded("c");
   job.attempt = 0;  // from the cache: neither its wait nor its rays are counted again
   succeeded("d");
+  observed.history().close_step(0, 0, 0, 0);
+  const telemetry::ServiceHistory::Step step = observed.history().hour().steps.front();
+  EXPECT_EQ((std::pair{step.ended, step.rays}), (std::pair<std::int64_t, std::int64_t>{4, 19}));
+  EXPECT_EQ(step.wait_p50_ms, 2000);
   observed.on_progress("a", 0.5);
   observed.on_removed({.id = "a"});
   observed.on_expired("age", 3);
@@ -117,6 +122,34 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
                            "whittle_error_to_target_ratio_count 2"}) {
     expect_line(text, line);
   }
+}
+
+TEST(ServiceHistory, SummarizesEachStepAndKeepsAnHour) {
+  telemetry::ServiceHistory history;
+  EXPECT_EQ(history.hour().until, 0);
+  for (std::int64_t wait = 100; wait >= 1; --wait) history.add_wait(wait);
+  for (const bool failed : {false, true, false}) history.count_end(failed);
+  history.add_rays(7);
+  history.add_rays(5);
+  history.close_step(1000, 3, 2, 99);
+  history.add_wait(11);
+  history.close_step(6000, 1, 1, 98);
+  history.close_step(11'000, 0, 0, 97);
+  const auto [steps, until] = history.hour();
+  ASSERT_EQ(steps.size(), 3u);
+  EXPECT_EQ(until, 11'000);
+  const telemetry::ServiceHistory::Step& first = steps[0];
+  EXPECT_EQ((std::vector{first.queued, first.running, first.ended, first.failed, first.rays, first.rss_bytes}),
+            (std::vector<std::int64_t>{3, 2, 3, 1, 12, 99}));
+  EXPECT_EQ(first.wait_p50_ms, 50) << "of 1 .. 100";
+  EXPECT_EQ(first.wait_p95_ms, 95);
+  EXPECT_EQ(steps[1].wait_p95_ms, 11);
+  EXPECT_EQ(steps[1].ended, 0);
+  EXPECT_EQ(steps[2].wait_p50_ms, std::nullopt);
+  for (int i = 0; i < 720; ++i) history.close_step(i, i, 0, 0);
+  EXPECT_EQ(history.hour().steps.size(), 720u);
+  EXPECT_EQ(history.hour().steps.front().queued, 0);
+  EXPECT_EQ(history.hour().steps.back().queued, 719);
 }
 
 TEST(JobMetrics, CountsTheEndOfAJobThatTheStoreCannotFind) {

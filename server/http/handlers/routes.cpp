@@ -103,13 +103,24 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
   };
 }
 
+namespace {
+
+void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
+  std::vector<std::string> names{"measure.json", "measure.csv", "measure.svg", "measure.png"};
+  for (const tracer::Format format : tracer::all_formats)
+    names.push_back("image." + std::string(tracer::extension(format)));
+  for (const std::string& name : names) {
+    const auto handler = [context, name](Request& request) { return get_image(request, *context, name); };
+    routes.push_back({"GET", "/v1/jobs/{id}/" + name, handler, {}});
+  }
+}
+
+}  // namespace
+
 std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto context = std::make_shared<const ApiContext>(api_context);
   const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [context, handler](Request& request) { return handler(request, *context); };
-  };
-  const auto image = [&](const std::string& name) -> Handler {
-    return [context, name](Request& request) { return get_image(request, *context, name); };
   };
   std::vector<Route> routes{
       {"GET", "/", get_root, {}},
@@ -152,13 +163,10 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"PUT", "/v1/assets/{sha256}", with_context(put_asset), {}},
       {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
-  for (const tracer::Format format : tracer::all_formats) {
-    const std::string name = "image." + std::string(tracer::extension(format));
-    routes.push_back({"GET", "/v1/jobs/{id}/" + name, image(name), {}});
-  }
-  for (const char* const name : {"measure.json", "measure.csv", "measure.svg", "measure.png"}) {
-    routes.push_back({"GET", std::string("/v1/jobs/{id}/") + name, image(name), {}});
-  }
+  const auto readiness = std::make_shared<Readiness>(Health{context->not_ready, context->draining, {}});
+  routes.push_back(
+      {"GET", "/v1/status", [context, readiness](Request&) { return get_status(*readiness, *context); }, {}});
+  add_artifact_routes(routes, context);
   for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;
 }

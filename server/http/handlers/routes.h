@@ -22,6 +22,7 @@
 #include "server/queue/disk_health.h"
 #include "server/queue/events.h"
 #include "server/queue/queue.h"
+#include "server/telemetry/service_metrics.h"
 
 namespace http {
 
@@ -52,7 +53,10 @@ struct ApiContext {
   std::function<bool()> draining;                 ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< for GET /v1/version, by option name
   std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
-  const keys::KeyRing* keys = nullptr;                                  ///< null: local clients without keys
+  std::function<std::string()> not_ready{};                             ///< as Health's
+  std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
+  std::function<telemetry::ServiceHistory::Hour()> history{};
+  const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
 };
 std::vector<Route> client_routes(const ApiContext& context);
 

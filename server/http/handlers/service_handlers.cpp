@@ -6,6 +6,7 @@
 #include "api/openapi.h"
 #include "server/http/handlers/handlers.h"
 #include "server/resources/resource_json.h"
+#include "server/resources/status_json.h"
 #include "tracer/version.h"
 
 namespace http::handlers {
@@ -87,6 +88,19 @@ Answer get_readiness(Readiness& readiness) {
   const std::string reason = readiness.reason();
   if (!reason.empty()) return Problem{failures::not_ready, reason};
   return text_reply("ready\n");
+}
+
+Answer get_status(Readiness& readiness, const ApiContext& context) {
+  Reply reply = json_reply(200, resources::write_status({.not_ready = readiness.reason(),
+                                                         .draining = context.draining(),
+                                                         .sandbox = context.sandbox(),
+                                                         .gauges = context.gauges(),
+                                                         .queue = context.queue.queries.state(),
+                                                         .streams_max = context.events.listeners_max(),
+                                                         .limits = context.effective_limits,
+                                                         .hour = context.history()}));
+  reply.headers.emplace_back("Cache-Control", "no-store");
+  return reply;
 }
 
 /// Prometheus text format 0.0.4.

@@ -42,6 +42,8 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   ~Loop() override { drain(std::chrono::milliseconds(0)); }
 
+  [[nodiscard]] int slots() const { return settings_.slots; }
+
   void notify(bool for_suspects) noexcept override {
     dispatcher_.on_jobs_available(for_suspects);
     events_.interrupt();
@@ -158,6 +160,7 @@ Supervisor::~Supervisor() {
 bool Supervisor::drain(std::chrono::milliseconds timeout) { return loop_->drain(timeout); }
 int Supervisor::worker_pid() const { return loop_->process().pid(); }
 int Supervisor::running() const { return loop_->dispatcher().running(); }
+int Supervisor::slots() const { return loop_->slots(); }
 Supervisor::CacheBytes Supervisor::cache_bytes() const { return loop_->process().cache_bytes(); }
 std::string Supervisor::sandbox() const { return loop_->process().sandbox(); }
 
