@@ -31,7 +31,7 @@ struct Config {
   std::string data;
   std::string assets, keys;                           ///< a directory and a file; empty: none
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
-  std::string log_level;
+  std::string log_level, dashboard;
   std::uint64_t asset_bytes = 0, asset_days = 0, uploads_bytes = 0, spool_bytes = 0, disk_free_bytes = 0;
   std::uint64_t jobs = 0, threads = 0, scene_cache_bytes = 0;
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;

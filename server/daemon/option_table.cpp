@@ -109,6 +109,8 @@ constexpr std::array table{
     number("drain_s", "20", &C::drain_s, 0, 86'400,
            "seconds that running jobs may continue after SIGTERM before they return to the queue; with 10 s for "
            "pending requests it is within the 30 s of Kubernetes"),
+    text("dashboard", "on", &C::dashboard, "on|off",
+         "the page at / for browsers; it holds no data and reads what it shows from /v1 with the user's key"),
     text("log_level", "info", &C::log_level, "debug|info|warning|error",
          "lowest level that is logged; debug includes every read"),
 };

@@ -285,6 +285,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
       .gauges = [&storage, &jobs, &supervisor] { return gauge_values(storage, jobs, supervisor, 0); },
       .history = [&jobs] { return jobs.job_metrics.history().hour(); },
+      .dashboard = config.dashboard == "on",
       .keys = keys};
   if (webhooks != nullptr) {
     context.redeliver = [webhooks](const auto&... ids) { return webhooks->redeliver(ids...); };

@@ -15,22 +15,22 @@ std::optional<int> thousandths(std::string_view text) {
   return value <= 1000 ? std::optional(value) : std::nullopt;
 }
 
-struct MediaRange {
-  std::string type;  ///< "image/png", "image/*", "*/*"
+/// A member of Accept or Accept-Encoding.
+struct WeightedValue {
+  std::string value;  ///< "image/png", "image/*", "*/*", "gzip"
   int weight = 1000;
 };
 
-std::optional<MediaRange> read_media_range(std::string_view member) {
-  MediaRange range{lowered(take_until(member, ';'))};
-  if (range.type.find('/') == std::string::npos) return std::nullopt;
+std::optional<WeightedValue> read_weighted_value(std::string_view member) {
+  WeightedValue read{lowered(take_until(member, ';'))};
   while (!member.empty()) {
     const std::string parameter = lowered(take_until(member, ';'));
     if (!parameter.starts_with("q=")) continue;
     const auto weight = thousandths(std::string_view(parameter).substr(2));
     if (!weight) return std::nullopt;
-    range.weight = *weight;
+    read.weight = *weight;
   }
-  return range;
+  return read;
 }
 
 /// Precision with which `range` describes `type`: 0 no match, 3 exact.
@@ -44,9 +44,10 @@ int specificity(const std::string& range, std::string_view type) {
 
 std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
                                       const std::vector<std::string_view>& offers) {
-  std::vector<MediaRange> ranges;
+  std::vector<WeightedValue> ranges;
   for (std::string_view rest = accept.value_or(""); !rest.empty();) {
-    if (auto range = read_media_range(take_until(rest, ','))) ranges.push_back(std::move(*range));
+    auto range = read_weighted_value(take_until(rest, ','));
+    if (range && range->value.find('/') != std::string::npos) ranges.push_back(std::move(*range));
   }
   if (trimmed(accept.value_or("")).empty()) ranges.push_back({"*/*"});
 
@@ -54,8 +55,8 @@ std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
   int best_weight = 0;
   for (std::size_t i = 0; i < offers.size(); ++i) {
     int weight = 0, closest = 0;
-    for (const MediaRange& range : ranges) {
-      const int close = specificity(range.type, offers[i]);
+    for (const WeightedValue& range : ranges) {
+      const int close = specificity(range.value, offers[i]);
       if (close > closest) {
         closest = close;
         weight = range.weight;
@@ -67,6 +68,17 @@ std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
     }
   }
   return best;
+}
+
+bool accepts_gzip(std::optional<std::string_view> accept_encoding) {
+  std::optional<bool> named;
+  bool others = false;
+  for (std::string_view rest = accept_encoding.value_or(""); !rest.empty();) {
+    const auto coding = read_weighted_value(take_until(rest, ','));
+    if (coding && (coding->value == "gzip" || coding->value == "x-gzip")) named = coding->weight > 0;
+    if (coding && coding->value == "*") others = coding->weight > 0;
+  }
+  return named.value_or(others);
 }
 
 RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size_bytes) {

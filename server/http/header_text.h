@@ -52,6 +52,9 @@ std::optional<Number> parse_number(std::string_view text) {
 std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
                                       const std::vector<std::string_view>& offers);
 
+/// True if Accept-Encoding names gzip or * with a weight above 0 (RFC 9110, section 12.5.3).
+bool accepts_gzip(std::optional<std::string_view> accept_encoding);
+
 /// Half-open range of bytes.
 struct ByteRange {
   std::uint64_t begin = 0, end = 0;

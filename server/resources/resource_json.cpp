@@ -276,13 +276,14 @@ std::string write_problem(const ProblemReply& problem) {
   return text_of(json);
 }
 
-std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
   Json bounds = Json::object();
   for (const auto& [name, value] : limits) bounds[name] = value;
   return text_of({{"version", version},
                   {"build", build},
                   {"sandbox", sandbox.empty() ? Json(nullptr) : Json(sandbox)},
+                  {"dashboard", dashboard},
                   {"limits", std::move(bounds)}});
 }
 

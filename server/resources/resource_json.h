@@ -65,8 +65,8 @@ struct ProblemReply {
 };
 std::string write_problem(const ProblemReply& problem);
 
-/// {version, build, sandbox, limits{name: value}}; an empty sandbox becomes null.
-std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
+/// {version, build, sandbox, dashboard, limits{name: value}}; an empty sandbox becomes null.
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits);
 
 }  // namespace resources

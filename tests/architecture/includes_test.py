@@ -49,6 +49,7 @@ DIRECTIONS = [
     ("server/storage/sqlite/", ["server/queue/", "server/storage/sqlite/", "server/support/", "tracer/include/"]),
     ("server/storage/files/", ["server/queue/", "server/storage/files/", "server/support/", "tracer/include/"]),
     ("server/storage/", ["server/queue/", "server/storage/", "server/support/", "tracer/include/"]),
+    ("server/web/", ["server/web/"]),
     ("server/keys/", ["server/keys/", "server/support/", "tracer/include/"]),
     ("server/webhooks/", ["server/queue/", "server/resources/", "server/webhooks/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/telemetry/", ["server/queue/", "server/telemetry/", "server/support/", "api/include/"]),
@@ -59,7 +60,7 @@ DIRECTIONS = [
      ["server/queue/", "server/worker/protocol/", "server/worker/supervisor/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/http/resources/", ["server/queue/", "server/http/resources/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/resources/", ["server/queue/", "server/resources/", "server/telemetry/", "server/support/", "tracer/include/", "api/include/"]),
-    ("server/http/", ["server/queue/", "server/http/", "server/resources/", "server/keys/", "server/telemetry/", "server/support/",
+    ("server/http/", ["server/queue/", "server/http/", "server/resources/", "server/keys/", "server/telemetry/", "server/web/", "server/support/",
                       "tracer/include/", "api/include/"]),
     ("tests/", [""]),
 ]

@@ -8,7 +8,7 @@ import unittest
 from tests.support.sources import SOURCE, text, tracked
 
 MAX_LINES = 400
-CODE = (".h", ".cpp", ".py")
+CODE = (".h", ".cpp", ".py", ".js", ".css", ".html")
 # Split, so that this file does not match.
 UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|X" r"XX|HA" r"CK)\b")
 PATHS_OF_ONE_MACHINE = re.compile(r"(?<![\w.])/wo" r"rk/|/ho" r"me/\w")

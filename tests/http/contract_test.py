@@ -132,6 +132,12 @@ class Contract(ContractParts, unittest.TestCase):
     def check_service(self, seen):
         for path in ("/", "/docs", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me", "/v1/status"):
             self.check(seen, path, self.daemon.get(path))
+        page = self.daemon.get("/", Accept="text/html")
+        self.check(seen, "/", page)
+        self.check(seen, "/", self.daemon.get("/", Accept="text/html", If_None_Match=page.headers["ETag"]))
+        script = re.search(r'"(/ui/[^"]+\.js)"', page.body.decode()).group(1)
+        for path, headers in ((script, {}), (script, {"If_None_Match": "*"}), ("/ui/0/main.js", {})):
+            self.check(seen, "/ui/{tree}/{file}", self.daemon.get(path, **headers))
         page = self.daemon.get("/docs").body.decode()
         xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed
         for method, path in self.operations:

@@ -127,6 +127,7 @@ class Daemon(Served):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-http-"))
         self.data = pathlib.Path(data) if data else self.folder / "data"
         self.process = None
+        self.listen = "127.0.0.1:0"
         self.start()
 
     def start(self):
@@ -137,7 +138,7 @@ class Daemon(Served):
         with open(self.log_path, "wb") as log:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
-                [*self.wrapper, BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
+                [*self.wrapper, BIN / "whittled", "--listen", self.listen, "--health-listen", "127.0.0.1:0", "--data", self.data,
                  *self.options],
                 stdout=subprocess.PIPE, stderr=log, env={"WHITTLE_LOG_LEVEL": "debug", **self.environment})
         self.port = self.read_port("listening")

@@ -42,6 +42,16 @@ TEST(Accept, IgnoresInvalidMembers) {
   EXPECT_EQ(best(",,;,"), "none");
 }
 
+TEST(AcceptEncoding, AcceptsGzipIfItIsNamedWithAWeight) {
+  for (const char* accepted : {"gzip", "br, GZIP;q=0.5", "*", "deflate, gzip;q=1.0, *;q=0", "x-gzip"}) {
+    EXPECT_TRUE(http::accepts_gzip(accepted)) << accepted;
+  }
+  for (const char* refused : {"", "br", "gzip;q=0", "*;q=0", "gzip;q=0, *", "gzip;q=2", "gzipped"}) {
+    EXPECT_FALSE(http::accepts_gzip(refused)) << refused;
+  }
+  EXPECT_FALSE(http::accepts_gzip(std::nullopt));
+}
+
 using Kind = http::RangeAnswer::Kind;
 
 void expect_part(std::string_view range, std::uint64_t size, http::ByteRange part) {

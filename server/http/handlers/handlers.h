@@ -88,8 +88,13 @@ Answer find_missing_assets(Request& request, const ApiContext& context);
 Answer put_asset(Request& request, const ApiContext& context);
 Answer get_asset(Request& request, const ApiContext& context);
 
+// ---- page_handlers.cpp
+/// The page if the client prefers HTML, as browsers do; otherwise the overview as text.
+Answer get_root(Request& request, const ApiContext& context);
+Answer get_page_file(Request& request, const ApiContext& context);
+
 // ---- service_handlers.cpp
-Answer get_root(Request& request);
+Answer get_overview(const Request& request);
 Answer get_version(Request& request, const ApiContext& context);
 /// The key of a request; none without keys. (routes.cpp)
 std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& context);

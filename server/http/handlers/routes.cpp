@@ -32,7 +32,7 @@ std::string_view token_of(const RequestHead& head) {
 
 bool is_open(const RequestHead& head) {
   return head.path == "/" || head.path == "/docs" || head.path == "/openapi.json" ||
-         head.path == "/schemas/scene.schema.json";
+         head.path == "/schemas/scene.schema.json" || head.path.starts_with("/ui/");
 }
 
 Problem unauthenticated(const RequestHead& head) {
@@ -123,7 +123,8 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
     return [context, handler](Request& request) { return handler(request, *context); };
   };
   std::vector<Route> routes{
-      {"GET", "/", get_root, {}},
+      {"GET", "/", with_context(get_root), {}},
+      {"GET", "/ui/{tree}/{file}", with_context(get_page_file), {}},
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/docs", get_docs, {}},
       {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},

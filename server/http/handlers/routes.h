@@ -56,6 +56,7 @@ struct ApiContext {
   std::function<std::string()> not_ready{};                             ///< as Health's
   std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
   std::function<telemetry::ServiceHistory::Hour()> history{};
+  bool dashboard = true;                ///< the page at /; false: text only
   const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
 };
 std::vector<Route> client_routes(const ApiContext& context);

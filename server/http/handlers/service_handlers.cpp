@@ -38,11 +38,15 @@ Reply text_reply(std::string body) { return document_reply("text/plain; charset=
 
 }  // namespace
 
-Answer get_root(Request&) { return text_reply(index_text); }
+Answer get_overview(const Request&) {
+  Reply reply = text_reply(index_text);
+  reply.headers.emplace_back("Vary", "Accept");
+  return reply;
+}
 
 Answer get_version(Request&, const ApiContext& context) {
-  return json_reply(
-      200, resources::write_version(tracer::version(), tracer::build(), context.sandbox(), context.effective_limits));
+  return json_reply(200, resources::write_version(tracer::version(), tracer::build(), context.sandbox(),
+                                                  context.dashboard, context.effective_limits));
 }
 
 Answer get_me(Request& request, const ApiContext& context) {

@@ -1,0 +1,274 @@
+/** Live drafts: each change of the text is checked, then rendered small and quickly; when typing stops, as the document asks. */
+import {batch, signal} from '@preact/signals';
+import {getJson, postJson, Problem, request} from './api.js';
+
+const TYPING_PAUSE_MS = 150, REFINE_AFTER_MS = 600, POLL_MS = 500;
+const HISTORY_MAX = 24;
+const DRAFT_SIDE = 320, DRAFT_BUDGET_MS = 100, DRAG_BUDGET_MS = 40, PREVIEW_SIDE = 1024;
+/** Above these a draft is made on request only. */
+const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
+
+/** @typedef {import('./api.js').Issue} Issue */
+/**
+ * @typedef {object} Shown an image and what is known of it
+ * @property {string} url of a blob
+ * @property {'draft' | 'refining' | 'refined'} kind
+ * @property {number} width of the render
+ * @property {number} height
+ * @property {number} milliseconds from the request to the image
+ * @property {string} text the document
+ * @property {any} [error] report.error of the job
+ * @property {string} [job] id
+ */
+/** @typedef {{valid: boolean, errors: Issue[], warnings: Issue[], requirements: any, reasons: any, estimate: any}} Validation */
+
+/** The document of a draft: small, quick, not kept. @param {any} scene @param {number} budgetMs @param {{width: number, height: number}} size */
+export function draftOf(scene, budgetMs, size) {
+  const width = scene.image?.width ?? size.width, height = scene.image?.height ?? size.height;
+  const scale = Math.min(1, DRAFT_SIDE / Math.max(width, height));
+  const {approximate, max_depth, cutoff} = scene.accuracy || {};
+  const {exposure, overflow, palette} = scene.output || {};
+  return {
+    ...scene,
+    image: {width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale))},
+    accuracy: {time_budget_ms: budgetMs, approximate, max_depth, cutoff},
+    output: {formats: ['png'], exposure, overflow, palette},
+    job: {keep: false, priority: 100, cache: 'off'},
+  };
+}
+
+export class Drafts {
+  /** @param {{size: {width: number, height: number}, onValidated: (text: string, result: Validation) => void}} options the size of documents that name none */
+  constructor({size, onValidated}) {
+    /** Images of earlier texts of this session, newest last. @type {import('@preact/signals').Signal<Shown[]>} */
+    this.history = signal([]);
+    this.size = size;
+    this.onValidated = onValidated;
+    /** @type {import('@preact/signals').Signal<Shown | null>} */
+    this.shown = signal(null);
+    /** @type {import('@preact/signals').Signal<Validation | null>} */
+    this.validation = signal(null);
+    /** @type {import('@preact/signals').Signal<Problem | null>} */
+    this.problem = signal(null);
+    this.busy = signal(false);
+    this.auto = signal(true);
+    this.refine = signal(true);
+    /** Why drafts are made on request only: '', 'size', 'time'. */
+    this.manualReason = signal('');
+    this.text = '';
+    /** Number of the latest text; answers for earlier ones are dropped. */
+    this.latest = 0;
+    this.shownNumber = 0;
+    this.timer = 0;
+    /** @type {AbortController | null} */
+    this.inFlight = null;
+    /** @type {string | null} */
+    this.refining = null;
+    this.dragging = false;
+    this.waiting = false;
+    this.closed = false;
+  }
+
+  /** The user changed the text. @param {string} text */
+  edited(text) {
+    this.remember();
+    this.text = text;
+    ++this.latest;
+    clearTimeout(this.timer);
+    this.stopRefining();
+    if (this.dragging) {
+      this.drag();
+      return;
+    }
+    this.inFlight?.abort();  // its answer would be stale
+    if (this.mayStart()) this.timer = window.setTimeout(() => this.run(), TYPING_PAUSE_MS);
+  }
+
+  /** A draft now, whatever the switches say. */
+  now() {
+    clearTimeout(this.timer);
+    this.run(true);
+  }
+
+  mayStart() {
+    if (this.text.length > AUTO_BYTES_MAX) this.manualReason.value = 'size';
+    else if (this.manualReason.value === 'size') this.manualReason.value = '';
+    return this.auto.value && this.manualReason.value === '';
+  }
+
+  /** @param {boolean} [asked] by the user */
+  async run(asked = false) {
+    const number = this.latest, text = this.text;
+    if (!this.isJson(text)) return;
+    const controller = this.inFlight = new AbortController();
+    this.busy.value = true;
+    try {
+      const validation = await postJson('/v1/jobs/validate', text, {signal: controller.signal});
+      if (number !== this.latest || this.closed) return;
+      this.validation.value = validation;
+      this.onValidated(text, validation);
+      if (!validation.valid) return;
+      if (!asked && this.tooSlow(text, validation)) return;
+      await this.draft(number, text, DRAFT_BUDGET_MS, controller.signal);
+      if (number === this.latest && this.refine.value) this.timer = window.setTimeout(() => this.startRefining(number), REFINE_AFTER_MS);
+    } catch (error) {
+      this.failed(error, number);
+    } finally {
+      if (this.inFlight === controller) {
+        this.inFlight = null;
+        this.busy.value = false;
+      }
+    }
+  }
+
+  /** Text that is no JSON is not sent; the editor marks the place. @param {string} text */
+  isJson(text) {
+    try {
+      JSON.parse(text);
+      return true;
+    } catch (error) {
+      const issue = {pointer: '', code: 'not_json', detail: /** @type {Error} */ (error).message};
+      this.validation.value = {valid: false, errors: [issue], warnings: [], requirements: null, reasons: null, estimate: null};
+      return false;
+    }
+  }
+
+  /** @param {string} text @param {Validation} validation */
+  tooSlow(text, validation) {
+    const scene = JSON.parse(text);
+    const pixels = (scene.image?.width ?? this.size.width) * (scene.image?.height ?? this.size.height);
+    const share = Math.min(1, DRAFT_SIDE * DRAFT_SIDE / pixels);
+    const perSample = (validation.estimate.seconds ?? 0) / Math.max(1, validation.estimate.samples / pixels);
+    this.manualReason.value = perSample * share > AUTO_SECONDS_MAX ? 'time' : '';
+    return this.manualReason.value !== '';
+  }
+
+  /** @param {number} number @param {string} text @param {number} budgetMs @param {AbortSignal} [signal] */
+  async draft(number, text, budgetMs, signal) {
+    const document = draftOf(JSON.parse(text), budgetMs, this.size);
+    const begin = performance.now();
+    const reply = await request('POST', '/v1/render', {json: document, headers: {Accept: 'image/png'}, signal});
+    const bytes = await reply.blob();
+    const milliseconds = performance.now() - begin;
+    if (this.closed || number < this.shownNumber || (!this.dragging && number !== this.latest)) return;
+    const job = reply.headers.get('Content-Location')?.split('/')[3];
+    this.show(number, {kind: 'draft', url: URL.createObjectURL(bytes), ...document.image, milliseconds, text, job});
+    if (job && !this.dragging) this.addError(number, job);
+  }
+
+  /** The error that the render reports, for the caption. @param {number} number @param {string} id */
+  async addError(number, id) {
+    const job = await getJson(`/v1/jobs/${id}`).catch(() => null);
+    const shown = this.shown.value;
+    if (job?.report && shown?.job === id && number === this.shownNumber) this.shown.value = {...shown, error: job.report.error};
+  }
+
+  /** @param {number} number @param {Shown} image */
+  show(number, image) {
+    const before = this.shown.value;
+    this.shownNumber = number;
+    batch(() => {
+      this.shown.value = image;
+      this.problem.value = null;
+    });
+    if (before && !this.history.value.includes(before)) URL.revokeObjectURL(before.url);
+  }
+
+  /** Keeps the image of the text that the user leaves. */
+  remember() {
+    const shown = this.shown.value, history = this.history.value;
+    if (!shown || this.dragging || shown.kind === 'refining' || shown.text !== this.text || history.includes(shown)) return;
+    for (const old of history.slice(0, -HISTORY_MAX + 1)) URL.revokeObjectURL(old.url);
+    this.history.value = [...history.slice(-HISTORY_MAX + 1), shown];
+  }
+
+  // ---- dragging in the image: one draft in flight, and one waiting
+
+  beginDrag() {
+    this.dragging = true;
+    clearTimeout(this.timer);
+    this.stopRefining();
+    this.inFlight?.abort();
+    this.inFlight = null;
+  }
+
+  async drag() {
+    this.waiting = true;
+    if (this.inDrag) return;
+    this.inDrag = true;
+    while (this.waiting && this.dragging) {
+      this.waiting = false;
+      await this.draft(this.latest, this.text, DRAG_BUDGET_MS).catch((error) => this.failed(error, this.latest));
+    }
+    this.inDrag = false;
+  }
+
+  endDrag() {
+    this.dragging = false;
+    if (this.mayStart()) this.run();
+  }
+
+  // ---- refining: the document as it is
+
+  /** @param {number} number */
+  async startRefining(number) {
+    if (number !== this.latest || this.closed) return;
+    const text = this.text, scene = JSON.parse(text);
+    const begin = performance.now();
+    try {
+      const formats = (scene.output?.formats || ['png']).includes('png') ? scene.output?.formats : ['png', ...scene.output.formats];
+      const job = await postJson('/v1/jobs', {...scene, output: {...scene.output, formats}, job: {keep: false, priority: 60, cache: 'off'}});
+      if (number !== this.latest || this.closed) {
+        cancel(job.id);
+        return;
+      }
+      this.refining = job.id;
+      await this.follow(number, text, job.id, begin);
+    } catch (error) {
+      this.failed(error, number);
+    } finally {
+      if (number === this.latest) this.refining = null;
+    }
+  }
+
+  /** @param {number} number @param {string} text @param {string} id @param {number} begin */
+  async follow(number, text, id, begin) {
+    for (;;) {
+      const job = await getJson(`/v1/jobs/${id}?wait=1`);
+      if (number !== this.latest || this.closed) return;
+      if (job.state === 'failed') throw new Problem(500, {detail: job.problem?.detail});
+      const ended = job.state === 'succeeded';
+      const reply = ended ? await request('GET', `/v1/jobs/${id}/image.png`) : await request('GET', `/v1/jobs/${id}/preview?max=${PREVIEW_SIDE}`);
+      if (reply.status === 200 && number === this.latest) {
+        this.show(number, {kind: ended ? 'refined' : 'refining', url: URL.createObjectURL(await reply.blob()), ...job.image,
+                           milliseconds: performance.now() - begin, text, error: job.report?.error, job: id});
+      }
+      if (ended || job.state === 'cancelled') return;
+      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    }
+  }
+
+  stopRefining() {
+    if (this.refining) cancel(this.refining);
+    this.refining = null;
+  }
+
+  /** @param {unknown} error @param {number} number */
+  failed(error, number) {
+    if (number !== this.latest || this.closed || !(error instanceof Problem)) return;
+    this.problem.value = error;
+  }
+
+  close() {
+    this.closed = true;
+    clearTimeout(this.timer);
+    this.inFlight?.abort();
+    this.stopRefining();
+    for (const old of [...this.history.value, this.shown.value]) if (old) URL.revokeObjectURL(old.url);
+  }
+}
+
+/** @param {string} id */
+function cancel(id) {
+  request('POST', `/v1/jobs/${id}/cancel`).catch(() => undefined);  // it may have ended
+}

@@ -1,0 +1,28 @@
+/** Files dropped into the editor: uploaded once under their SHA-256, and named at the cursor. */
+import {postJson, request} from './api.js';
+import {say} from './parts.js';
+import {words} from './words.js';
+import {Caller} from './workers.js';
+
+/** @type {Caller | undefined} */
+let hasher;
+
+/** @param {import('./editor.js').Editor} editor @param {File[]} files @param {number} at */
+export async function nameFiles(editor, files, at) {
+  for (const file of files) {
+    const bytes = await file.arrayBuffer();
+    hasher ??= new Caller('image-worker.js');
+    const hash = await hasher.call({method: 'sha256', bytes: bytes.slice(0)});
+    const {missing} = await postJson('/v1/assets/missing', {sha256: [hash]});
+    if (missing.length > 0) {
+      say(words.playground.uploading(file.name));
+      await request('PUT', `/v1/assets/${hash}`, {bytes: file, headers: {'Content-Type': 'application/octet-stream'}});
+    }
+    const insert = `"sha256:${hash}"`;
+    // Within a string the file's name replaces the string.
+    const text = editor.text(), end = text.indexOf('"', at), begin = text.lastIndexOf('"', at - 1);
+    const inString = begin >= 0 && end >= 0 && !/[\n:,{}[\]]/.test(text.slice(begin + 1, end)) && /[:,[]\s*$/.test(text.slice(0, begin));
+    editor.change([inString ? {from: begin, to: end + 1, insert} : {from: at, to: at, insert}]);
+    say(missing.length > 0 ? words.playground.uploaded(file.name) : words.playground.known(file.name));
+  }
+}

@@ -1,0 +1,113 @@
+/** Small parts that several pages use. */
+import {signal, useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect, useRef} from 'preact/hooks';
+import {Problem, request} from './api.js';
+import {words} from './words.js';
+
+/** Paths of 24 x 24 icons, drawn as lines. @type {Record<string, string>} */
+const ICONS = {
+  queue: 'M4 6h16M4 12h16M4 18h10', new: 'M4 20l4-1L19 8l-3-3L5 16zM14 7l3 3', batches: 'M4 4h7v7H4zM13 4h7v7h-7zM4 13h7v7H4zM13 13h7v7h-7z',
+  system: 'M3 12h4l3-8 4 16 3-8h4', docs: 'M6 3h9l4 4v14H6zM14 3v5h5M9 13h7M9 17h7', theme: 'M12 3a9 9 0 1 0 0 18zM12 3a9 9 0 0 1 0 18',
+  keys: 'M3 7h18v10H3zM7 11h.01M11 11h.01M15 11h.01M8 14h8', queued: 'M12 7v5l3 2M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18z', running: 'M8 5l11 7-11 7z',
+  succeeded: 'M5 12.500l4.500 4.500L19 7.500', failed: 'M6 6l12 12M18 6L6 18', cancelled: 'M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18zM6 18L18 6',
+};
+
+/** @param {{name: string}} properties */
+export function Icon({name}) {
+  return html`<svg viewBox="0 0 24 24" fill="none" stroke="currentColor" stroke-width="2" stroke-linecap="round" stroke-linejoin="round" aria-hidden="true"><path d=${ICONS[name]} /></svg>`;
+}
+
+/** @param {{state: 'queued' | 'running' | 'succeeded' | 'failed' | 'cancelled'}} properties */
+export function State({state}) {
+  return html`<span class="state" data-state=${state}><${Icon} name=${state} />${words.states[state]}</span>`;
+}
+
+/** A failure in the server's own words. @param {{problem: Problem | null}} properties */
+export function Failure({problem}) {
+  if (!problem) return null;
+  return html`<p class="note bad" role="alert">${problem.message} ${problem.requestId && html`<span class="dim">(request <code>${problem.requestId}</code>)</span>`}</p>`;
+}
+
+/** @param {{open: boolean, onClose: () => void, title: string, children?: any}} properties */
+export function Dialog({open, onClose, title, children}) {
+  const ref = useRef(/** @type {HTMLDialogElement | null} */ (null));
+  useEffect(() => {
+    if (open && !ref.current?.open) ref.current?.showModal();
+    if (!open) ref.current?.close();
+  }, [open]);
+  return html`<dialog ref=${ref} aria-label=${title} onClose=${onClose} onCancel=${onClose}>${open && children}</dialog>`;
+}
+
+export const toast = signal('');
+let toastTimer = 0;
+
+/** Shows a sentence for some seconds, and to screen readers. @param {string} text */
+export function say(text) {
+  toast.value = text;
+  clearTimeout(toastTimer);
+  toastTimer = window.setTimeout(() => { toast.value = ''; }, 6000);
+}
+
+/** Runs an action of the user; a failure is shown. @param {() => Promise<void>} action */
+export async function attempt(action) {
+  try {
+    await action();
+  } catch (error) {
+    if (!(error instanceof Problem)) throw error;
+    say(error.requestId ? `${error.message} (request ${error.requestId})` : error.message);
+  }
+}
+
+/** Copies text, also where the clipboard is not available (plain HTTP on a network). @param {string} text */
+export async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    const area = document.createElement('textarea');
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    document.execCommand('copy');
+    area.remove();
+  }
+  say(words.playground.copied);
+}
+
+/** A small image of a job, or a mark of its kind. @param {{job: Record<string, any>}} properties */
+export function Thumbnail({job}) {
+  const hasImage = job.kind === 'render' && !job.expired && (job.state === 'running' ||
+    (job.state === 'succeeded' && (job.artifacts || []).some((/** @type {any} */ each) => each.media_type === 'image/png')));
+  const step = job.state === 'running' ? Math.floor(job.progress * 4) : job.state;
+  const url = useSignal('');
+  useEffect(() => {
+    if (!hasImage) return;
+    const controller = new AbortController();
+    imageUrl(`/v1/jobs/${job.id}/preview?max=128`, controller.signal).then((made) => { url.value = made; }, () => undefined);
+    return () => {
+      controller.abort();
+      URL.revokeObjectURL(url.value);
+    };
+  }, [job.id, step, hasImage]);
+  return url.value ? html`<img class="thumb" src=${url.value} alt="" width="64" height="40" />` : html`<span class="thumb"></span>`;
+}
+
+/** At most four images are requested at once. */
+const IMAGES_AT_ONCE = 4;
+let loading = 0;
+/** @type {(() => void)[]} */
+const waiting = [];
+
+/** The bytes at a path as a blob URL; the key is sent. @param {string} path @param {AbortSignal} signal @returns {Promise<string>} empty: there are none */
+export async function imageUrl(path, signal) {
+  if (loading >= IMAGES_AT_ONCE) await new Promise((resolve) => waiting.push(() => resolve(undefined)));
+  ++loading;
+  try {
+    if (signal.aborted) return '';
+    const reply = await request('GET', path, {signal});
+    return reply.status === 200 ? URL.createObjectURL(await reply.blob()) : '';
+  } finally {
+    --loading;
+    waiting.shift()?.();
+  }
+}

@@ -1,0 +1,271 @@
+/** The playground: editor, image and facts of one document. */
+import {useComputed, useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect, useRef} from 'preact/hooks';
+import {getJson, mayWrite, postJson, request} from './api.js';
+import {Drafts} from './draft.js';
+import {Editor} from './editor.js';
+import {nameFiles} from './drop.js';
+import {count, duration, figure, size} from './format.js';
+import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
+import {attempt, copy, Failure} from './parts.js';
+import {changesTo} from './pointers.js';
+import {go, route} from './routes.js';
+import {words} from './words.js';
+
+const STORED_TEXT = 'whittle.text', FIRST_EXAMPLE = 'shapes';
+const text = words.playground;
+
+/** @param {string} [job] whose document is edited; by default that of the last visit */
+async function firstText(job) {
+  if (job) return (await request('GET', `/v1/jobs/${job}/scene`)).text();
+  const stored = localStorage.getItem(STORED_TEXT);
+  return stored ?? (await loadExamples())[FIRST_EXAMPLE];
+}
+
+/** @type {Promise<Record<string, string>> | undefined} */
+let examples;
+/** @returns {Promise<Record<string, string>>} */
+function loadExamples() { return examples ??= fetch(new URL('./examples.json', import.meta.url)).then((reply) => reply.json()); }
+
+/** @param {string} value */
+function store(value) {
+  try {
+    localStorage.setItem(STORED_TEXT, value);
+  } catch {
+    localStorage.removeItem(STORED_TEXT);  // larger than the browser keeps
+  }
+}
+
+/** The command that renders the document without a browser. @param {string} document */
+export function curlCommand(document) {
+  const quoted = document.trim().replaceAll("'", "'\\''");
+  const keyed = mayWrite.value && localStorage.getItem('whittle.key') ? ' -H "Authorization: Bearer $WHITTLE_KEY"' : '';
+  return `curl -s --fail --json '${quoted}'${keyed} -H 'Accept: image/png' -o image.png ${location.origin}/v1/render\n`;
+}
+
+/** Turns drags and the wheel into changes of the camera, as one step of the editor's history. */
+class CameraDrag {
+  /** @param {Editor} editor @param {Drafts} drafts */
+  constructor(editor, drafts) {
+    this.editor = editor;
+    this.drafts = drafts;
+    /** @type {import('./orbit.js').View | null} */
+    this.view = null;
+    this.before = '';
+    this.wheelTimer = 0;
+  }
+
+  begin() {
+    if (this.view) return true;
+    this.before = this.editor.text();
+    try {
+      this.view = viewOf(JSON.parse(this.before));
+    } catch {
+      this.view = null;
+    }
+    if (this.view) this.drafts.beginDrag();
+    return this.view !== null;
+  }
+
+  /** @param {import('./orbit.js').View} view */
+  move(view) {
+    this.view = view;
+    const {position, look_at} = rounded(view);
+    for (const [name, value] of Object.entries({position, look_at})) {
+      this.editor.change(changesTo(this.editor.text(), ['camera', name], value), false);
+    }
+  }
+
+  end() {
+    if (!this.view) return;
+    this.view = null;
+    const after = this.editor.text();
+    if (after !== this.before) {
+      const {from, to, insert} = difference(after, this.before);
+      this.editor.change([{from, to, insert}], false);
+      this.editor.change([difference(this.before, after)]);
+    }
+    this.drafts.endDrag();
+  }
+
+  /** @param {PointerEvent} down */
+  pointer(down) {
+    const box = /** @type {HTMLElement} */ (down.currentTarget);
+    if (down.button !== 0 || !this.begin()) return;
+    const pan = down.shiftKey;
+    const start = /** @type {import('./orbit.js').View} */ (this.view);
+    box.setPointerCapture(down.pointerId);
+    box.onpointermove = (event) => {
+      const dx = (event.clientX - down.clientX) / box.clientHeight, dy = (event.clientY - down.clientY) / box.clientHeight;
+      this.move(pan ? panned(start, dx, dy) : orbited(start, dx * Math.PI, dy * Math.PI));
+    };
+    box.onpointerup = box.onpointercancel = () => {
+      box.onpointermove = box.onpointerup = box.onpointercancel = null;
+      this.end();
+    };
+  }
+
+  /** @param {WheelEvent} event */
+  wheel(event) {
+    if (!this.begin() || !this.view) return;
+    event.preventDefault();
+    this.move(dollied(this.view, Math.exp(Math.sign(event.deltaY) * 0.08)));
+    clearTimeout(this.wheelTimer);
+    this.wheelTimer = window.setTimeout(() => this.end(), 250);
+  }
+}
+
+/** The smallest change that makes `after` of `before`. @param {string} before @param {string} after */
+export function difference(before, after) {
+  let from = 0, same = 0;
+  while (from < before.length && before[from] === after[from]) ++from;
+  const most = Math.min(before.length, after.length) - from;
+  while (same < most && before[before.length - 1 - same] === after[after.length - 1 - same]) ++same;
+  return {from, to: before.length - same, insert: after.slice(from, after.length - same)};
+}
+
+/** @param {import('./draft.js').Shown} shown */
+function caption(shown) {
+  const kind = {draft: text.draft, refining: text.refining, refined: text.refined}[shown.kind];
+  const error = shown.error ? `, ${text.error} ${figure(shown.error.estimate)} ${words.queue.levels}` : '';
+  return `${kind} ${shown.width} × ${shown.height}, ${duration(shown.milliseconds / 1000)}${error}`;
+}
+
+/** @param {{id: string}} properties */
+export function Playground({id}) {
+  const host = useRef(/** @type {HTMLElement | null} */ (null));
+  const canvas = useRef(/** @type {HTMLElement | null} */ (null));
+  const editor = useRef(/** @type {Editor | null} */ (null));
+  const drafts = useSignal(/** @type {Drafts | null} */ (null));
+  const names = useSignal(/** @type {string[]} */ ([]));
+  const failure = useSignal(/** @type {any} */ (null));
+
+  useEffect(() => {
+    let closed = false;
+    /** @type {(() => void)[]} */
+    const ends = [];
+    (async () => {
+      const [document, schema, known] = await Promise.all([firstText(id), getJson('/schemas/scene.schema.json'), loadExamples()]);
+      if (closed || !host.current || !canvas.current) return;
+      names.value = Object.keys(known);
+      const properties = schema.properties.image.properties;
+      const made = new Drafts({
+        size: {width: properties.width.default, height: properties.height.default},
+        onValidated: (_, result) => editor.current?.showIssues(result.errors, result.warnings),
+      });
+      const edit = editor.current = new Editor(host.current, {
+        text: document,
+        onChange: (value) => {
+          store(value);
+          if (!made.dragging && value.length < 1_000_000) edit.lint();
+          made.edited(value);
+        },
+        onSubmit: () => made.now(),
+        onDrop: (files, at) => attempt(() => nameFiles(edit, files, at)),
+      });
+      edit.setSchema(schema);
+      const camera = new CameraDrag(edit, made), box = canvas.current;
+      const down = (/** @type {PointerEvent} */ event) => camera.pointer(event), wheel = (/** @type {WheelEvent} */ event) => camera.wheel(event);
+      box.addEventListener('pointerdown', down);
+      box.addEventListener('wheel', wheel, {passive: false});
+      ends.push(() => { box.removeEventListener('pointerdown', down); box.removeEventListener('wheel', wheel); made.close(); edit.destroy(); });
+      drafts.value = made;
+      made.edited(document);
+      const pointer = route.value.query.get('at');
+      if (pointer) edit.goTo(pointer);
+    })().catch((error) => { failure.value = error; });
+    return () => { closed = true; ends.forEach((end) => end()); editor.current = null; };
+  }, [id]);
+
+  const choose = async (/** @type {string} */ name) => editor.current?.setText((await loadExamples())[name]);
+  return html`<div class="playground">
+    <${Bar} editor=${editor} drafts=${drafts} names=${names} choose=${choose} />
+    <div class="edit"><${Failure} problem=${failure.value} /><div class="editor" ref=${host}></div></div>
+    <${Stage} box=${canvas} drafts=${drafts} editor=${editor} />
+    <${Facts} drafts=${drafts} editor=${editor} />
+  </div>`;
+}
+
+/** @param {{editor: {current: Editor | null}, drafts: import('@preact/signals').Signal<Drafts | null>, names: import('@preact/signals').Signal<string[]>, choose: (name: string) => void}} properties */
+function Bar({editor, drafts, names, choose}) {
+  const made = drafts.value;
+  const submit = (/** @type {string} */ path) => attempt(async () => {
+    const value = editor.current?.text() || '';
+    const job = await postJson(path, path === '/v1/measure' ? {scene: JSON.parse(value)} : value);
+    go(`#/jobs/${job.id}`);
+  });
+  const invalid = made?.validation.value?.valid === false;
+  return html`<div class="bar">
+    <h1>${words.titles.new}</h1>
+    <select aria-label=${text.examples} value="" onChange=${(/** @type {any} */ event) => { if (event.target.value) choose(event.target.value); event.target.value = ''; }}>
+      <option value="">${text.choose}</option>
+      ${names.value.map((name) => html`<option value=${name}>${name}</option>`)}
+    </select>
+    ${made && mayWrite.value && html`
+      <label class="switch" title=${text.autoHelp}><input type="checkbox" checked=${made.auto.value} onChange=${() => { made.auto.value = !made.auto.value; }} />${text.auto}</label>
+      <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
+      ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => made.now()}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
+    <span class="spring"></span>
+    <button class="quiet" onClick=${() => copy(curlCommand(editor.current?.text() || ''))}>${text.curl}</button>
+    ${made && mayWrite.value && html`
+      <button title=${text.measureHelp} disabled=${invalid} onClick=${() => submit('/v1/measure')}>${text.measure}</button>
+      <button class="primary" title=${text.renderHelp} disabled=${invalid} onClick=${() => submit('/v1/jobs')}>${text.render}</button>`}
+  </div>`;
+}
+
+/** @param {{box: {current: HTMLElement | null}, drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}}} properties */
+function Stage({box, drafts, editor}) {
+  const made = drafts.value;
+  const older = useSignal(/** @type {import('./draft.js').Shown | null} */ (null));
+  const shown = older.value || made?.shown.value;
+  const manual = made?.manualReason.value;
+  const restore = () => {
+    if (older.value) editor.current?.setText(older.value.text);
+    older.value = null;
+  };
+  return html`<section class="stage" aria-label=${words.titles.new}>
+    ${manual && html`<p class="banner">${manual === 'size' ? text.manual.size : text.manual.time}</p>`}
+    <div class="canvas" ref=${box} title=${text.hint}>
+      ${shown ? html`<img class=${shown.kind === 'refined' ? '' : 'soft'} src=${shown.url} alt=${text.imageAlt} draggable=${false} data-kind=${shown.kind} data-job=${shown.job || ''} />`
+        : html`<div class="empty"><h2>${text.waiting}</h2><p>${text.waitingText}</p></div>`}
+    </div>
+    <div class="caption">
+      <span class="number" role="status">${older.value ? text.older + ': ' : ''}${shown ? caption(shown) : ''}</span>
+      <span class="spring"></span>
+      ${older.value && html`<button onClick=${restore}>${text.restore}</button><button class="quiet" onClick=${() => { older.value = null; }}>${text.backToNow}</button>`}
+    </div>
+    <${Failure} problem=${made?.problem.value || null} />
+    <div class="film" role="group" aria-label=${text.history}>
+      ${made && made.history.value.length > 0 ? made.history.value.map((each) => html`<button key=${each.url} aria-pressed=${each === older.value} aria-label=${text.older}
+          onClick=${() => { older.value = each === older.value ? null : each; }}><img src=${each.url} alt="" /></button>`)
+        : html`<span class="dim">${text.historyEmpty}</span>`}
+    </div>
+  </section>`;
+}
+
+/** @param {{drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}}} properties */
+function Facts({drafts, editor}) {
+  const validation = useComputed(() => drafts.value?.validation.value || null).value;
+  const goTo = (/** @type {string} */ pointer) => editor.current?.goTo(pointer);
+  if (!validation) return html`<aside class="facts" aria-label=${text.facts}></aside>`;
+  const {estimate, errors, warnings} = validation;
+  const reasons = Object.entries(validation.reasons || {});
+  return html`<aside class="facts" aria-label=${text.facts}>
+    ${errors.length > 0 && html`<section><h2>${text.problems}</h2><p>${text.invalid(errors.length)}</p><${Issues} issues=${errors} goTo=${goTo} /></section>`}
+    ${warnings.length > 0 && html`<section><h2>${text.warnings}</h2><${Issues} issues=${warnings} goTo=${goTo} /></section>`}
+    ${estimate && html`<section><h2>${text.estimate}</h2><dl>
+      <dt>${text.seconds}</dt><dd class="number">${estimate.seconds === null ? text.notYet : '≈ ' + duration(estimate.seconds)}</dd>
+      <dt>${text.samples}</dt><dd class="number">${count(estimate.samples)}</dd>
+      <dt>${text.memory}</dt><dd class="number">${size(estimate.memory_bytes)}</dd></dl></section>`}
+    ${validation.valid && html`<section><h2>${text.needs}</h2>${reasons.length === 0 ? html`<p class="dim">${text.noReasons}</p>` : html`<ul>${reasons.map(([name, pointer]) => html`
+      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}</section>`}
+  </aside>`;
+}
+
+/** @param {{issues: import('./api.js').Issue[], goTo: (pointer: string) => void}} properties */
+function Issues({issues, goTo}) {
+  return html`<ul>${issues.slice(0, 20).map(({pointer, code, detail}) => html`<li><button class="link" onClick=${() => goTo(pointer)}><code>${pointer || '#'}</code></button>
+    <span><strong>${code}</strong>: ${detail}</span></li>`)}</ul>`;
+}
+

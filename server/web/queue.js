@@ -1,0 +1,203 @@
+/** The queue: counts as filter, rows of jobs, selection and what can be done with it. */
+import {signal, useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect, useMemo, useRef} from 'preact/hooks';
+import {mayWrite, postJson} from './api.js';
+import {age, count, duration, figure} from './format.js';
+import {JobList} from './job-list.js';
+import {addKeys} from './keys.js';
+import {attempt, Dialog, Failure, say, State, Thumbnail} from './parts.js';
+import {go, route, setQuery} from './routes.js';
+import {figures} from './store.js';
+import {words} from './words.js';
+
+const ROW = 44, ROWS_MAX = 60, STATES = /** @type {const} */ (['queued', 'running', 'succeeded', 'failed', 'cancelled']);
+const text = words.queue;
+
+/** @typedef {Record<string, any>} Job */
+
+const now = signal(Date.now());
+setInterval(() => { if (document.visibilityState === 'visible') now.value = Date.now(); }, 5000);
+
+/** "0.83 of 1 level", or "" before there is a report. @param {Job} job */
+export function errorText(job) {
+  const error = job.report?.error;
+  if (!error) return '';
+  const unit = (/** @type {number} */ value) => value === 1 ? text.level : text.levels;
+  return error.target ? text.of(figure(error.estimate), `${figure(error.target)} ${unit(error.target)}`) : `${figure(error.estimate)} ${unit(error.estimate)}`;
+}
+
+export function Queue() {
+  const state = route.value.query.get('state') || '', search = route.value.query.get('q') || '', batch = route.value.query.get('batch') || '';
+  const filter = useMemo(() => {
+    /** @type {Record<string, string>} */
+    const made = {};
+    if (state) made.state = state;
+    if (search) made.q = search;
+    if (batch) made.batch = batch;
+    return made;
+  }, [state, search, batch]);
+  const list = useMemo(() => new JobList(filter), [filter]);
+  useEffect(() => () => list.close(), [list]);
+  const selected = useSignal(/** @type {Set<string>} */ (new Set()));
+  useEffect(() => { selected.value = new Set(); }, [list]);
+  const field = useRef(/** @type {HTMLInputElement | null} */ (null));
+  useEffect(() => addKeys({'/': () => field.current?.focus()}), []);
+  list.version.value;
+  const empty = !list.loading.value && list.order.length === 0 && !list.problem.value;
+  return html`<div class="page queue">
+    <div class="tools">
+      <h1>${words.titles.queue}</h1>
+      <div class="counts" role="group" aria-label=${text.columns.state}>
+        <${Count} name="" label=${text.all} state=${state} />
+        ${STATES.map((name) => html`<${Count} name=${name} label=${words.states[name]} state=${state} />`)}
+      </div>
+      <span class="spring"></span>
+      <input ref=${field} type="search" placeholder=${text.searchKey} aria-label=${text.search} value=${search}
+        onChange=${(/** @type {any} */ event) => setQuery({q: event.target.value || null})} />
+    </div>
+    <${Failure} problem=${list.problem.value} />
+    ${empty ? html`<${Empty} filtered=${Object.keys(filter).length > 0} />` : html`<${Rows} list=${list} selected=${selected} />`}
+    <${BulkBar} list=${list} filter=${filter} selected=${selected} />
+  </div>`;
+}
+
+/** @param {{name: '' | typeof STATES[number], label: string, state: string}} properties */
+function Count({name, label, state}) {
+  const jobs = figures.value?.jobs;
+  const number = jobs && (name ? jobs[name] : STATES.reduce((sum, each) => sum + (jobs[each] || 0), 0));
+  return html`<button class="count" aria-pressed=${state === name} onClick=${() => setQuery({state: name || null})}>
+    ${name ? html`<${State} state=${name} />` : label} <span class="number">${count(number ?? null)}</span></button>`;
+}
+
+/** @param {{filtered: boolean}} properties */
+function Empty({filtered}) {
+  if (filtered) {
+    return html`<div class="empty"><h2>${text.nothing}</h2><p>${text.nothingText}</p>
+      <button onClick=${() => setQuery({state: null, q: null, batch: null})}>${text.clear}</button></div>`;
+  }
+  return html`<div class="empty"><h2>${text.empty}</h2><p>${text.emptyText}</p>
+    <pre>curl --json @scene.json ${location.origin}/v1/jobs</pre>
+    ${mayWrite.value && html`<a class="button primary" href="#/new">${text.openPlayground}</a>`}</div>`;
+}
+
+/** @param {{list: JobList, selected: import('@preact/signals').Signal<Set<string>>}} properties */
+function Rows({list, selected}) {
+  const box = useRef(/** @type {HTMLElement | null} */ (null));
+  const range = useSignal({first: 0, last: 30});
+  const current = useSignal(-1);
+  const anchor = useRef(-1);
+  const measure = () => {
+    const element = box.current;
+    if (!element) return;
+    const first = Math.max(0, Math.floor(element.scrollTop / ROW) - 8);
+    const last = Math.min(first + ROWS_MAX, Math.ceil((element.scrollTop + element.clientHeight) / ROW) + 8);
+    if (first !== range.value.first || last !== range.value.last) range.value = {first, last};
+    if (last > list.order.length - 40) list.more();
+  };
+  useEffect(() => {
+    measure();
+    const observer = new ResizeObserver(measure);
+    if (box.current) observer.observe(box.current);
+    return () => observer.disconnect();
+  }, [list]);
+  list.version.value;
+  const {first, last} = range.value, ids = list.order.slice(first, last);
+  useEffect(() => { list.refresh(ids); });
+
+  const toggle = (/** @type {number} */ index, /** @type {boolean} */ extend) => {
+    const next = new Set(selected.value), id = list.order[index];
+    if (extend && anchor.current >= 0) {
+      const [low, high] = [Math.min(anchor.current, index), Math.max(anchor.current, index)];
+      for (const each of list.order.slice(low, high + 1)) next.add(each);
+    } else if (!next.delete(id)) next.add(id);
+    anchor.current = index;
+    selected.value = next;
+  };
+  const move = (/** @type {number} */ step) => {
+    current.value = Math.max(0, Math.min(list.order.length - 1, current.value + step));
+    const element = box.current, top = current.value * ROW;
+    if (element && top < element.scrollTop) element.scrollTop = top;
+    if (element && top + 2 * ROW > element.scrollTop + element.clientHeight) element.scrollTop = top + 2 * ROW - element.clientHeight;
+  };
+  useEffect(() => addKeys({
+    'j': () => move(1), 'k': () => move(-1), 'x': () => { if (current.value >= 0) toggle(current.value, false); },
+    'Enter': () => { if (current.value >= 0) go(`#/jobs/${list.order[current.value]}`); },
+  }), [list]);
+
+  const columns = text.columns;
+  return html`<div class="rows panel" ref=${box} onScroll=${measure} tabindex="-1">
+    <table aria-rowcount=${list.order.length + 1} aria-busy=${list.loading.value}>
+      <thead><tr>${mayWrite.value && html`<th class="c-check"></th>`}<th class="c-thumb"></th><th class="c-name" scope="col">${columns.name}</th><th class="c-state" scope="col">${columns.state}</th>
+        <th class="c-progress" scope="col">${columns.progress}</th><th class="c-error" scope="col">${columns.error}</th><th class="c-size" scope="col">${columns.size}</th>
+        <th class="c-priority" scope="col">${columns.priority}</th><th class="c-age" scope="col">${columns.age}</th></tr></thead>
+      <tbody>
+        ${first > 0 && html`<tr class="space" aria-hidden="true" style=${{height: `${first * ROW}px`}}></tr>`}
+        ${ids.map((id, offset) => html`<${Row} key=${id} job=${list.jobs.get(id)} index=${first + offset} isCurrent=${current.value === first + offset}
+          isSelected=${selected.value.has(id)} toggle=${toggle} />`)}
+        ${last < list.order.length && html`<tr class="space" aria-hidden="true" style=${{height: `${(list.order.length - last) * ROW}px`}}></tr>`}
+      </tbody>
+    </table>
+  </div>`;
+}
+
+/** @param {{job: Job, index: number, isCurrent: boolean, isSelected: boolean, toggle: (index: number, extend: boolean) => void}} properties */
+function Row({job, index, isCurrent, isSelected, toggle}) {
+  const name = job.name || text.untitled;
+  const isRunning = job.state === 'running';
+  const percent = Math.floor(job.progress * 100);
+  return html`<tr aria-rowindex=${index + 2} aria-selected=${isSelected} class=${isCurrent ? 'current' : ''} data-id=${job.id}
+      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(index, true) : go(`#/jobs/${job.id}`); }}>
+    ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(name)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(index, event.shiftKey)} /></td>`}
+    <td class="c-thumb"><${Thumbnail} job=${job} /></td>
+    <td class="c-name"><a href=${`#/jobs/${job.id}`}>${name}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
+      ${Object.entries(job.labels || {}).slice(0, 3).map(([label, value]) => html`<span class="chip">${label}: ${value}</span>`)}</td>
+    <td class="c-state"><${State} state=${job.state} /></td>
+    <td class="c-progress number">${isRunning ? html`<progress max="1" value=${job.progress} aria-label=${text.columns.progress}></progress>
+      <span>${percent} % ${job.eta_s ? html`<span class="dim">${duration(job.eta_s)}</span>` : ''}</span>` : job.report ? html`<span class="dim">${duration(job.report.time_ms.trace / 1000)}</span>` : ''}</td>
+    <td class="c-error number">${errorText(job)}</td>
+    <td class="c-size number">${job.image ? `${job.image.width} × ${job.image.height}` : ''}</td>
+    <td class="c-priority number">${job.priority}</td>
+    <td class="c-age number">${age(job.created_at, now.value)}</td>
+  </tr>`;
+}
+
+/** What can be done with the selected jobs. @param {{list: JobList, filter: Record<string, string>, selected: import('@preact/signals').Signal<Set<string>>}} properties */
+function BulkBar({list, filter, selected}) {
+  const everything = useSignal(false);
+  const asked = useSignal(/** @type {{action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
+  const clear = () => { selected.value = new Set(); everything.value = false; };
+  const ask = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
+    const body = everything.value ? {action, filter} : {action, ids: [...selected.value]};
+    const trial = await postJson('/v1/jobs/bulk', {...body, dry_run: true});
+    asked.value = {action, body, matched: trial.matched, refused: trial.refused.length};
+  });
+  const run = () => attempt(async () => {
+    if (!asked.value) return;
+    const {action, body} = asked.value;
+    asked.value = null;
+    const {done, refused} = await postJson('/v1/jobs/bulk', body);
+    say(text.outcome(text[action], done, refused.length));
+    clear();
+    list.scheduleReload();
+  });
+  useEffect(() => addKeys({
+    'c': () => { if (selected.value.size > 0) ask('cancel'); }, 'r': () => { if (selected.value.size > 0) ask('retry'); }, 'Esc': clear,
+  }), [list]);
+  if (selected.value.size === 0 || !mayWrite.value) return null;
+  const canSelectAll = Object.keys(filter).length > 0 && list.order.every((id) => selected.value.has(id)) && list.cursor !== null;
+  const confirmed = asked.value;
+  return html`<div class="bulk" role="toolbar" aria-label=${text.selected(selected.value.size)}>
+    <strong class="number">${everything.value ? text.allMatching : text.selected(selected.value.size)}</strong>
+    ${canSelectAll && !everything.value && html`<button class="quiet" onClick=${() => { everything.value = true; }}>${text.allMatching}</button>`}
+    <button onClick=${() => ask('cancel')}>${text.cancel}</button>
+    <button onClick=${() => ask('retry')}>${text.retry}</button>
+    <button class="danger" onClick=${() => ask('remove')}>${text.remove}</button>
+    <button class="quiet" onClick=${clear}>${text.clearSelection}</button>
+    <${Dialog} open=${confirmed !== null} onClose=${() => { asked.value = null; }} title=${text.columns.state}>${confirmed && html`<div class="stack">
+      <h2>${text.confirm[confirmed.action](confirmed.matched - confirmed.refused)}</h2>
+      ${confirmed.refused > 0 && html`<p class="dim">${text.notPossible(confirmed.refused)}</p>`}
+      <div class="row"><button onClick=${() => { asked.value = null; }}>${text.back}</button>
+        <button class="primary" disabled=${confirmed.matched === confirmed.refused} onClick=${run}>${text.doIt[confirmed.action]}</button></div></div>`}</${Dialog}>
+  </div>`;
+}

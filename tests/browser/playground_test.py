@@ -1,0 +1,251 @@
+"""The playground: drafts while typing, completion, problems, orbit, dropped files."""
+import base64
+import hashlib
+import json
+import statistics
+import time
+import unittest
+
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from tests.browser.browser import BrowserTest
+from tests.http.daemon import json_of, scene
+from tests.support.sources import SOURCE, text
+
+SHAPES = text("scenes/shapes.json")
+# Records each image that the page shows, and each key, with the document of that moment.
+RECORD = """
+if (window.record) { record.shown = []; return; }
+window.record = {shown: [], inFlight: 0, most: 0, last: document.querySelector('.canvas img').src};
+new MutationObserver(() => {
+  const image = document.querySelector('.canvas img');
+  if (image && image.src !== record.last) record.shown.push([performance.now(), record.last = image.src, image.dataset.kind]);
+}).observe(document.querySelector('.stage'), {subtree: true, childList: true, attributes: true});
+const fetched = window.fetch;
+window.fetch = async (...request) => {
+  if (request[0] !== '/v1/render') return fetched(...request);
+  record.most = Math.max(record.most, ++record.inFlight);
+  try { return await fetched(...request); } finally { --record.inFlight; }
+};
+"""
+
+
+class Playground(BrowserTest):
+    def setUp(self):
+        super().setUp()
+        self.open("#/new")
+        self.shown("refined")
+
+    def shown(self, kind, after=""):
+        """Waits for an image of a kind; returns its address."""
+        def found():
+            images = self.browser.all(f".canvas img[data-kind={kind}]")
+            return images[0].get_attribute("src") if images and images[0].get_attribute("src") != after else None
+        return self.browser.until(found, f"{kind} image")
+
+    def document(self):
+        return self.editor("return view.state.doc.toString()")
+
+    def set_document(self, document):
+        value = document if isinstance(document, str) else json.dumps(document, indent=1)
+        self.editor("view.dispatch({changes: {from: 0, to: view.state.doc.length, insert: arguments[0]}})", value)
+
+    def put_cursor_after(self, marker):
+        self.editor("const at = view.state.doc.toString().indexOf(arguments[0]) + arguments[0].length;"
+                    "view.dispatch({selection: {anchor: at}, scrollIntoView: true}); view.focus();", marker)
+
+    def type(self, *keys, pause_s=0.06):
+        actions = ActionChains(self.browser, duration=0)
+        for key in keys:
+            actions.send_keys(key).pause(pause_s)
+        actions.perform()
+
+    def diagnostics(self):
+        """[(line, text)] of the marked problems."""
+        return self.editor("""const found = [];
+          for (const mark of view.dom.querySelectorAll('.cm-lintRange')) {
+            found.push(view.state.doc.lineAt(view.posAtDOM(mark)).number);
+          }
+          return found;""")
+
+    def job_rows(self):
+        return json_of(self.daemon.get("/v1/jobs"))["items"]
+
+
+class Drafts(Playground):
+    def test_follow_typing(self):
+        """Acceptance test 29: the times are printed; that no image is stale and that at most two requests run is asserted."""
+        self.set_document(SHAPES)
+        self.browser.all("label.switch input")[1].click()  # no refinement
+        delays = []
+        for round_ in range(8):
+            self.put_cursor_after('[-3.2,0.8,0],"radius":')
+            self.type(*([Keys.DELETE] * 3 if round_ == 0 else [Keys.DELETE] * 4), pause_s=0)
+            self.browser.execute_script(RECORD)
+            self.type(*f"0.{50 + round_}")
+            last_key = self.browser.execute_script("return performance.now()")
+            before = self.browser.execute_script("return record.last || ''")
+            self.shown("draft", before)
+            images = self.browser.until(lambda: self.browser.execute_script(
+                "return record.inFlight === 0 && record.shown.length ? record : null"), "a draft")
+            self.assertLessEqual(images["most"], 2)
+            delays.append(images["shown"][-1][0] - last_key)
+            self.assertIn(f'"radius":0.{50 + round_}', self.document())
+        delays.sort()
+        print(f"key to draft: median {statistics.median(delays):.0f} ms, p95 {delays[-1]:.0f} ms")
+        self.assertEqual(self.job_rows(), [], "drafts are in no list")
+
+    def test_show_the_newest_text_only(self):
+        colors = ("[0.9,0.1,0.1]", "[0.1,0.9,0.1]", "[0.1,0.1,0.9]")
+        for color in colors:
+            self.set_document(json.dumps({**scene(64, 48), "background": {"color": json.loads(color)}, "objects": []}))
+        self.browser.until(lambda: self.pixel()[2] > 200 and self.pixel()[0] < 120, "the last colour")
+        time.sleep(1)
+        self.assertGreater(self.pixel()[2], 200)
+
+    def pixel(self):
+        """The middle of the image."""
+        return self.browser.execute_async_script("""const done = arguments[0], image = document.querySelector('.canvas img');
+          image.decode().then(() => {
+            const canvas = document.createElement('canvas'); canvas.width = image.naturalWidth; canvas.height = image.naturalHeight;
+            const context = canvas.getContext('2d'); context.drawImage(image, 0, 0);
+            done([...context.getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data]);
+          }, () => done([0, 0, 0, 0]));""")
+
+    def test_refine_until_the_next_key(self):
+        """Acceptance test 32."""
+        self.set_document(scene(2000, 1500, samples=256))
+        self.shown("refining")
+        job = self.browser.one(".canvas img").get_attribute("data-job")
+        self.assertEqual(self.daemon.job(job)["state"], "running")
+        begin = time.monotonic()
+        self.put_cursor_after('"version": 1')
+        self.type(" ")
+        self.daemon.wait_for_state(job, "cancelled")
+        print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
+
+    def test_leave_no_rows(self):
+        """Acceptance test 31, with fewer edits."""
+        for _ in range(12):
+            self.put_cursor_after('"version": 1')
+            self.type(" ", pause_s=0.2)
+        self.shown("refined")
+        self.assertEqual(self.job_rows(), [])
+
+    def test_save_the_text(self):
+        self.put_cursor_after('"name": "shapes')
+        self.type("!")
+        self.browser.get("about:blank")
+        self.browser.get(self.address("#/new"))
+        self.shown("draft")
+        self.assertIn('"shapes!"', self.document())
+
+
+class Assistance(Playground):
+    def completions(self):
+        return self.browser.until(lambda: self.browser.execute_script(
+            "return [...document.querySelector('.editor').shadowRoot.querySelectorAll('.cm-completionLabel')].map(each => each.textContent)"), "completions")
+
+    def test_completes_fields_and_values(self):
+        """A part of acceptance test 27."""
+        cases = [('{"version": 1, ', '"', {"camera", "objects", "lights"}),
+                 ('{"version": 1, "camera": {', '"', {"position", "look_at", "fov"}),
+                 ('{"version": 1, "objects": [{"type": ', '"', {"sphere", "torus", "mesh"}),
+                 ('{"version": 1, "accuracy": {', '"', {"target_error", "time_budget_ms", "samples"}),
+                 ('{"version": 1, "output": {"formats": [', '"', {"png", "exr"})]
+        for document, typed, expected in cases:
+            self.set_document(document)
+            self.put_cursor_after(document)
+            self.type(typed)
+            found = {label.strip('"') for label in self.completions()}
+            self.assertLessEqual(expected, found, document)
+            self.type(Keys.ESCAPE)
+
+    def test_shows_the_problems_of_the_server_at_their_lines(self):
+        """A part of acceptance test 28."""
+        document = scene(32, 24)
+        document["objects"][0]["material"] = "glas"
+        document["objects"][1]["normal"] = [0, 0, 0]
+        written = json.dumps(document, indent=1)
+        reply = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))
+        self.set_document(written)
+        self.browser.until(lambda: len(self.browser.all(".facts section:first-child li")) == len(reply["errors"]), "problems")
+        pointers = [each.text for each in self.browser.all(".facts section:first-child li code")]
+        self.assertEqual(pointers, [issue["pointer"] for issue in reply["errors"]])
+        lines = {number for number, line in enumerate(written.splitlines(), 1) if '"glas"' in line or '"normal"' in line}
+        self.browser.until(lambda: set(self.diagnostics()) == lines, f"marks at {lines}")
+        self.browser.all(".facts section:first-child li button")[0].click()
+        at = self.editor("return view.state.sliceDoc(view.state.selection.main.head, view.state.selection.main.head + 6)")
+        self.assertEqual(at, '"glas"')
+
+    def test_names_a_dropped_file(self):
+        """Acceptance test 34."""
+        path = SOURCE / "scenes/assets/tile.png"
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        document = json.dumps({**scene(64, 48), "background": {"color": 0.5}, "textures": {"tile": {"file": ""}}})
+        for expected in (["PUT"], []):
+            self.set_document(document)
+            self.put_cursor_after('"file": "')
+            self.browser.requests()
+            self.editor("""const data = new DataTransfer();
+              data.items.add(new File([Uint8Array.from(atob(arguments[0]), c => c.charCodeAt(0))], 'tile.png'));
+              const box = view.coordsAtPos(view.state.selection.main.head);
+              view.contentDOM.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true, cancelable: true, clientX: box.left, clientY: box.top + 4}));""",
+                        base64.b64encode(path.read_bytes()).decode())
+            self.browser.until(lambda: f'"file": "sha256:{digest}"' in self.document(), "the name of the file")
+            self.assertEqual([method for method, url in self.browser.requests() if method == "PUT"], expected)
+
+    def test_copies_a_command(self):
+        self.browser.execute_script("window.copied = ''; document.addEventListener('copy', () => { copied = getSelection().toString(); });"
+                                    "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async (text) => { copied = text; }}})")
+        self.browser.button("Copy as curl").click()
+        command = self.browser.until(lambda: self.browser.execute_script("return copied"), "the command")
+        self.assertTrue(command.startswith("curl "))
+        self.assertIn(f"http://127.0.0.1:{self.daemon.port}/v1/render", command)
+
+
+class Orbit(Playground):
+    def drag(self, dx, dy, steps=10):
+        canvas = self.browser.one(".canvas")
+        actions = ActionChains(self.browser, duration=20).move_to_element(canvas).click_and_hold()
+        for _ in range(steps):
+            actions.move_by_offset(dx // steps, dy // steps)
+        actions.release().perform()
+
+    def camera(self):
+        return json.loads(self.document())["camera"]
+
+    def test_turns_the_camera_and_is_one_step_of_the_history(self):
+        """Acceptance test 30 without its rate, which is printed."""
+        before, camera = self.document(), self.camera()
+        self.browser.execute_script(RECORD)
+        begin = time.monotonic()
+        self.drag(200, 50, steps=40)
+        seconds = time.monotonic() - begin
+        shown = len(self.browser.execute_script("return record.shown"))
+        print(f"orbit: {shown / seconds:.1f} images/s")
+        moved = self.camera()
+        self.assertNotEqual(moved["position"], camera["position"])
+        self.assertEqual(moved["look_at"], camera["look_at"])
+        distance = [sum((a - b) ** 2 for a, b in zip(each["position"], each["look_at"])) ** 0.5 for each in (camera, moved)]
+        self.assertAlmostEqual(distance[0], distance[1], delta=0.01)
+        self.editor("view.focus()")
+        ActionChains(self.browser).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
+        self.browser.until(lambda: self.document() == before, "the text as it was")
+
+    def test_the_wheel_comes_closer(self):
+        camera = self.camera()
+        canvas = self.browser.find_element(By.CSS_SELECTOR, ".canvas")
+        ActionChains(self.browser).scroll_from_origin(
+            ScrollOrigin.from_element(canvas), 0, -120).perform()
+        self.browser.until(lambda: self.camera() != camera, "another camera")
+        self.assertLess(self.camera()["position"][2], camera["position"][2])
+
+
+del Playground  # only its subclasses have tests
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,206 @@
+"""The queue: rows, filters, selection, events, lost connections, keys of users."""
+import pathlib
+import tempfile
+import time
+import unittest
+
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+from tests.browser.browser import Browser, BrowserTest
+from tests.http.daemon import Daemon, json_of, scene
+from tests.http.keys_test import new_key
+
+LATER = {"run_after": "2099-01-01T00:00:00Z"}
+
+
+class Queue(BrowserTest):
+    def setUp(self):
+        super().setUp()
+        self.daemon.request("POST", "/v1/jobs/bulk", {"action": "cancel", "filter": {"created_after": "2020-01-01T00:00:00Z"}})
+        self.daemon.request("POST", "/v1/jobs/bulk", {"action": "remove", "filter": {"created_after": "2020-01-01T00:00:00Z"}})
+
+    def names(self):
+        return [each.text for each in self.browser.all(".rows .c-name a")]
+
+    def state_of(self, job_id):
+        row = self.browser.all(f'.rows tr[data-id="{job_id}"] .state')
+        return row[0].text if row else None
+
+    def counts(self):
+        return {each.text.split()[0]: int(each.text.split()[1].replace(",", "")) for each in self.browser.all(".count") if len(each.text.split()) == 2}
+
+    def submit_many(self, count, **changes):
+        frames = [{"name": f"frame {index}"} for index in range(count)]
+        reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER, **changes), "frames": frames})
+        self.assertEqual(reply.status, 202, reply.body)
+
+    def test_is_empty_at_first(self):
+        self.open()
+        self.assertIn("No jobs yet", self.browser.text(".empty"))
+        self.browser.button("Open the playground").click()
+        self.browser.until(lambda: self.browser.current_url.endswith("#/new"), "the playground")
+
+    def test_follows_jobs_to_their_end(self):
+        self.open()
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        job = self.daemon.submit(scene(64, 48, name="followed"))
+        self.browser.until(lambda: self.state_of(job) == "succeeded", "the job")
+        self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"] img.thumb'), "its image")
+        self.browser.until(lambda: "level" in self.browser.text(f'.rows tr[data-id="{job}"] .c-error'), "its error")
+        self.browser.until(lambda: self.counts().get("succeeded") == 1, "the count")
+
+    def test_shows_few_rows_of_many_jobs(self):
+        """Acceptance test 13 with 2,000 jobs."""
+        self.submit_many(2000)
+        self.open()
+        self.browser.until(lambda: len(self.names()) > 10, "rows")
+        self.assertEqual(self.names()[0], "frame 1999")
+        for _ in range(30):
+            self.browser.execute_script("const box = document.querySelector('.rows'); box.scrollTop = box.scrollHeight;")
+            self.assertLessEqual(len(self.browser.all(".rows tbody tr[data-id]")), 60)
+            if "frame 0" in self.names():
+                break
+            time.sleep(0.1)
+        self.browser.until(lambda: "frame 0" in self.names(), "the last row")
+
+    def test_counts_many_submissions_with_few_requests(self):
+        """Acceptance test 14."""
+        self.open()
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.browser.requests()
+        for _ in range(4):
+            self.submit_many(250)
+        self.browser.until(lambda: self.counts().get("queued") == 1000, "the count")
+        self.browser.until(lambda: self.names(), "rows")
+        lists = [url for method, url in self.browser.requests() if method == "GET" and "/v1/jobs?" in url]
+        self.assertLessEqual(len(lists), 10)
+
+    def test_filters_and_searches(self):
+        self.submit_many(3)
+        done = self.daemon.submit(scene(name="needle"))
+        self.daemon.wait_for_end(done)
+        self.open("#/?state=succeeded")
+        self.browser.until(lambda: self.names() == ["needle"], "one row")
+        self.open("#/")
+        self.browser.until(lambda: len(self.names()) == 4, "rows")
+        ActionChains(self.browser).send_keys("/").send_keys("FRAME 1").send_keys(Keys.ENTER).perform()
+        self.browser.until(lambda: self.names() == ["frame 1"], "the found row")
+        self.assertIn("q=FRAME", self.browser.current_url)
+        self.browser.get(self.address("#/?q=nothing"))
+        self.browser.until(lambda: "No job matches" in self.browser.text(".empty"), "the hint")
+
+    def test_cancels_what_is_selected(self):
+        """Acceptance test 17 with fewer jobs: the dry run is shown, what ended meanwhile is counted."""
+        self.submit_many(30)
+        self.open("#/")
+        self.browser.until(lambda: len(self.names()) == 30 or len(self.names()) > 15, "rows")
+        boxes = self.browser.all(".rows .c-check input")
+        boxes[0].click()
+        ActionChains(self.browser).key_down(Keys.SHIFT).click(boxes[9]).key_up(Keys.SHIFT).perform()
+        self.assertEqual(self.browser.text(".bulk strong"), "10 selected")
+        self.browser.button("Cancel", ".bulk").click()
+        self.assertIn("Cancel 10 jobs?", self.browser.text("dialog[open] h2"))
+        first = self.browser.all(".rows tbody tr[data-id]")[0].get_attribute("data-id")
+        self.daemon.request("POST", f"/v1/jobs/{first}/cancel")
+        self.browser.button("Cancel them", "dialog[open]").click()
+        self.browser.until(lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome")
+        self.browser.until(lambda: self.counts().get("cancelled") == 10, "the count")
+
+    def test_works_by_keys_alone(self):
+        self.submit_many(3)
+        self.open("#/")
+        self.browser.until(lambda: len(self.names()) == 3, "rows")
+        ActionChains(self.browser).send_keys("j").send_keys("j").send_keys("x").perform()
+        self.browser.until(lambda: self.browser.all(".bulk"), "a selection")
+        chosen = self.browser.all(".rows tr[aria-selected=true] .c-name a")
+        self.assertEqual([each.text for each in chosen], ["frame 1"])
+        ActionChains(self.browser).send_keys("?").perform()
+        self.browser.until(lambda: self.browser.all("dialog[open] .key-list"), "the list of keys")
+        ActionChains(self.browser).send_keys(Keys.ESCAPE).perform()
+        ActionChains(self.browser).send_keys("g").send_keys("n").perform()
+        self.browser.until(lambda: self.browser.current_url.endswith("#/new"), "the playground")
+
+
+class Connection(BrowserTest):
+    expected_errors = ("net::ERR_",)
+
+    def test_says_that_the_service_is_gone_and_returns(self):
+        """Acceptance test 15; the times are printed."""
+        self.open("#/")
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        port, begin = self.daemon.port, time.monotonic()
+        self.daemon.kill()
+        self.browser.until(lambda: self.browser.text(".light") == "No connection", "the light")
+        print(f"noticed after {time.monotonic() - begin:.1f} s")
+        self.daemon.listen = f"127.0.0.1:{port}"
+        self.daemon.start()
+        begin = time.monotonic()
+        job = self.daemon.submit(scene(name="after the restart"))
+        self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"]'), "the new job")
+        print(f"list right after {time.monotonic() - begin:.1f} s")
+
+    def test_has_one_stream_for_all_tabs(self):
+        """Acceptance test 16."""
+        self.open("#/")
+        handle = self.browser.current_window_handle
+        for _ in range(7):
+            self.browser.switch_to.new_window("tab")
+            self.browser.get(self.address("#/"))
+            self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        metrics = self.daemon.health("/metrics").body.decode()
+        self.assertIn("whittle_event_listeners 1\n", metrics)
+        for other in self.browser.window_handles:
+            if other != handle:
+                self.browser.switch_to.window(other)
+                self.browser.close()
+        self.browser.switch_to.window(handle)
+
+
+class ApiKeys(unittest.TestCase):
+    """Acceptance tests 9 and 10."""
+
+    def setUp(self):
+        self.file = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / "keys"
+        self.keys = {}
+        for name, scopes in (("ann", "jobs:read,jobs:write"), ("bob", "jobs:read")):
+            self.keys[name] = new_key(self.file, name, scopes)
+        self.daemon = self.enterContext(Daemon("--keys", str(self.file)))
+        self.browser = Browser()
+        self.addCleanup(self.browser.quit)
+
+    def open(self, route="#/"):
+        self.browser.get(f"http://127.0.0.1:{self.daemon.port}/{route}")
+
+    def enter(self, key):
+        field = self.browser.one("dialog[open] input[type=password]")
+        field.clear()
+        field.send_keys(key, Keys.ENTER)
+
+    def test_are_asked_for_once_and_stay_in_the_tab(self):
+        self.open()
+        self.browser.one("dialog[open] input[type=password]")
+        requests = [url for _, url in self.browser.requests() if "/v1/" in url and not url.endswith("/v1/me")]
+        self.assertEqual(requests, [])
+        self.enter("wrong")
+        self.browser.until(lambda: "not valid" in self.browser.text("dialog[open]"), "the refusal")
+        self.enter(self.keys["ann"])
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.assertIn("ann", self.browser.text("header"))
+        self.assertNotIn(self.keys["ann"], self.browser.execute_script("return JSON.stringify({...localStorage}) + location.href"))
+        self.assertNotIn(self.keys["ann"], self.daemon.log())
+
+    def test_that_may_only_read_see_no_controls(self):
+        job = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {"Authorization": f"Bearer {self.keys['ann']}"}))
+        self.open()
+        self.enter(self.keys["bob"])
+        self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job["id"]}"]'), "the job")
+        self.assertEqual(self.browser.all(".rows input[type=checkbox]"), [])
+        self.assertIn("read only", self.browser.text("header"))
+        self.open("#/new")
+        self.browser.one(".editor")
+        self.assertEqual([each.text for each in self.browser.all(".bar button")], ["Copy as curl"])
+
+
+if __name__ == "__main__":
+    unittest.main()
