@@ -1,9 +1,17 @@
-/** Work on bytes apart from the page: SHA-256, also where the page is no secure context. */
+/** Work on bytes apart from the page: layers of EXR files, heat maps, SHA-256. */
+import {readExr} from './exr.js';
+import {heatPixels} from './heat.js';
 import {sha256} from './sha256.js';
 
 /** @type {Record<string, (message: any) => Promise<any>>} */
 const methods = {
   sha256: async ({bytes}) => sha256(bytes),
+  exr: async ({bytes, channels}) => readExr(bytes, channels),
+  heat: async ({values, width, height, white}) => {
+    const canvas = new OffscreenCanvas(width, height);
+    /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d')).putImageData(new ImageData(heatPixels(values, white), width, height), 0, 0);
+    return canvas.convertToBlob();
+  },
 };
 
 onmessage = async ({data}) => {

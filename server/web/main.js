@@ -16,6 +16,7 @@ const STORED_THEME = 'whittle.theme';
 /** Pages by the first part of the route, and whether they are loaded only when they are opened. @type {Record<string, () => Promise<any>>} */
 const PAGES = {
   queue: async () => (await import('./queue.js')).Queue,
+  jobs: async () => (await import('./job.js')).JobPage,
   new: async () => (await import('./playground.js')).Playground,
   edit: async () => (await import('./playground.js')).Playground,
 };

@@ -46,6 +46,33 @@ export const words = {
     outcome: (/** @type {string} */ what, /** @type {number} */ done, /** @type {number} */ refused) =>
       `${what}: ${done} done${refused ? `, ${refused} refused` : ''}`,
   },
+  viewer: {
+    hint: 'Wheel: zoom. Drag: move. Point at a pixel for its values.', wipe: 'Image | map', fit: 'Fit', one: 'One to one', in: 'Zoom in', out: 'Zoom out',
+  },
+  job: {
+    tabs: {image: 'Image', error: 'Error', cost: 'Cost', document: 'Document', history: 'History', webhooks: 'Webhooks'},
+    left: (/** @type {string} */ time) => `${time} left`, confidence: (/** @type {number} */ percent) => `at ${percent} %`,
+    imageAlt: (/** @type {string} */ name) => `Image of ${name}`, heat: 'Map of the error',
+    noImage: {queued: 'Waiting', running: 'The first samples are on their way', succeeded: 'No image', failed: 'Failed', cancelled: 'Cancelled'},
+    position: (/** @type {number} */ place) => place === 1 ? 'It runs next.' : `Place ${place} in the queue.`,
+    id: 'Id', owner: 'Owner', batch: 'Batch', file: 'File', expired: 'The files have expired.', noFiles: 'Files exist once the job succeeded.', notYet: 'Known once the job succeeded.',
+    time: 'Time', rays: 'Rays', culled: 'shadow, culled', samples: 'Samples per pixel', reused: 'geometry reused',
+    samplesOf: (/** @type {string} */ least, /** @type {string} */ mean, /** @type {string} */ most) => `${least} to ${most}, mean ${mean}`,
+    edit: 'Edit a copy', copyDocument: 'Copy the document', created: 'Created', started: 'Started', ended: 'Ended', expires: 'Expires', attempts: 'Attempts',
+    noWebhooks: 'This job calls no webhook.', again: 'Send again', sure: 'Are you sure?', doIt: {cancel: 'Cancel it', remove: 'Remove it'},
+    raced: (/** @type {number} */ theirs, /** @type {string} */ yours) => `The job changed meanwhile: its priority is ${theirs}, you asked for ${yours}. Nothing was changed.`,
+  },
+  error: {
+    sentence: (/** @type {string} */ estimate, /** @type {number} */ percent) => `The estimate is ${estimate} levels of 255: the true error is at most that in ${percent} of 100 images.`,
+    met: (/** @type {string} */ target) => `The target of ${target} is met.`, missed: (/** @type {string} */ target) => `The target of ${target} is missed.`, noTarget: 'No target was set.',
+    proven: (/** @type {string} */ value) => `Proven for any scene: at most ${value} levels.`, unbounded: 'The radiance of this scene has no bound; truncation is estimated from the largest that occurred.',
+    limits: {target: 'Sampling ended because every target is reached.', time_budget: 'Sampling ended with the time budget.', samples_max: 'Sampling ended at the maximum of samples.',
+             fixed_parts: 'More samples would not help: the other parts exceed the target by themselves.', invisible: 'Sampling ended because the rest is proven to be invisible.'},
+    shares: 'Share of the squared error', part: 'Part', share: 'Share', none: 'There is no error.', whole: 'Estimate',
+    parts: {sampling: 'Sampling', truncation: 'Truncation', approximation: 'Approximation'}, alone: {depth: 'max_depth alone', cutoff: 'cutoff alone', tone: 'tone mapping alone'},
+    map: 'Map', layers: {error: 'Error', samples: 'Samples'}, samples: 'samples', white: 'White is', noLayer: 'The job has no layers of error and samples.', again: 'Render again with them',
+    submitted: 'Submitted. The samples are the same, so is the image.', largest: (/** @type {string} */ value, /** @type {string} */ unit) => `Largest: ${value} ${unit}.`,
+  },
   editor: {
     label: 'Scene document', color: (/** @type {string} */ value) => `Colour ${value}`, drag: 'Drag to change the number',
   },

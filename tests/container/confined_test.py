@@ -41,6 +41,12 @@ class ConfinedContainer(unittest.TestCase):
             expected = picture_of(outside, outside.submit(document))
         self.assertEqual(picture_of(self.container, self.container.submit(document)), expected)
 
+    def test_serves_the_page(self):
+        page = self.container.get("/", Accept="text/html")
+        self.assertEqual((page.status, page.headers["Content-Type"]), (200, "text/html; charset=utf-8"))
+        script = re.search(r'"(/ui/[^"]+\.js)"', page.body.decode()).group(1)
+        self.assertEqual(self.container.get(script).status, 200)
+
     def test_writes_every_format(self):
         formats = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
         job_id = self.container.submit(scene(output={"formats": formats}))

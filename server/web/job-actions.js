@@ -1,0 +1,47 @@
+/** What can be done with a job: cancel, retry, remove, measure, its priority. */
+import {useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect} from 'preact/hooks';
+import {getJson, mayWrite, postJson, Problem, request} from './api.js';
+import {addKeys} from './keys.js';
+import {attempt, Dialog, say} from './parts.js';
+import {go} from './routes.js';
+import {words} from './words.js';
+
+const text = words.job;
+
+/** @param {{job: import('@preact/signals').Signal<any>, etag: import('@preact/signals').Signal<string>}} properties */
+export function Actions({job, etag}) {
+  const asked = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
+  const {id, state, priority} = job.value;
+  const isOpen = state === 'queued' || state === 'running';
+  const mayRetry = state === 'failed' || state === 'cancelled';
+  const cancel = () => attempt(async () => { asked.value = ''; job.value = await postJson(`/v1/jobs/${id}/cancel`, undefined); });
+  const retry = () => attempt(async () => { job.value = await postJson(`/v1/jobs/${id}/retry`, undefined); });
+  const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/jobs/${id}`); go('#/'); });
+  const measure = () => attempt(async () => go(`#/jobs/${(await postJson('/v1/measure', {scene: await getJson(`/v1/jobs/${id}/scene`)})).id}`));
+  const setPriority = (/** @type {string} */ wanted) => attempt(async () => {
+    try {
+      const reply = await request('PATCH', `/v1/jobs/${id}`, {json: {priority: Number(wanted)}, headers: {'If-Match': etag.value}});
+      job.value = await reply.json();
+      etag.value = reply.headers.get('ETag') || '';
+    } catch (error) {
+      if (!(error instanceof Problem) || error.status !== 412) throw error;
+      const reply = await request('GET', `/v1/jobs/${id}`), now = await reply.json();
+      etag.value = reply.headers.get('ETag') || '';
+      job.value = now;
+      say(text.raced(now.priority, wanted));
+    }
+  });
+  useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
+  const edit = html`<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>`;
+  if (!mayWrite.value) return edit;
+  return html`${edit}
+    ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button>`}
+    ${isOpen && html`<label class="switch">${words.queue.columns.priority}<input class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
+      <button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
+    ${mayRetry && html`<button onClick=${retry}>${words.queue.retry}</button>`}
+    ${state !== 'running' && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}
+    <${Dialog} open=${asked.value !== ''} onClose=${() => { asked.value = ''; }} title=${text.sure}>${asked.value && html`<div class="stack"><h2>${words.queue.confirm[asked.value](1)}</h2>
+      <div class="row"><button onClick=${() => { asked.value = ''; }}>${words.queue.back}</button><button class="primary" onClick=${asked.value === 'cancel' ? cancel : remove}>${text.doIt[asked.value]}</button></div></div>`}</${Dialog}>`;
+}
