@@ -161,8 +161,8 @@ double effective_hits(const PixelState& pixel);
 /// height h has the variance p (1 - p) h^2. Precondition: more than one sample.
 double squared_height(const PixelState& pixel, const DisplayTransform& display);
 
-/// Root mean square of the fraction p of a pixel that `count` samples have missed. With the prior of Jeffreys (1946, "An
-/// invariant form for the prior probability in estimation problems"), p has the distribution Beta(1/2, n + 1/2).
+/// Root mean square of the fraction p of a pixel that `count` samples have missed. With the prior of Jeffreys (1946,
+/// "An invariant form for the prior probability in estimation problems"), p has the distribution Beta(1/2, n + 1/2).
 inline double missed_share(double count) { return std::sqrt(0.75 / ((count + 1) * (count + 2))); }
 /// Squared error of the pixel `value` without a part of `share` that is as dark or as bright as the finite interval
 /// allows.
