@@ -225,8 +225,9 @@ class OtherFormats(unittest.TestCase):
         for kind in ("jpg", "webp"):
             files = [encode(kind, linear, f"quality={quality}") for quality in (20, 60, 95)]
             errors = [float(encode(kind, linear, f"quality={quality}", "error")) for quality in (20, 60, 95)]
-            self.assertEqual(sorted(files, key=len), files, kind)
-            self.assertEqual(sorted(errors, reverse=True), errors, kind)
+            sizes = [len(file) for file in files]
+            self.assertEqual(sorted(set(sizes)), sizes, kind)
+            self.assertEqual(sorted(set(errors), reverse=True), errors, kind)
             self.assertEqual(files[2], encode(kind, linear), "the default")
 
 
