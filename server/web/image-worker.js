@@ -1,4 +1,5 @@
-/** Work on bytes apart from the page: layers of EXR files, heat maps, SHA-256. */
+/** Work on bytes apart from the page: layers of EXR files, heat maps, differences of images, SHA-256. */
+import {compare} from './diff.js';
 import {readExr} from './exr.js';
 import {heatPixels} from './heat.js';
 import {sha256} from './sha256.js';
@@ -6,6 +7,7 @@ import {sha256} from './sha256.js';
 /** @type {Record<string, (message: any) => Promise<any>>} */
 const methods = {
   sha256: async ({bytes}) => sha256(bytes),
+  compare: async ({a, b}) => compare(a, b),
   exr: async ({bytes, channels}) => readExr(bytes, channels),
   heat: async ({values, width, height, white}) => {
     const canvas = new OffscreenCanvas(width, height);

@@ -34,7 +34,8 @@ export function Actions({job, etag}) {
     }
   });
   useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
-  const edit = html`<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>`;
+  const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name === 'image.png') && !job.value.expired;
+  const edit = html`<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
   if (!mayWrite.value) return edit;
   return html`${edit}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button>`}

@@ -190,6 +190,7 @@ function BulkBar({list, filter, selected}) {
   return html`<div class="bulk" role="toolbar" aria-label=${text.selected(selected.value.size)}>
     <strong class="number">${everything.value ? text.allMatching : text.selected(selected.value.size)}</strong>
     ${canSelectAll && !everything.value && html`<button class="quiet" onClick=${() => { everything.value = true; }}>${text.allMatching}</button>`}
+    ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
     <button onClick=${() => ask('cancel')}>${text.cancel}</button>
     <button onClick=${() => ask('retry')}>${text.retry}</button>
     <button class="danger" onClick=${() => ask('remove')}>${text.remove}</button>

@@ -19,14 +19,15 @@ const linear = (byte) => byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 2
  * @property {string} [cover] of the image over its right part
  * @property {string} [coverAlt]
  * @property {(x: number, y: number) => string} [valueAt] what more is known of a pixel
+ * @property {import('@preact/signals').Signal<{zoom: number, x: number, y: number}>} [view] zoom and place, to be shared; zoom 0: fits
  * @property {any} [children] shown without an image
  */
 
 /** @param {Properties} properties */
-export function Viewer({url, alt, size, cover, coverAlt, valueAt, children}) {
+export function Viewer({url, alt, size, cover, coverAlt, valueAt, view: shared, children}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null)), picture = useRef(/** @type {HTMLImageElement | null} */ (null));
-  const view = useSignal({zoom: 0, x: 0, y: 0});  // zoom 0: fits
-  const wipe = useSignal(50);
+  const own = useSignal({zoom: 0, x: 0, y: 0}), view = shared || own;
+  const wipe = useSignal(50), resized = useSignal(0);
   const pixel = useSignal('');
   const width = size?.width || 1, height = size?.height || 1;
   const fit = () => Math.min((box.current?.clientWidth || 1) / width, (box.current?.clientHeight || 1) / height);
@@ -54,7 +55,7 @@ export function Viewer({url, alt, size, cover, coverAlt, valueAt, children}) {
       zoomBy(event.deltaY < 0 ? STEP : 1 / STEP, event.clientX - frame.left, event.clientY - frame.top);
     };
     element?.addEventListener('wheel', wheel, {passive: false});
-    const observer = new ResizeObserver(() => { view.value = {...view.value}; });
+    const observer = new ResizeObserver(() => { ++resized.value; });
     if (element) observer.observe(element);
     return () => { element?.removeEventListener('wheel', wheel); observer.disconnect(); };
   }, [width, height, url !== '']);
@@ -83,6 +84,7 @@ export function Viewer({url, alt, size, cover, coverAlt, valueAt, children}) {
     element.onpointerup = element.onpointercancel = () => { element.onpointermove = element.onpointerup = null; };
   };
 
+  resized.value;
   const {zoom, x, y} = place();
   const style = {width: `${width * zoom}px`, height: `${height * zoom}px`, transform: `translate(${x}px, ${y}px)`};
   const sharp = zoom >= 1 ? 'sharp' : '';

@@ -6,7 +6,7 @@ export const words = {
   loading: 'Loading',
   close: 'Close',
   pages: {queue: 'Queue', new: 'Playground', batches: 'Batches', system: 'System', docs: 'API'},
-  titles: {queue: 'Queue', jobs: 'Job', new: 'Playground', edit: 'Playground', keys: 'Keyboard', unknown: 'Not found'},
+  titles: {compare: 'Compare', system: 'System', queue: 'Queue', jobs: 'Job', new: 'Playground', edit: 'Playground', keys: 'Keyboard', unknown: 'Not found'},
   unknownPage: 'There is no such page.',
   toQueue: 'Go to the queue',
   theme: {label: 'Theme', dark: 'Dark', light: 'Light', auto: 'As the system'},
@@ -41,7 +41,7 @@ export const words = {
       retry: (/** @type {number} */ n) => `Retry ${n} ${n === 1 ? 'job' : 'jobs'}?`,
       remove: (/** @type {number} */ n) => `Remove ${n} ${n === 1 ? 'job' : 'jobs'} with all images?`,
     },
-    back: 'Back', doIt: {cancel: 'Cancel them', retry: 'Retry them', remove: 'Remove them'},
+    compare: 'Compare', back: 'Back', doIt: {cancel: 'Cancel them', retry: 'Retry them', remove: 'Remove them'},
     allMatching: 'All that match', notPossible: (/** @type {number} */ n) => n === 1 ? 'For 1 job this is not possible now.' : `For ${n} jobs this is not possible now.`,
     outcome: (/** @type {string} */ what, /** @type {number} */ done, /** @type {number} */ refused) =>
       `${what}: ${done} done${refused ? `, ${refused} refused` : ''}`,
@@ -60,6 +60,7 @@ export const words = {
     samplesOf: (/** @type {string} */ least, /** @type {string} */ mean, /** @type {string} */ most) => `${least} to ${most}, mean ${mean}`,
     edit: 'Edit a copy', copyDocument: 'Copy the document', created: 'Created', started: 'Started', ended: 'Ended', expires: 'Expires', attempts: 'Attempts',
     noWebhooks: 'This job calls no webhook.', again: 'Send again', sure: 'Are you sure?', doIt: {cancel: 'Cancel it', remove: 'Remove it'},
+    compare: 'Compare',
     raced: (/** @type {number} */ theirs, /** @type {string} */ yours) => `The job changed meanwhile: its priority is ${theirs}, you asked for ${yours}. Nothing was changed.`,
   },
   error: {
@@ -72,6 +73,20 @@ export const words = {
     parts: {sampling: 'Sampling', truncation: 'Truncation', approximation: 'Approximation'}, alone: {depth: 'max_depth alone', cutoff: 'cutoff alone', tone: 'tone mapping alone'},
     map: 'Map', layers: {error: 'Error', samples: 'Samples'}, samples: 'samples', white: 'White is', noLayer: 'The job has no layers of error and samples.', again: 'Render again with them',
     submitted: 'Submitted. The samples are the same, so is the image.', largest: (/** @type {string} */ value, /** @type {string} */ unit) => `Largest: ${value} ${unit}.`,
+  },
+  system: {
+    ready: 'Ready', notReady: 'Not ready', draining: 'Stopping', jobsRun: 'Jobs run.', disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `Disk: ${free} free, new jobs are refused below ${reserve}.`,
+    depth: 'Jobs', wait: 'Seconds in the queue', ended: 'Jobs that ended', failed: 'Jobs that failed', median: 'median', p95: '95th percentile', perMinute: 'per minute',
+    workers: 'Workers', process: 'Process', jobs: 'Jobs', memory: 'Memory', sandbox: 'Sandbox', none: 'none', use: 'Limits against use', of: (/** @type {string} */ limit) => `of ${limit}`,
+    queuedJobs: 'Queued jobs', images: 'Images', uploads: 'Uploads', streams: 'Event streams', yourJobs: 'Your queued jobs', yourImages: 'Your images',
+    versions: 'Version', caches: 'Caches', cached: (/** @type {string} */ geometry, /** @type {string} */ images) => `geometry ${geometry}, images ${images}`, licences: 'Licences', limits: 'All limits',
+  },
+  compare: {
+    mode: 'Mode', modes: {wipe: 'Wipe', side: 'Side by side', blink: 'Blink', difference: 'Difference', sign: 'Sign'},
+    chooseOther: 'Choose the image to compare with.', chooseFirst: 'Choose the first image.', nothing: 'There is no other image',
+    noImage: (/** @type {string} */ name) => `${name} has no PNG.`, numbers: 'B against A', bias: 'Bias', equal: 'equal', beyond: 'Above 1 level', worst: 'Worst pixel',
+    tolerance: 'Tolerance', pass: 'Pass', fail: 'Fail', histogram: 'Pixels by their greatest difference in levels', differs: 'What differs', sameDocument: 'The documents are equal.',
+    pause: 'Pause', play: 'Play', speed: 'Slower',
   },
   editor: {
     label: 'Scene document', color: (/** @type {string} */ value) => `Colour ${value}`, drag: 'Drag to change the number',
@@ -96,7 +111,7 @@ export const words = {
     title: 'Keyboard', enabled: 'On',
     help: 'Single keys work outside of text fields. Each can be switched off.',
     list: /** @type {[string, string][]} */ ([
-      ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
+      ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
       ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
       ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['Esc', 'Close, or clear the selection'],
     ]),

@@ -23,7 +23,7 @@ class Everywhere(BrowserTest):
         done = cls.daemon.submit(scene(80, 60, name="done", samples=2, output=layers, job={"labels": {"shot": "12"}}))
         cls.daemon.wait_for_end(done)
         cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
-        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing",
+        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}",
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 
     def shown(self, view):

@@ -1,0 +1,161 @@
+/** Two jobs side by side: images, differences in numbers, and what differs in their documents. */
+import {useComputed, useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect} from 'preact/hooks';
+import {getJson, request} from './api.js';
+import {count, duration, figure} from './format.js';
+import {addKeys} from './keys.js';
+import {Thumbnail} from './parts.js';
+import {errorText} from './queue.js';
+import {route, setQuery} from './routes.js';
+import {Viewer} from './viewer.js';
+import {Caller} from './workers.js';
+import {words} from './words.js';
+
+const text = words.compare;
+const MODES = /** @type {const} */ (['wipe', 'side', 'blink', 'difference', 'sign']);
+const SLOWEST_MS = 1000, FASTEST_MS = 334;  // at most three times a second (WCAG 2.3.1)
+
+/** @typedef {Record<string, any>} Job */
+/** @typedef {{job: Job, blob: Blob, url: string, scene: any}} Side */
+
+/** The values of a document by pointer. @param {any} value @param {string} at @param {Map<string, string>} into */
+function flatten(value, at, into) {
+  if (value === null || typeof value !== 'object' || (Array.isArray(value) && value.every((each) => typeof each !== 'object'))) into.set(at, JSON.stringify(value));
+  else for (const [name, part] of Object.entries(value)) flatten(part, `${at}/${name.replaceAll('~', '~0').replaceAll('/', '~1')}`, into);
+  return into;
+}
+
+/** @param {any} a @param {any} b @returns {{pointer: string, a: string, b: string}[]} */
+export function documentDifference(a, b) {
+  const first = flatten(a, '', new Map()), second = flatten(b, '', new Map());
+  return [...new Set([...first.keys(), ...second.keys()])].filter((pointer) => first.get(pointer) !== second.get(pointer))
+    .map((pointer) => ({pointer, a: first.get(pointer) ?? '', b: second.get(pointer) ?? ''}));
+}
+
+/** @param {string} id @returns {Promise<Side>} */
+async function load(id) {
+  const job = await getJson(`/v1/jobs/${id}`);
+  const png = job.artifacts.find((/** @type {any} */ each) => each.name === 'image.png');
+  if (!png || job.expired) throw new Error(text.noImage(job.name || id));
+  const [blob, scene] = await Promise.all([request('GET', png.url).then((reply) => reply.blob()), getJson(`/v1/jobs/${id}/scene`)]);
+  return {job, blob, url: URL.createObjectURL(blob), scene};
+}
+
+export function Compare() {
+  const a = route.value.query.get('a') || '', b = route.value.query.get('b') || '';
+  if (!a || !b) return html`<${Chooser} other=${a || b} />`;
+  return html`<${Pair} key=${a + b} a=${a} b=${b} />`;
+}
+
+/** Recent jobs with an image. @param {{other: string}} properties */
+function Chooser({other}) {
+  const jobs = useSignal(/** @type {Job[] | null} */ (null));
+  useEffect(() => {
+    getJson('/v1/jobs?state=succeeded&kind=render&limit=50').then((reply) => { jobs.value = reply.items.filter((/** @type {Job} */ job) => job.id !== other); }, () => { jobs.value = []; });
+  }, [other]);
+  return html`<div class="page"><h1>${words.titles.compare}</h1><p class="dim">${other ? text.chooseOther : text.chooseFirst}</p>
+    ${jobs.value?.length === 0 ? html`<div class="empty"><h2>${text.nothing}</h2><a class="button" href="#/">${words.toQueue}</a></div>`
+      : html`<ul class="choices">${jobs.value?.map((job) => html`<li><button onClick=${() => setQuery(other ? {a: other, b: job.id} : {a: job.id})}><${Thumbnail} job=${job} />
+        <span>${job.name || words.queue.untitled}<br /><span class="dim number">${job.image.width} × ${job.image.height}, ${errorText(job)}</span></span></button></li>`)}</ul>`}</div>`;
+}
+
+/** @param {{a: string, b: string}} properties */
+function Pair({a, b}) {
+  const sides = useSignal(/** @type {[Side, Side] | null} */ (null)), problem = useSignal('');
+  const found = useSignal(/** @type {any} */ (null)), maps = useSignal({difference: '', sign: ''});
+  const query = route.value.query;
+  const mode = MODES.find((each) => each === query.get('mode')) || 'wipe';
+  const [z, x, y] = ['z', 'x', 'y'].map((name) => Number(query.get(name)) || 0);
+  const view = useSignal({zoom: z, x, y});
+  const tolerance = useSignal(Number(query.get('tolerance')) || 1);
+  useEffect(() => {
+    const worker = new Caller('image-worker.js');
+    /** @type {string[]} */
+    const urls = [];
+    let closed = false;
+    (async () => {
+      const loaded = /** @type {[Side, Side]} */ (await Promise.all([load(a), load(b)]));
+      urls.push(...loaded.map((side) => side.url));
+      if (closed) return;
+      sides.value = loaded;
+      const difference = await worker.call({method: 'compare', a: loaded[0].blob, b: loaded[1].blob});
+      if (closed) return;
+      maps.value = {difference: URL.createObjectURL(difference.heat), sign: URL.createObjectURL(difference.sign)};
+      urls.push(maps.value.difference, maps.value.sign);
+      found.value = difference;
+    })().catch((error) => { if (!closed) problem.value = error.message; });
+    return () => { closed = true; worker.stop(); urls.forEach((url) => URL.revokeObjectURL(url)); };
+  }, [a, b]);
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      const {zoom, x: left, y: top} = view.value;
+      setQuery(zoom > 0 ? {z: zoom.toFixed(5), x: left.toFixed(2), y: top.toFixed(2)} : {z: null, x: null, y: null});
+    }, 300);
+    return () => clearTimeout(timer);
+  }, [view.value]);
+  useEffect(() => addKeys(Object.fromEntries(MODES.map((name, index) => [String(index + 1), () => setQuery({mode: name})]))), []);
+  if (!sides.value) return html`<div class="page"><h1>${words.titles.compare}</h1>${problem.value ? html`<p class="note bad" role="alert">${problem.value}</p>` : html`<p class="dim">${words.loading}</p>`}</div>`;
+  const [first, second] = sides.value, still = matchMedia('(prefers-reduced-motion: reduce)').matches;
+  const name = (/** @type {Side} */ side) => side.job.name || words.queue.untitled;
+  const goTo = () => { const {x: column, y: row} = found.value.worst; view.value = {zoom: 16, x: 300 - column * 16, y: 200 - row * 16}; };
+  const viewer = {size: first.job.image, view};
+  return html`<div class="job compare">
+    <header class="bar"><h1>${words.titles.compare}</h1><span><a href=${`#/jobs/${a}`}>A: ${name(first)}</a> · <a href=${`#/jobs/${b}`}>B: ${name(second)}</a></span><span class="spring"></span>
+      <div class="buttons" role="group" aria-label=${text.mode}>${MODES.map((each) => html`<button aria-pressed=${mode === each} disabled=${each === 'blink' && still} onClick=${() => setQuery({mode: each})}>${text.modes[each]}</button>`)}</div></header>
+    ${mode === 'blink' && !still ? html`<${Blink} first=${first} second=${second} view=${view} />`
+      : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A" /><${Viewer} ...${viewer} url=${second.url} alt="B" /></div>`
+      : mode === 'difference' || mode === 'sign' ? html`<${Viewer} ...${viewer} url=${maps.value[mode]} alt=${text.modes[mode]}>${words.loading}</${Viewer}>`
+      : html`<${Viewer} ...${viewer} url=${first.url} alt="A" cover=${second.url} coverAlt="B" />`}
+    <div class="tabs"><div class="tab">
+      ${problem.value && html`<p class="note bad" role="alert">${problem.value}</p>`}
+      ${found.value && html`<${Numbers} found=${found.value} tolerance=${tolerance} goTo=${goTo} />`}
+      <${Documents} first=${first} second=${second} />
+    </div></div>
+  </div>`;
+}
+
+/** @param {{first: Side, second: Side, view: any}} properties */
+function Blink({first, second, view}) {
+  const showsFirst = useSignal(true), plays = useSignal(true), interval = useSignal(500);
+  useEffect(() => {
+    if (!plays.value) return;
+    const timer = setInterval(() => { showsFirst.value = !showsFirst.value; }, interval.value);
+    return () => clearInterval(timer);
+  }, [plays.value, interval.value]);
+  useEffect(() => addKeys({' ': () => { plays.value = !plays.value; }}), []);
+  const side = showsFirst.value ? first : second;
+  return html`<div class="blink"><${Viewer} url=${side.url} alt=${showsFirst.value ? 'A' : 'B'} size=${first.job.image} view=${view} />
+    <div class="buttons"><strong>${showsFirst.value ? 'A' : 'B'}</strong><button onClick=${() => { plays.value = !plays.value; }}>${plays.value ? text.pause : text.play}</button>
+      <label class="switch">${text.speed}<input type="range" min=${FASTEST_MS} max=${SLOWEST_MS} value=${interval.value} onInput=${(/** @type {any} */ event) => { interval.value = Number(event.target.value); }} /></label></div></div>`;
+}
+
+/** @param {{found: any, tolerance: import('@preact/signals').Signal<number>, goTo: () => void}} properties */
+function Numbers({found, tolerance, goTo}) {
+  const passes = useComputed(() => found.rmse <= tolerance.value).value;
+  const most = Math.max(...found.histogram);
+  const label = (/** @type {number} */ i) => i < 2 ? String(i) : i === 2 ? '2–3' : `${2 ** (i - 1)}–${2 ** i - 1}`;
+  return html`<section><h2>${text.numbers}</h2>
+    <dl class="facts-list"><dt>RMS</dt><dd class="number" data-value=${found.rmse}>${found.rmse.toFixed(3)} ${words.queue.levels}</dd>
+      <dt>${text.bias}</dt><dd class="number" data-value=${found.bias}>${found.bias.toFixed(3)} ${words.queue.levels}</dd>
+      <dt>PSNR</dt><dd class="number" data-value=${found.psnr}>${Number.isFinite(found.psnr) ? found.psnr.toFixed(2) + ' dB' : text.equal}</dd>
+      <dt>${text.beyond}</dt><dd class="number">${(100 * found.share).toFixed(2)} %</dd>
+      <dt>${text.worst}</dt><dd class="number"><button class="link" onClick=${goTo}>x ${found.worst.x}, y ${found.worst.y}: ${found.worst.levels} ${words.queue.levels}</button></dd></dl>
+    <div class="buttons"><label class="switch">${text.tolerance}<input class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${(/** @type {any} */ event) => { tolerance.value = Number(event.target.value); setQuery({tolerance: event.target.value}); }} /></label>
+      <strong class="verdict">${passes ? text.pass : text.fail}</strong></div>
+    <table class="plain"><caption class="visually-hidden">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>
+  </section>`;
+}
+
+/** @param {{first: Side, second: Side}} properties */
+function Documents({first, second}) {
+  const rows = documentDifference({...first.scene, job: undefined}, {...second.scene, job: undefined});
+  const rays = (/** @type {Side} */ {job}) => Object.values(job.report?.rays || {}).reduce((sum, each) => sum + Number(each), 0);
+  const seconds = (/** @type {Side} */ {job}) => (job.report?.time_ms.trace || 0) / 1000;
+  return html`<section><h2>${text.differs}</h2><table class="plain"><thead><tr><th></th><th>A</th><th>B</th></tr></thead><tbody>
+    ${rows.slice(0, 100).map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a.slice(0, 60)}</td><td class="number">${b.slice(0, 60)}</td></tr>`)}
+    ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.sameDocument}</td></tr>`}
+    <tr><td>${words.job.time}</td><td class="number">${duration(seconds(first))}</td><td class="number">${duration(seconds(second))}</td></tr>
+    <tr><td>${words.job.rays}</td><td class="number">${count(rays(first))}</td><td class="number">${count(rays(second))}</td></tr>
+    <tr><td>${words.queue.columns.error}</td><td class="number">${figure(first.job.report?.error.estimate)}</td><td class="number">${figure(second.job.report?.error.estimate)}</td></tr></tbody></table></section>`;
+}
