@@ -3,6 +3,7 @@ import functools
 import os
 import pathlib
 import shutil
+import subprocess
 import tempfile
 import unittest
 
@@ -27,6 +28,18 @@ def build(name, context, *options, file="Dockerfile"):
            "--build-arg", f"BASE={base_image.by_digest()}", "--file", pathlib.Path(context) / file, *options, context)
 
 
+def npm_options(folder):
+    """Options of a build that give npm this machine's registry and certificates. Only the stage that compiles has them."""
+    registry = subprocess.run(["npm", "config", "get", "registry"], check=True, capture_output=True, text=True).stdout.strip()
+    settings, options = [f"registry={registry}"], []
+    if certificates := os.environ.get("NODE_EXTRA_CA_CERTS"):
+        settings.append("cafile=/etc/npm-certificates.pem")
+        options += ["--volume", f"{certificates}:/etc/npm-certificates.pem:ro"]
+    npmrc = pathlib.Path(folder, "npmrc")
+    npmrc.write_text("\n".join(settings) + "\n", encoding="utf-8")
+    return [*options, "--volume", f"{npmrc}:/root/.npmrc:ro"]
+
+
 @functools.cache
 def whittle():
     """The name of the daemon's image. Skips the test on a machine that bears none."""
@@ -39,7 +52,8 @@ def whittle():
     options = ["--build-arg", "VERSION=0.1.0", "--build-arg", "REVISION=test"]
     if COMPILE:
         build("whittle-libraries", SOURCE, "--target", "libraries", file="docker/Dockerfile")
-        build("whittle", SOURCE, *options, "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
+        with tempfile.TemporaryDirectory() as folder:
+            build("whittle", SOURCE, *options, *npm_options(folder), "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
     else:
         with tempfile.TemporaryDirectory() as context:
             ready_programs(pathlib.Path(context))
