@@ -1,4 +1,5 @@
 """The page at / and its files: negotiation, caching, policy, compression; the build of the files."""
+import base64
 import gzip
 import hashlib
 import json
@@ -113,6 +114,28 @@ class Build(unittest.TestCase):
         checked = subprocess.run([CACHE / "node_modules/.bin/tsc", "--project", CACHE / "sources/tsconfig.json"], check=False,
                                  capture_output=True, text=True, timeout=300)
         self.assertEqual(checked.returncode, 0, checked.stdout)
+
+    def test_hashes_without_a_secure_context(self):
+        """The page's own SHA-256, which is used over plain HTTP, against hashlib; lengths around the ends of blocks."""
+        texts = [bytes(i * 7 % 256 for i in range(size)) for size in (0, 1, 55, 56, 63, 64, 65, 119, 120, 1000, 20_003)]
+        script = """import {plainSha256} from './sha256.js';
+          for (const text of JSON.parse(process.argv[1])) console.log(plainSha256(Uint8Array.from(Buffer.from(text, 'base64')).buffer));"""
+        done = subprocess.run(["node", "--input-type=module", "--eval", script, json.dumps([base64.b64encode(each).decode() for each in texts])],
+                              cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.stdout.split(), [hashlib.sha256(each).hexdigest() for each in texts])
+
+    def test_camera_moves_keep_the_distance(self):
+        """Orbiting turns about look_at; a pan moves both points alike."""
+        script = """import {orbited, panned} from './orbit.js';
+          const view = {position: [3, 2, 9], look_at: [1, 0.5, 0], up: [0, 1, 0]}, length = (v) => Math.hypot(...v);
+          const arm = ({position, look_at}) => position.map((x, i) => x - look_at[i]);
+          for (const turned of [orbited(view, 0.7, 0.3), orbited(view, -2, 5), panned(view, 0.2, -0.1)]) console.log(length(arm(turned)) / length(arm(view)));
+          console.log(length(arm(panned(view, 0.2, 0.1)).map((x, i) => x - arm(view)[i])));"""
+        done = subprocess.run(["node", "--input-type=module", "--eval", script], cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
+        *ratios, shift = map(float, done.stdout.split())
+        for ratio in ratios:
+            self.assertAlmostEqual(ratio, 1, places=12)
+        self.assertAlmostEqual(shift, 0, places=12)
 
     def test_packages_are_pinned_by_hash_and_name_no_host(self):
         locked = json.loads(text("server/web/package-lock.json"))
