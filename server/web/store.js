@@ -1,6 +1,6 @@
 /** What the service tells of itself while the page is open: connection, figures of the queue, events of jobs. */
 import {effect, signal} from '@preact/signals';
-import {key, locked} from './api.js';
+import {identify, key, locked} from './api.js';
 import {EventStream} from './event-stream.js';
 import {workerUrl} from './workers.js';
 
@@ -23,7 +23,10 @@ export function listen(listener) {
 
 /** @param {Message} message */
 function receive(message) {
-  if (message.type === 'state') connection.value = message.state;
+  if (message.type === 'state') {
+    connection.value = message.state;
+    if (message.state === 'locked') identify().catch(() => undefined);  // opens the dialog for the key
+  }
   else if (message.type === 'queue') figures.value = message.queue;
   else if (message.type === 'event') for (const listener of listeners) listener.event(message.event);
   else for (const listener of listeners) listener.reload();

@@ -1,5 +1,6 @@
 """The queue: rows, filters, selection, events, lost connections, keys of users."""
 import pathlib
+import signal
 import tempfile
 import time
 import unittest
@@ -189,6 +190,23 @@ class ApiKeys(unittest.TestCase):
         self.assertIn("ann", self.browser.text("header"))
         self.assertNotIn(self.keys["ann"], self.browser.execute_script("return JSON.stringify({...localStorage}) + location.href"))
         self.assertNotIn(self.keys["ann"], self.daemon.log())
+
+    def test_that_are_removed_are_asked_for_again_and_the_text_stays(self):
+        self.open("#/new")
+        self.enter(self.keys["ann"])
+        self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        before = self.browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent")
+        self.file.unlink()
+        other = new_key(self.file, "cy", "jobs:read,jobs:write")
+        begin = time.monotonic()
+        self.daemon.process.send_signal(signal.SIGHUP)
+        self.browser.until(lambda: self.browser.all("dialog[open] input[type=password]"), "the dialog")
+        print(f"dialog after {time.monotonic() - begin:.1f} s")
+        self.enter(other)
+        self.browser.until(lambda: "cy" in self.browser.text("header") and self.browser.text(".light") == "Live", "the new key")
+        after = self.browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent")
+        self.assertEqual(after, before)
 
     def test_that_may_only_read_see_no_controls(self):
         job = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {"Authorization": f"Bearer {self.keys['ann']}"}))
