@@ -94,8 +94,12 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   const auto webhooks = start_webhooks(credentials, storage, jobs, event_log);
   worker::Supervisor supervisor(jobs.queue, supervisor_settings(config, storage), event_log);
 
-  const queue::PeriodicTask history("record_history", event_log,
-                                    [&] { return record_history(storage, jobs, supervisor); });
+  const queue::PeriodicTask history("record_history", event_log, [&] {
+    const telemetry::GaugeValues now = gauge_values(storage, jobs, supervisor, 0);
+    jobs.job_metrics.history().close_step(queue::system_clock()(), now.jobs[0].second, now.jobs[1].second,
+                                          now.rss_bytes.value_or(0) + now.worker_rss_bytes.value_or(0));
+    return std::chrono::milliseconds(telemetry::ServiceHistory::step_ms);
+  });
 
   telemetry::RequestMetrics request_metrics(jobs.registry);
   const auto new_request_id = [&jobs] { return jobs.ids.next(); };

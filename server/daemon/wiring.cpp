@@ -323,13 +323,4 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
   return values;
 }
 
-std::chrono::milliseconds record_history(Storage& storage, JobQueue& jobs, const worker::Supervisor& supervisor) {
-  const telemetry::GaugeValues now = gauge_values(storage, jobs, supervisor, 0);
-  queue::JobStatistics& statistics = storage.stores.statistics;
-  jobs.job_metrics.history().close_step(queue::system_clock()(), statistics.count(queue::JobState::queued),
-                                        statistics.count(queue::JobState::running),
-                                        now.rss_bytes.value_or(0) + now.worker_rss_bytes.value_or(0));
-  return std::chrono::milliseconds(telemetry::ServiceHistory::step_ms);
-}
-
 }  // namespace whittled

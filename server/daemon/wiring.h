@@ -97,9 +97,6 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
                              const keys::KeyRing* keys, const std::atomic<bool>& draining);
 
-/// Adds a step to the history of the service, and returns the time until the next one.
-std::chrono::milliseconds record_history(Storage& storage, JobQueue& jobs, const worker::Supervisor& supervisor);
-
 /// Throws queue::StoreFailure.
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,
                                     std::size_t connections);

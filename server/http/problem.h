@@ -100,6 +100,8 @@ inline constexpr Failure disk_full{"disk_full", 503, "The disk is full", Level::
 inline constexpr Failure uploads_full{"uploads_full", 503, "The space for uploads is used up", Level::warning, 60};
 inline constexpr Failure not_ready{"not_ready", 503, "Jobs cannot run now", Level::debug, 5};
 inline constexpr Failure image_damaged{"image_damaged", 500, "The image is damaged", Level::error};
+inline constexpr Failure image_not_processed{"image_not_processed", 503, "The image cannot be processed now",
+                                             Level::warning, 2};
 inline constexpr Failure job_failed{"job_failed", 500, "The job failed", Level::warning};
 inline constexpr Failure internal{"internal", 500, "Internal error of the daemon", Level::error};
 

@@ -2,15 +2,29 @@
 /// The interface of the queue to the runner of jobs.
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "server/queue/artifact_store.h"
 #include "server/queue/job_store.h"
 
 namespace queue {
+
+/// Work on finished images, for a client that waits.
+struct ImageTask {
+  std::uint32_t side = 0;  ///< pixels along the longer side of the result
+  std::vector<std::shared_ptr<const ArtifactReader>> images;
+};
+struct ImageTaskResult {
+  std::string failure;  ///< a sentence; empty: `bytes` is the result
+  std::string bytes;    ///< a PNG
+};
 
 /// Calls come from any thread, several at once; they return at once and do not call the queue.
 class JobRunner {
@@ -26,6 +40,10 @@ class JobRunner {
   /// returns it with the job that it has claimed, which is then run, or without one.
   virtual bool take_slot() noexcept { return false; }
   virtual void return_slot(std::optional<Claim>&& /*claim*/) noexcept {}
+  /// Calls `done` once, from any thread.
+  virtual void run_image_task(ImageTask /*task*/, std::function<void(ImageTaskResult)> done) noexcept {
+    done({"images cannot be processed", {}});
+  }
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
 };
 
@@ -41,6 +59,11 @@ class AttachedRunner {
   void call(Call call) {
     const std::shared_lock lock(mutex_);
     if (runner_ != nullptr) call(*runner_);
+  }
+  void run_image_task(ImageTask task, std::function<void(ImageTaskResult)> done) {
+    const std::shared_lock lock(mutex_);
+    if (runner_ == nullptr) return done({"no worker runs", {}});
+    runner_->run_image_task(std::move(task), std::move(done));
   }
   void notify(bool for_suspects = false) {
     call([&](JobRunner& runner) { runner.notify(for_suspects); });

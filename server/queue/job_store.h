@@ -266,6 +266,9 @@ class JobTransitions {
                        const std::vector<Artifact>& artifacts, bool durable = true, bool rendered = true) = 0;
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
+  /// Adds an artifact to a job that failed or was cancelled under this fence, is kept and has not expired. False
+  /// otherwise.
+  virtual bool add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact) = 0;
   virtual ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
                                  const Release& release) = 0;
 

@@ -137,6 +137,12 @@ bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
   return finish(id, fence, ended, JobState::cancelled);
 }
 
+bool JobLifecycle::keep_preview(const std::string& id, std::int64_t fence, int fd) {
+  ArtifactPins::Pinned pinned(context_.pins);
+  const Artifact preview = store_images(pinned, {{"preview.png", "image/png", fd}}, true).front();
+  return context_.stores.transitions.add_artifact(id, fence, preview);
+}
+
 /// `ended`: the transition of the store took place.
 bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended, JobState state) {
   context_.running.end_lease(id, fence);
@@ -188,9 +194,13 @@ RemoveOutcome JobLifecycle::remove(const std::string& id, bool durable) {
   const Removal removal = context_.stores.jobs.remove(id, durable);
   if (removal.outcome == RemoveOutcome::removed) {
     context_.notifications.notify_removed(removal.job);
-    for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
+    collect(removal.artifacts);
   }
   return removal.outcome;
+}
+
+void JobLifecycle::collect(const std::vector<Artifact>& artifacts) {
+  for (const Artifact& artifact : artifacts) context_.pins.collect(artifact.sha256);
 }
 
 bool JobLifecycle::has_all_images(const Job& job) {
@@ -200,14 +210,15 @@ bool JobLifecycle::has_all_images(const Job& job) {
 
 RetryOutcome JobLifecycle::retry(const std::string& id, bool durable) {
   const Announcement announcement(context_.notifications, {id});
+  const std::optional<Job> before = context_.stores.jobs.find(id);
   RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock(), SucceededJobs::keep, durable);
   if (outcome == RetryOutcome::succeeded) {
     const std::optional<Job> damaged = context_.stores.jobs.find(id);
     if (!damaged || has_all_images(*damaged)) return outcome;
     outcome = context_.stores.transitions.retry(id, context_.clock(), SucceededJobs::retry);
-    for (const Artifact& artifact : damaged->artifacts) context_.pins.collect(artifact.sha256);
   }
   if (outcome == RetryOutcome::queued) {
+    if (before) collect(before->artifacts);
     const std::optional<Job> job = context_.stores.jobs.find(id);
     context_.notifications.notify_queued(id);
     context_.runner.notify(job && job->suspect);
@@ -236,6 +247,7 @@ void JobLifecycle::cancel_batch(const std::string& id) {
 
 int JobLifecycle::retry_batch(const std::string& id) {
   std::vector<std::string> candidates;
+  std::vector<Artifact> previews;
   JobFilter filter;
   filter.batch = id;
   for (const JobState state : {JobState::failed, JobState::cancelled}) {
@@ -243,13 +255,17 @@ int JobLifecycle::retry_batch(const std::string& id) {
     std::string cursor;
     do {
       const JobPage page = context_.stores.jobs.list(filter, cursor, page_jobs);
-      for (const Job& job : page.items) candidates.push_back(job.id);
+      for (const Job& job : page.items) {
+        candidates.push_back(job.id);
+        previews.insert(previews.end(), job.artifacts.begin(), job.artifacts.end());
+      }
       cursor = page.next_cursor;
     } while (!cursor.empty());
   }
   const Announcement announcement(context_.notifications, std::move(candidates));
   const BatchRetry retried = context_.stores.batches.retry(id, context_.clock());
   for (const std::string& job : retried.jobs) context_.notifications.notify_queued(job);
+  collect(previews);
   if (!retried.jobs.empty()) context_.runner.notify(retried.suspects);
   return static_cast<int>(retried.jobs.size());
 }
@@ -259,7 +275,7 @@ bool JobLifecycle::remove_batch(const std::string& id) {
   do {  // in small steps, so that others write between them
     removal = context_.stores.batches.remove_ended(id, maintenance_step);
     for (const JobSummary& job : removal.jobs) context_.notifications.notify_removed(job);
-    for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
+    collect(removal.artifacts);
   } while (!removal.jobs.empty());
   return !context_.stores.batches.find(id);
 }
@@ -292,7 +308,7 @@ bool JobLifecycle::run_maintenance() {
   for (const std::string& id : result.cancelled) context_.notifications.notify_end(id, JobState::cancelled);
   for (const std::string& id : result.overdue) context_.notifications.notify_end(id, JobState::failed);
   for (const std::string& id : result.overdue) cancel_failing_batch(id);
-  for (const Artifact& artifact : result.artifacts) context_.pins.collect(artifact.sha256);
+  collect(result.artifacts);
   context_.notifications.notify_expired("expires_at", result.expired);
   context_.notifications.notify_expired("age", result.aged);
   context_.notifications.notify_expired("artifact_bytes", result.evicted);

@@ -127,6 +127,8 @@ class JobLifecycle {
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
   bool release(const std::string& id, std::int64_t fence, const Release& release);
+  /// Adds the file as preview.png to a job that failed or was cancelled; false as JobTransitions::add_artifact.
+  bool keep_preview(const std::string& id, std::int64_t fence, int fd);
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void set_progress(const std::string& id, double fraction);
   /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.
@@ -159,6 +161,7 @@ class JobLifecycle {
   bool cancel_follower(const std::string& id);
   void seed_throughput_estimate();
   bool has_all_images(const Job& job);
+  void collect(const std::vector<Artifact>& artifacts);  ///< deletes those that no job names
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "api/report.h"
-#include "server/resources/time_json.h"
 
 namespace resources {
 namespace {
@@ -65,7 +64,8 @@ Json link_to(const queue::Job& job, const std::string& name) {
 }
 
 Json first_image(const queue::Job& job) {
-  return job.artifacts.empty() ? Json(nullptr) : link_to(job, job.artifacts.front().name);
+  const bool rendered = job.state == queue::JobState::succeeded && !job.artifacts.empty();
+  return rendered ? link_to(job, job.artifacts.front().name) : Json(nullptr);
 }
 
 Json variation_json(const queue::Job& job) {

@@ -13,9 +13,12 @@
 #include "server/queue/events.h"
 #include "server/queue/job.h"
 #include "server/queue/queue.h"
+#include "server/telemetry/service_metrics.h"
 #include "tracer/validate.h"
 
 namespace resources {
+
+std::string time_text(std::int64_t unix_ms);
 
 /// `now_ms` (since 1970 UTC) is the base of eta_s of a running job: the elapsed time, extrapolated by the progress;
 /// null below 1 %.
@@ -47,6 +50,19 @@ std::string write_batch_list(const queue::BatchPage& page);
 
 /// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
 std::string write_queue(const queue::QueueState& state);
+
+/// The state of the service (schema Status).
+struct ServiceStatus {
+  std::string not_ready;  ///< empty: ready
+  bool draining = false;
+  std::string sandbox;
+  telemetry::GaugeValues gauges;
+  queue::QueueState queue;
+  std::size_t streams_max = 0;
+  std::vector<std::pair<std::string, std::uint64_t>> limits;
+  telemetry::ServiceHistory::Hour hour;
+};
+std::string write_status(const ServiceStatus& status);
 
 /// {name, scopes, quotas, used}; an empty name becomes null.
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,

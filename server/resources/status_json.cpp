@@ -1,9 +1,6 @@
-#include "server/resources/status_json.h"
-
 #include <nlohmann/json.hpp>
 
 #include "server/resources/resource_json.h"
-#include "server/resources/time_json.h"
 
 namespace resources {
 namespace {
@@ -26,22 +23,28 @@ Json workers_json(const ServiceStatus& status) {
 }
 
 Json history_json(const telemetry::ServiceHistory::Hour& hour) {
-  Json json{{"step_s", telemetry::ServiceHistory::step_ms / 1000},
-            {"until", hour.until == 0 ? Json(nullptr) : Json(time_text(hour.until))}};
-  for (const char* const name :
-       {"queued", "running", "ended", "failed", "wait_p50_ms", "wait_p95_ms", "rays", "rss_bytes"})
-    json[name] = Json::array();
-  for (const auto& step : hour.steps) {
-    json["queued"].push_back(step.queued);
-    json["running"].push_back(step.running);
-    json["ended"].push_back(step.ended);
-    json["failed"].push_back(step.failed);
-    json["wait_p50_ms"].push_back(or_null(step.wait_p50_ms));
-    json["wait_p95_ms"].push_back(or_null(step.wait_p95_ms));
-    json["rays"].push_back(step.rays);
-    json["rss_bytes"].push_back(step.rss_bytes);
-  }
-  return json;
+  using Step = telemetry::ServiceHistory::Step;
+  const auto series = [&](auto member) {
+    Json values = Json::array();
+    for (const Step& step : hour.steps) {
+      if constexpr (requires { (step.*member).has_value(); }) {
+        values.push_back(or_null(step.*member));
+      } else {
+        values.push_back(step.*member);
+      }
+    }
+    return values;
+  };
+  return {{"step_s", telemetry::ServiceHistory::step_ms / 1000},
+          {"until", hour.until == 0 ? Json(nullptr) : Json(time_text(hour.until))},
+          {"queued", series(&Step::queued)},
+          {"running", series(&Step::running)},
+          {"ended", series(&Step::ended)},
+          {"failed", series(&Step::failed)},
+          {"wait_p50_ms", series(&Step::wait_p50_ms)},
+          {"wait_p95_ms", series(&Step::wait_p95_ms)},
+          {"rays", series(&Step::rays)},
+          {"rss_bytes", series(&Step::rss_bytes)}};
 }
 
 }  // namespace

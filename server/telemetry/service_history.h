@@ -1,11 +1,12 @@
 #pragma once
 /// The course of the service over the last hour, for GET /v1/status.
 
-#include <cstddef>
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace telemetry {
@@ -28,17 +29,40 @@ class ServiceHistory {
     std::int64_t until = 0;  ///< end of the last step, ms since 1970 UTC; 0: there is none
   };
 
-  void count_end(bool failed);
-  void add_wait(std::int64_t wait_ms);
-  void add_rays(std::uint64_t rays);
+  /// Calls `change` with the current step and the waiting times of its jobs, in ms.
+  template <class Change>
+  void add(Change change) {
+    const std::lock_guard lock(mutex_);
+    change(current_, waits_ms_);
+  }
+
   /// Ends the current step and begins the next one.
-  void close_step(std::int64_t now, std::int64_t queued, std::int64_t running, std::int64_t rss_bytes);
-  [[nodiscard]] Hour hour() const;
+  void close_step(std::int64_t now, std::int64_t queued, std::int64_t running, std::int64_t rss_bytes) {
+    const std::lock_guard lock(mutex_);
+    std::sort(waits_ms_.begin(), waits_ms_.end());
+    // The smallest value that at least `percent` % do not exceed (nearest rank).
+    const auto percentile = [&](std::size_t percent) -> std::optional<std::int64_t> {
+      if (waits_ms_.empty()) return std::nullopt;
+      return waits_ms_[(waits_ms_.size() * percent + 99) / 100 - 1];
+    };
+    Step step = std::exchange(current_, {});
+    step.queued = queued, step.running = running, step.rss_bytes = rss_bytes;
+    step.wait_p50_ms = percentile(50), step.wait_p95_ms = percentile(95);
+    waits_ms_.clear();
+    closed_.push_back(step);
+    if (closed_.size() > steps_max) closed_.pop_front();
+    until_ = now;
+  }
+
+  [[nodiscard]] Hour hour() const {
+    const std::lock_guard lock(mutex_);
+    return {{closed_.begin(), closed_.end()}, until_};
+  }
 
  private:
   mutable std::mutex mutex_;
   Step current_;
-  std::vector<std::int64_t> waits_ms_;  ///< jobs of the current step
+  std::vector<std::int64_t> waits_ms_;
   std::deque<Step> closed_;
   std::int64_t until_ = 0;
 };

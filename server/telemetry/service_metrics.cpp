@@ -163,7 +163,10 @@ void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noe
   try {
     if (to == queue::JobState::queued) submitted_.Add({}).Increment();
     if (queue::ended(to)) ended_.Add({{"state", queue::name_of(to)}}).Increment();
-    if (queue::ended(to)) history_.count_end(to == queue::JobState::failed);
+    history_.add([&](ServiceHistory::Step& step, auto&) {
+      step.ended += queue::ended(to);
+      step.failed += to == queue::JobState::failed;
+    });
   } catch (const std::exception&) {
     // Out of memory: the change is not counted.
   }
@@ -191,7 +194,7 @@ void JobMetrics::count_end(const queue::Job& job) {
   if (!job.started_at || !job.ended_at) return;  // cancelled before it ran
   if (job.state == queue::JobState::succeeded && job.attempt == 0) return from_cache_.Add({}).Increment();
   wait_seconds_.Add({}, duration_buckets_s).Observe(seconds(*job.started_at - job.created_at));
-  history_.add_wait(*job.started_at - job.created_at);
+  history_.add([&](auto&, auto& waits_ms) { waits_ms.push_back(*job.started_at - job.created_at); });
   run_seconds_.Add({{"state", queue::name_of(job.state)}}, duration_buckets_s)
       .Observe(seconds(*job.ended_at - *job.started_at));
   const auto figures = api::read_report(job.report);
@@ -200,7 +203,10 @@ void JobMetrics::count_end(const queue::Job& job) {
   rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
   rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));
   rays_.Add({{"kind", "refraction"}}).Increment(static_cast<double>(figures->rays.refraction));
-  history_.add_rays(figures->rays.camera + figures->rays.shadow + figures->rays.reflection + figures->rays.refraction);
+  const auto& rays = figures->rays;
+  history_.add([&](ServiceHistory::Step& step, auto&) {
+    step.rays += static_cast<std::int64_t>(rays.camera + rays.shadow + rays.reflection + rays.refraction);
+  });
   geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();
   textures_.Add(yes_or_no("reused", true)).Increment(figures->cache_hits.textures);
   textures_.Add(yes_or_no("reused", false)).Increment(figures->cache_hits.decoded_textures);

@@ -42,7 +42,7 @@ class RequestMetrics {
 /// Values at the moment of a scrape.
 struct GaugeValues {
   std::string_view version, build;                         ///< version and build of the program
-  std::vector<std::pair<std::string, std::int64_t>> jobs;  ///< state and number
+  std::vector<std::pair<std::string, std::int64_t>> jobs;  ///< state and number: queued, running, ended ones
   double queue_age_s = 0;
   queue::DiskSpace disk_space;
   std::uint64_t upload_bytes = 0;

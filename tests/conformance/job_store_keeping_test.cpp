@@ -165,6 +165,25 @@ TEST_P(JobStoreConformance, DeletesEndedJobsThatAreNotKept) {
   EXPECT_EQ(find(waits).state, JobState::cancelled) << "its client is gone";
 }
 
+TEST_P(JobStoreConformance, AddsAnArtifactToAStoppedJobOfTheSameFence) {
+  const Artifact preview{"preview.png", "image/png", std::string(64, 'a'), 7};
+  const std::string id = submit();
+  const Claim claimed = claim();
+  EXPECT_FALSE(store().add_artifact(id, claimed.fence, preview)) << "it runs";
+  store().finish_cancel(id, claimed.fence, now);
+  EXPECT_FALSE(store().add_artifact(id, claimed.fence + 1, preview));
+  EXPECT_TRUE(store().add_artifact(id, claimed.fence, preview));
+  ASSERT_EQ(find(id).artifacts.size(), 1u);
+  EXPECT_EQ(find(id).artifacts[0].name, "preview.png");
+  EXPECT_TRUE(store().is_artifact_referenced(preview.sha256));
+  store().retry(id, now);
+  EXPECT_TRUE(find(id).artifacts.empty());
+  EXPECT_FALSE(store().is_artifact_referenced(preview.sha256));
+  store().cancel(id, now);
+  const Placed done = place(JobState::succeeded);
+  EXPECT_FALSE(store().add_artifact(done.id, done.fence, preview)) << "it has its images";
+}
+
 TEST_P(JobStoreConformance, DoesNotRemoveARunningJob) {
   const Placed job = place(JobState::running);
   EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::running);

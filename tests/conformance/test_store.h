@@ -53,6 +53,9 @@ class TestStore {
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) {
     return all_.transitions.fail(id, fence, now, problem);
   }
+  bool add_artifact(const std::string& id, std::int64_t fence, const queue::Artifact& artifact) {
+    return all_.transitions.add_artifact(id, fence, artifact);
+  }
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) {
     return all_.transitions.finish_cancel(id, fence, now);
   }
@@ -137,6 +140,9 @@ class ForwardingTransitions : public queue::JobTransitions {
   }
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
     return target_.finish_cancel(id, fence, now);
+  }
+  bool add_artifact(const std::string& id, std::int64_t fence, const queue::Artifact& artifact) override {
+    return target_.add_artifact(id, fence, artifact);
   }
   queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
                                 const queue::Release& release) override {

@@ -127,12 +127,14 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
 TEST(ServiceHistory, SummarizesEachStepAndKeepsAnHour) {
   telemetry::ServiceHistory history;
   EXPECT_EQ(history.hour().until, 0);
-  for (std::int64_t wait = 100; wait >= 1; --wait) history.add_wait(wait);
-  for (const bool failed : {false, true, false}) history.count_end(failed);
-  history.add_rays(7);
-  history.add_rays(5);
+  history.add([](telemetry::ServiceHistory::Step& step, std::vector<std::int64_t>& waits_ms) {
+    for (std::int64_t wait = 100; wait >= 1; --wait) waits_ms.push_back(wait);
+    step.ended = 3;
+    step.failed = 1;
+    step.rays = 12;
+  });
   history.close_step(1000, 3, 2, 99);
-  history.add_wait(11);
+  history.add([](auto&, auto& waits_ms) { waits_ms.push_back(11); });
   history.close_step(6000, 1, 1, 98);
   history.close_step(11'000, 0, 0, 97);
   const auto [steps, until] = history.hour();

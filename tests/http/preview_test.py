@@ -6,7 +6,7 @@ import unittest
 
 import numpy
 
-from tests.http.daemon import OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
 from tests.support.images import read_png
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
@@ -122,6 +122,50 @@ class Previews(OneDaemon):
         self.daemon.wait_for_end(measured)
         self.assertEqual(self.preview(measured).headers["Location"], f"/v1/jobs/{measured}/measure.png")
 
+    def test_scales_the_image_after_the_end(self):
+        document = scene(300, 200, samples=4)
+        job = self.finished(**{name: value for name, value in document.items() if name != "job"})
+        whole = read_png(self.daemon.get(job["links"]["image"]).body)
+        reply = self.preview(job["id"], "?max=30")
+        self.assertEqual((reply.status, reply.headers["Content-Type"], size_of(reply.body)), (200, "image/png", (30, 20)))
+        linear = numpy.where(whole <= 0.04045 * 255, whole / 255 / 12.92, ((whole / 255 + 0.055) / 1.055) ** 2.4)
+        mean = linear.reshape(20, 10, 30, 10, 3).mean(axis=(1, 3))
+        expected = 255 * numpy.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055)
+        self.assertLessEqual(numpy.abs(read_png(reply.body) - expected).max(), 0.51, "the mean of the light of 10 x 10 pixels")
+        self.assertEqual(self.preview(job["id"], "?max=30", If_None_Match=reply.headers["ETag"]).status, 304)
+        for query in ("", "?max=300", "?max=1024"):
+            self.assertEqual(self.preview(job["id"], query).status, 303, query)
+        sizes = {}
+        def ask(side):
+            def scaled():  # 503 while a worker that did not stop another test's job is replaced
+                reply = self.preview(job["id"], f"?max={side}")
+                self.assertIn(reply.status, (200, 503), reply.body)
+                return reply if reply.status == 200 else None
+            sizes[side] = size_of(wait_until(scaled, "the image").body)[0]
+        threads = [threading.Thread(target=ask, args=(side,)) for side in range(40, 80)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(sizes, {side: side for side in range(40, 80)})
+
+    def test_of_a_cancelled_job_is_kept(self):
+        job_id = self.running(image={"width": 4000, "height": 2000})
+        self.first(job_id)
+        self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+        job = wait_until(lambda: (job := self.daemon.job(job_id))["artifacts"] and job, "the last preview")
+        self.assertEqual((job["state"], job["links"]["image"], [a["name"] for a in job["artifacts"]]),
+                         ("cancelled", None, ["preview.png"]))
+        self.assertEqual(self.preview(job_id).headers["Location"], f"/v1/jobs/{job_id}/preview.png")
+        png = self.daemon.get(job["artifacts"][0]["url"]).body
+        self.assertEqual(size_of(png), (512, 256))
+        self.assertTrue((read_png(png)[..., 3] == 255).any())
+        self.assertEqual(size_of(self.preview(job_id, "?max=64").body), (64, 32))
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "image_not_found")
+        self.daemon.request("POST", f"/v1/jobs/{job_id}/retry")
+        self.assertEqual(self.daemon.job(job_id)["artifacts"], [])
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/preview.png"), 404, "image_not_found")
+
     def test_waiting_request_is_answered_at_the_end_of_the_job(self):
         job_id = self.running(accuracy={"samples": [1000, 1000]})  # a tile takes its time
         replies = []
@@ -129,8 +173,8 @@ class Previews(OneDaemon):
         thread.start()
         self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
         thread.join()
-        self.assertIn(replies[0].status, (200, 204, 404))
-        wait_until(lambda: self.preview(job_id).status == 404, "the end")
+        self.assertIn(replies[0].status, (200, 204, 303, 404))
+        wait_until(lambda: self.preview(job_id).status in (303, 404), "the end")
 
     def test_refuses_other_sizes_and_unknown_jobs(self):
         job_id = self.running()
@@ -142,6 +186,27 @@ class Previews(OneDaemon):
         job_id = self.daemon.submit(scene(job={"expires_in": 1}))
         wait_until(lambda: self.daemon.job(job_id)["expired"], "expiry")
         self.assert_problem(self.preview(job_id), 410, "job_expired")
+
+
+class KeptPreviews(unittest.TestCase):
+    def test_outlive_a_restart_and_are_deleted_with_their_job(self):
+        with Daemon() as daemon:
+            job_id = daemon.submit(long_scene())
+            path = f"/v1/jobs/{job_id}"
+            wait_until(lambda: daemon.job(job_id)["progress"] > 0, "progress")
+            daemon.request("POST", path + "/cancel")
+            wait_until(lambda: daemon.job(job_id)["artifacts"], "the last preview")
+            daemon.kill()
+            daemon.start()
+            self.assertEqual(daemon.get(path + "/preview.png").status, 200)
+            self.assertEqual(daemon.request("DELETE", path).status, 204)
+            self.assertEqual(json_of(daemon.get("/v1/status"))["used"]["artifact_bytes"], 0)
+
+    def test_of_a_job_whose_time_is_over(self):
+        with Daemon("--wall-time-s", "2") as daemon:
+            job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+            self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
+            wait_until(lambda: daemon.job(job["id"])["artifacts"], "the last preview")
 
 
 if __name__ == "__main__":

@@ -46,6 +46,10 @@ Answer redeliver(Request& request, const ApiContext& context);
 Answer test_webhook(Request& request, const ApiContext& context);
 Answer get_webhook_test(Request& request, const ApiContext& context);
 
+/// Defers a reply until the worker has processed finished images; `resume` makes the reply of the result.
+DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
+                             std::function<Answer(const std::string& bytes)> resume);
+
 // ---- image_handlers.cpp
 Answer render(Request& request, const ApiContext& context);
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);

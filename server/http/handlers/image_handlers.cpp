@@ -7,6 +7,7 @@
 
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
+#include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
 
@@ -136,12 +137,17 @@ struct PreviewQuery {
   std::uint32_t side = side_default;
 };
 
+const queue::Artifact* png_of(const queue::Job& job) {
+  const auto png = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                [](const queue::Artifact& artifact) { return artifact.media_type == "image/png"; });
+  return png == job.artifacts.end() ? nullptr : &*png;
+}
+
 /// Redirects to the PNG image of a job that has ended.
 Answer redirect_to_image(const queue::Job& job) {
   if (job.expired) return images_expired(job);
-  const auto png = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                [](const queue::Artifact& artifact) { return artifact.media_type == "image/png"; });
-  if (png == job.artifacts.end()) {
+  const queue::Artifact* const png = png_of(job);
+  if (png == nullptr) {
     const std::string reason = job.artifacts.empty() ? "; it has no images" : ", and not as PNG";
     return Problem{failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
   }
@@ -150,6 +156,34 @@ Answer redirect_to_image(const queue::Job& job) {
   reply.headers = {{"Location", "/v1/jobs/" + job.id + "/" + png->name}, {"Cache-Control", "no-cache"}};
   reply.job_id = job.id;
   return reply;
+}
+
+/// A PNG with its hash as ETag.
+Reply preview_reply(const PreviewQuery& query, const std::string& png, const ApiContext& context) {
+  Reply reply;
+  reply.job_id = query.id;
+  const std::string etag = '"' + context.sha256(png) + '"';
+  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
+  if (none_match_names(query.if_none_match, etag)) {
+    reply.status = 304;
+    return reply;
+  }
+  reply.content_type = "image/png";
+  reply.body = png;
+  return reply;
+}
+
+/// The PNG of a job that has ended, scaled by the worker if no earlier request has left it in the cache.
+Answer scaled_image(const PreviewQuery& query, const queue::Artifact& png, const ApiContext& context) {
+  const std::string key = png.sha256 + " " + std::to_string(query.side);
+  if (const auto kept = context.thumbnails->find(key)) return preview_reply(query, *kept, context);
+  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(png);
+  if (!reader) return Problem{failures::image_damaged, png.name + " of job " + query.id + " is missing or damaged"};
+  return run_image_task({query.side, {std::move(reader)}}, context,
+                        [&context, query, key](const std::string& bytes) -> Answer {
+                          context.thumbnails->add(key, std::make_shared<const std::string>(bytes));
+                          return preview_reply(query, bytes, context);
+                        });
 }
 
 /// The latest preview, without waiting.
@@ -165,15 +199,7 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
     reply.headers.emplace_back("Cache-Control", "no-store");
     return reply;
   }
-  const std::string etag = '"' + context.sha256(*latest.png) + '"';
-  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
-  if (none_match_names(query.if_none_match, etag)) {
-    reply.status = 304;
-    return reply;
-  }
-  reply.content_type = "image/png";
-  reply.body = *latest.png;
-  return reply;
+  return preview_reply(query, *latest.png, context);
 }
 
 }  // namespace
@@ -239,6 +265,10 @@ Answer get_preview(Request& request, const ApiContext& context) {
   if (!view) return view.error();
   const PreviewQuery query{view->job.id, std::optional<std::string>(request.head.header("if-none-match")), *side};
   queue::JobWaiters& waiters = context.queue.waiters;
+  const bool is_scaled = queue::ended(view->job.state) && !request.head.query.empty() &&
+                         std::max(view->job.width, view->job.height) > query.side;
+  if (const queue::Artifact* const png = is_scaled ? png_of(view->job) : nullptr)
+    return scaled_image(query, *png, context);
   const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
   if (!traced || waiters.preview(query.id, query.side).fresh) return latest_preview(query, context);
 

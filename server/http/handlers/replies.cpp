@@ -94,6 +94,33 @@ DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiC
   return DeferredReply{deadline, watch, std::move(resume)};
 }
 
+DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
+                             std::function<Answer(const std::string& bytes)> resume) {
+  constexpr std::chrono::seconds wait{30};
+  struct State {
+    std::mutex mutex;
+    std::optional<queue::ImageTaskResult> result;
+  };
+  const auto state = std::make_shared<State>();
+  const auto watch = [&runner = context.queue.runner, task, state](std::function<void()> notify) {
+    runner.run_image_task(task, [state, notify = std::move(notify)](queue::ImageTaskResult result) {
+      {
+        const std::lock_guard lock(state->mutex);
+        state->result = std::move(result);
+      }
+      notify();
+    });
+    return std::function<void()>([] {});
+  };
+  const auto answer = [state, resume = std::move(resume)](bool) -> Answer {
+    const std::lock_guard lock(state->mutex);
+    if (!state->result) return Problem{failures::overloaded, "the image was not ready in time"};
+    if (!state->result->failure.empty()) return Problem{failures::image_not_processed, state->result->failure};
+    return resume(state->result->bytes);
+  };
+  return DeferredReply{std::chrono::steady_clock::now() + wait, watch, answer};
+}
+
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors) {
   const std::string count = std::to_string(errors.size()) + (errors.size() == 1 ? " error " : " errors ");
   return {failure, count + where, std::move(errors)};

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/http/handlers/handlers.h"
+#include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
 
@@ -105,8 +106,10 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
 
 namespace {
 
+constexpr std::size_t thumbnail_bytes_max = 64u << 20;  // those of 2000 frames
+
 void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
-  std::vector<std::string> names{"measure.json", "measure.csv", "measure.svg", "measure.png"};
+  std::vector<std::string> names{"preview.png", "measure.json", "measure.csv", "measure.svg", "measure.png"};
   for (const tracer::Format format : tracer::all_formats)
     names.push_back("image." + std::string(tracer::extension(format)));
   for (const std::string& name : names) {
@@ -118,7 +121,9 @@ void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const
 }  // namespace
 
 std::vector<Route> client_routes(const ApiContext& api_context) {
-  const auto context = std::make_shared<const ApiContext>(api_context);
+  const auto own_context = std::make_shared<ApiContext>(api_context);
+  own_context->thumbnails = std::make_shared<ThumbnailCache>(thumbnail_bytes_max);
+  const std::shared_ptr<const ApiContext> context = own_context;
   const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [context, handler](Request& request) { return handler(request, *context); };
   };

@@ -29,6 +29,10 @@ namespace http {
 /// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
 
+namespace handlers {
+class ThumbnailCache;
+}
+
 /// Dependencies of the client routes. Functions and referenced objects are thread-safe and outlive the server.
 struct ApiContext {
   queue::Queue& queue;
@@ -56,8 +60,9 @@ struct ApiContext {
   std::function<std::string()> not_ready{};                             ///< as Health's
   std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
   std::function<telemetry::ServiceHistory::Hour()> history{};
-  bool dashboard = true;                ///< the page at /; false: text only
-  const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
+  std::shared_ptr<handlers::ThumbnailCache> thumbnails{};  ///< set by client_routes
+  bool dashboard = true;                                   ///< the page at /; false: text only
+  const keys::KeyRing* keys = nullptr;                     ///< null: local clients without keys
 };
 std::vector<Route> client_routes(const ApiContext& context);
 

@@ -6,7 +6,6 @@
 #include "api/openapi.h"
 #include "server/http/handlers/handlers.h"
 #include "server/resources/resource_json.h"
-#include "server/resources/status_json.h"
 #include "tracer/version.h"
 
 namespace http::handlers {

@@ -176,10 +176,8 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
   job.keep = row.integer(35) != 0;
   read_labels(database, job);
   read_assets(database, job);
-  if (job.state == queue::JobState::succeeded) {
-    read_report(database, job);
-    job.artifacts = read_artifacts(database, id);
-  }
+  if (job.state == queue::JobState::succeeded) read_report(database, job);
+  if (queue::ended(job.state)) job.artifacts = read_artifacts(database, id);
   return job;
 }
 

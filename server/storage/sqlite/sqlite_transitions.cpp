@@ -158,6 +158,17 @@ class SqliteTransitions final : public queue::JobTransitions {
         [&](Database& database) { return end(database, id, fence, now, queue::JobState::cancelled); });
   }
 
+  bool add_artifact(const std::string& id, std::int64_t fence, const queue::Artifact& artifact) override {
+    return connections_.writer.run([&](Database& database) {
+      const int changed = database.change(
+          "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
+          " AND expired = 0 AND keep = 1",
+          id, fence);
+      if (changed == 1) insert_artifacts(database, id, {artifact}, true);
+      return changed == 1;
+    });
+  }
+
   queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
                                 const queue::Release& release) override {
     std::optional<std::int64_t> not_before;

@@ -22,10 +22,17 @@ constexpr std::chrono::milliseconds heartbeat_interval{1000};
 constexpr std::chrono::milliseconds progress_interval{50};
 constexpr int nice_max = 19;  // sched(7)
 
-/// Empty without any pixel or memory.
-std::string preview_png(JobControl& control, std::uint32_t side) {
+std::optional<tracer::Image> snapshot(JobControl& control, std::uint32_t side) {
   try {
-    const std::optional<tracer::Image> image = control.preview.snapshot(side);
+    return control.preview.snapshot(side);
+  } catch (const std::bad_alloc&) {
+    return std::nullopt;
+  }
+}
+
+/// Empty without any pixel or memory.
+std::string preview_png(const JobControl& control, const std::optional<tracer::Image>& image) {
+  try {
     if (!image || std::find(image->alpha.begin(), image->alpha.end(), 1.0f) == image->alpha.end()) return {};
     const auto png = tracer::encode(*image, tracer::Format::png, control.display_output);
     return png ? std::string(png->bytes.begin(), png->bytes.end()) : std::string();
@@ -78,10 +85,21 @@ void RenderExecutor::assign(Assign assigned) {
   job_available_.notify_one();
 }
 
-void RenderExecutor::cancel(const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(job_id);
-  if (found != jobs_.end()) found->second->control.tracing.cancel();
+void RenderExecutor::cancel(const Cancel& message) {
+  std::shared_ptr<Job> job;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(message.job_id);
+    if (found == jobs_.end()) return;
+    job = found->second;
+  }
+  // Before the render stops, because its pixels are then gone.
+  if (message.preview) {
+    std::optional<tracer::Image> image = snapshot(job->control, queue::last_preview_side);
+    const std::lock_guard lock(mutex_);
+    job->last_preview = std::move(image);
+  }
+  job->control.tracing.cancel();
 }
 
 void RenderExecutor::request_preview(const PreviewRequest& request) {
@@ -126,7 +144,14 @@ void RenderExecutor::run_job(Assign assigned) {
   needs_trim_ = true;
   idle_since_ = std::chrono::steady_clock::now();
   lock.unlock();
+  const bool cancelled = std::holds_alternative<Cancelled>(outcome);
   std::visit([this](auto& answer) { send_message(std::move(answer)); }, outcome);
+  if (!cancelled) return;
+  lock.lock();
+  const std::optional<tracer::Image> last = std::exchange(job->last_preview, std::nullopt);
+  lock.unlock();
+  std::string png = preview_png(job->control, last);
+  if (!png.empty()) send_message(PreviewResponse{id, queue::last_preview_side, std::move(png)});
 }
 
 void RenderExecutor::heartbeat_loop() {
@@ -186,7 +211,7 @@ void RenderExecutor::send_previews() {
     }
   }
   for (auto& [job, response] : pending) {
-    response.png = preview_png(job->control, response.side);
+    response.png = preview_png(job->control, snapshot(job->control, response.side));
     if (response.png.empty()) continue;
     {
       const std::lock_guard lock(mutex_);

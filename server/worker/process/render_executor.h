@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -29,14 +30,15 @@ class RenderExecutor {
   /// the last tiles of one job never starts tiles of another; all arenas share the threads of the machine. A large job
   /// runs on its own thread, because its threads get a lower priority that cannot be raised again.
   void assign(Assign assigned);
-  void cancel(const std::string& job_id);
+  void cancel(const Cancel& message);
   void request_preview(const PreviewRequest& request);
 
  private:
   struct Job {
     JobControl control;
-    std::uint64_t sent_progress = 0;        ///< tiles or steps
-    std::set<std::uint32_t> preview_sides;  ///< requested and not sent
+    std::uint64_t sent_progress = 0;            ///< tiles or steps
+    std::set<std::uint32_t> preview_sides;      ///< requested and not sent
+    std::optional<tracer::Image> last_preview;  ///< from the moment of the cancel
   };
 
   void run_waiting_jobs();

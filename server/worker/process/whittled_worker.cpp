@@ -14,9 +14,11 @@
 #include <fstream>
 #include <optional>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "server/worker/process/image_tasks.h"
 #include "server/worker/process/jobs.h"
 #include "server/worker/process/render_executor.h"
 #include "server/worker/process/sandbox.h"
@@ -92,8 +94,11 @@ void serve(worker::RenderExecutor& executor) {
     // Threads are not joined: there is no receiver for their results.
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
     if (auto* job = std::get_if<worker::Assign>(message)) executor.assign(std::move(*job));
+    if (auto* task = std::get_if<worker::ImageTask>(message)) {
+      std::thread(worker::run_image_task, std::move(*task), worker::worker_socket).detach();
+    }
     if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);
-    if (const auto* cancel = std::get_if<worker::Cancel>(message)) executor.cancel(cancel->job_id);
+    if (const auto* cancel = std::get_if<worker::Cancel>(message)) executor.cancel(*cancel);
   }
 }
 

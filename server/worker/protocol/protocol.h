@@ -62,11 +62,18 @@ struct Assign {
 /// Cancelled follows soon, or Finished or Failed if the worker was faster. Unknown jobs are ignored.
 struct Cancel {
   std::string job_id;
+  bool preview = false;  ///< a PreviewResponse of the image so far follows the answer, unless there are no pixels
 };
 /// PreviewResponse follows once there are pixels, unless the job ends first. Unknown jobs are ignored.
 struct PreviewRequest {
   std::string job_id;
   std::uint32_t side = 0;  ///< pixels along the longer side, at most queue::preview_side_max
+};
+/// Work on images that are finished (queue::ImageTask). ImageTaskResult follows.
+struct ImageTask {
+  std::uint64_t number = 0;  ///< returned with the result
+  std::uint32_t side = 0;    ///< pixels along the longer side of a result
+  std::vector<Descriptor> images;
 };
 
 // ---- worker to daemon
@@ -88,6 +95,11 @@ struct PreviewResponse {
   std::string job_id;
   std::uint32_t side = 0;  ///< as requested
   std::string png;
+};
+struct ImageTaskResult {
+  std::uint64_t number = 0;
+  std::string failure;  ///< a sentence; empty: `bytes` is the result
+  std::string bytes;
 };
 struct Image {
   std::string name;        ///< "image.png"
@@ -134,10 +146,10 @@ struct FileResponse {
 };
 
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 5;
+constexpr std::uint32_t protocol_version = 6;
 
 using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
-                             PreviewResponse, Configure, FileRequest, FileResponse>;
+                             PreviewResponse, Configure, FileRequest, FileResponse, ImageTask, ImageTaskResult>;
 
 // ---- packets
 

@@ -9,6 +9,12 @@ namespace worker {
 
 using queue::LogLevel;
 
+namespace {
+
+constexpr std::size_t stopped_max = 1000;  // their last previews follow within milliseconds
+
+}  // namespace
+
 // ---- claims
 
 void JobDispatcher::on_jobs_available(bool suspects) noexcept {
@@ -144,6 +150,7 @@ void JobDispatcher::start_job(ClaimResult& result) {
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
   running.requested = {job.kind, job.width, job.height};
+  running.keep = job.keep;
   slots_.running.emplace(job.id, running);
   running_count_ = static_cast<int>(slots_.running.size());
   deadlines_.add(job, Time::clock::now());
@@ -173,7 +180,9 @@ void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
 }
 
 void JobDispatcher::stop(const std::string& id) {
-  if (deadlines_.stop(id, Time::clock::now())) process_.send(pack(Cancel{id}));
+  const RunningJob& job = slots_.running.at(id);
+  const bool ends = job.cancel_requested || job.stopped_for;
+  if (deadlines_.stop(id, Time::clock::now())) process_.send(pack(Cancel{id, ends && job.keep}));
 }
 
 void JobDispatcher::check_deadlines(Time now) {
@@ -220,6 +229,8 @@ void JobDispatcher::on_message(Message& message) {
   } else if (auto* preview = std::get_if<PreviewResponse>(&message)) {
     if (slots_.running.contains(preview->job_id))
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
+    else if (auto stopped = stopped_.extract(preview->job_id); stopped && preview->side == queue::last_preview_side)
+      outcomes_.keep_preview(preview->job_id, stopped.mapped(), std::move(preview->png));
   } else if (auto* finished = std::get_if<Finished>(&message)) {
     on_finished(*finished);
   } else if (const auto* failed = std::get_if<Failed>(&message)) {
@@ -264,6 +275,8 @@ void JobDispatcher::on_finished(Finished& message) {
 void JobDispatcher::on_cancelled(const Cancelled& message) {
   const auto job = take(message.job_id, message.fence);
   if (!job) return;
+  if (stopped_.size() >= stopped_max) stopped_.clear();
+  if ((job->cancel_requested || job->stopped_for) && job->keep) stopped_.insert_or_assign(message.job_id, job->fence);
   if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
     return report_stopped(message.job_id, *job);
   retry_or_fail(message.job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
@@ -282,6 +295,7 @@ int JobDispatcher::on_worker_exit(const WorkerExit& exit) {
   running_count_ = 0;
   ++notifications_;  // no owner is at its limit any more
   deadlines_.clear();
+  stopped_.clear();
   const auto decisions = decide(jobs, exit.reason, exit.planned_shutdown, exit.code);
   int interrupted = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {

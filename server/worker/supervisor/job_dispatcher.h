@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -109,8 +110,9 @@ class JobDispatcher {
     std::optional<std::uint64_t> none_left, none_left_small;
     bool owners_excluded = false;  ///< from a claim that left none
   } claims_;
-  std::set<std::string> early_cancels_;  ///< cancelled during claims that may return them
-  bool suspects_first_ = false;          ///< suspects may be queued; they run before all other jobs
+  std::map<std::string, std::int64_t> stopped_;  ///< fences of stopped jobs whose last preview may follow
+  std::set<std::string> early_cancels_;          ///< cancelled during claims that may return them
+  bool suspects_first_ = false;                  ///< suspects may be queued; they run before all other jobs
   Time claims_paused_until_{};
 };
 

@@ -21,6 +21,7 @@ struct RunningJob {
   std::int64_t fence = 0;
   int attempt = 1, max_attempts = 1;
   ResultRequest requested;
+  bool keep = true;                           ///< see queue::Job
   bool cancel_requested = false;              ///< by its owner
   bool large = false;                         ///< see queue::Job
   std::optional<Time> large_since;            ///< it was small before

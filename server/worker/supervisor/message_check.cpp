@@ -52,7 +52,7 @@ std::string_view media_type_of(const std::string& name, queue::JobKind kind) {
 std::string violation_of(const Message& message) {
   if (std::holds_alternative<Configure>(message) || std::holds_alternative<Assign>(message) ||
       std::holds_alternative<Cancel>(message) || std::holds_alternative<PreviewRequest>(message) ||
-      std::holds_alternative<FileResponse>(message))
+      std::holds_alternative<ImageTask>(message) || std::holds_alternative<FileResponse>(message))
     return "sent a message that only the daemon sends";
   if (std::holds_alternative<FileRequest>(message)) return "sent a message of the other socket";
   if (const auto* ready = std::get_if<Ready>(&message)) {

@@ -126,6 +126,18 @@ void OutcomeWriter::cancel(const std::string& id, std::int64_t fence) {
   });
 }
 
+void OutcomeWriter::keep_preview(const std::string& id, std::int64_t fence, std::string png) {
+  run([this, id, fence, png = std::move(png)] {
+    const auto keep = [&] {
+      const Descriptor memory = sealed_memory(png);
+      if (queue_.lifecycle.keep_preview(id, fence, memory.get())) return;
+      // Another thread writes the end at present, or the job runs again.
+      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "the job has not ended");
+    };
+    executor_.run_with_retry(3, "keep_preview", keep);
+  });
+}
+
 void OutcomeWriter::release(const std::string& id, std::int64_t fence, const queue::Release& release,
                             std::function<void()> on_released) {
   const auto task = [this, id, fence, release] {

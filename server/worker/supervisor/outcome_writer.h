@@ -65,6 +65,8 @@ class OutcomeWriter {
   void succeed(Finished finished, std::function<void(const queue::Problem&)> on_failure);
   void fail(const std::string& id, std::int64_t fence, const queue::Problem& problem);
   void cancel(const std::string& id, std::int64_t fence);
+  /// Keeps the last preview of a job whose end is being written.
+  void keep_preview(const std::string& id, std::int64_t fence, std::string png);
   /// The job returns to the queue.
   void release(const std::string& id, std::int64_t fence, const queue::Release& release,
                std::function<void()> on_released);

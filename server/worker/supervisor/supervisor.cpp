@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -16,6 +18,17 @@ namespace worker {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t image_tasks_max = 64;  // a page shows some tens of thumbnails at once
+
+Descriptor memory_of(const queue::ArtifactReader& image) {
+  std::string bytes(image.size_bytes(), '\0');
+  for (std::size_t done = 0, count = 0; done < bytes.size(); done += count) {
+    count = image.read(done, bytes.data() + done, bytes.size() - done);
+    if (count == 0) throw std::runtime_error("an image is shorter than before");
+  }
+  return sealed_memory(bytes);
+}
 
 SupervisorSettings with_defaults(SupervisorSettings settings) {
   const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::thread::hardware_concurrency());
@@ -55,6 +68,11 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   void request_preview(const std::string& id, std::uint32_t side) noexcept override {
     events_.post([this, id, side] { dispatcher_.request_preview(id, side); });
+  }
+
+  using TaskDone = std::function<void(queue::ImageTaskResult)>;
+  void run_image_task(queue::ImageTask task, TaskDone done) noexcept override {
+    events_.post([this, task = std::move(task), done = std::move(done)] { start_image_task(task, done); });
   }
 
   void on_lease_lost(const queue::Lease& lease) noexcept override {
@@ -111,13 +129,40 @@ class Supervisor::Loop final : public queue::JobRunner {
     for (int count = 0; count < 256 || process_.exited(); ++count) {
       auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running()));
       if (!message) break;
+      if (auto* result = std::get_if<ImageTaskResult>(&*message)) end_image_task(*result);
       dispatcher_.on_message(*message);
     }
     process_.reap_if_exited();
   }
 
+  void start_image_task(const queue::ImageTask& task, const TaskDone& done) {
+    if (process_.state() != WorkerState::ready) return done({"the worker is not ready", {}});
+    if (tasks_.size() >= image_tasks_max) return done({"too many images wait", {}});
+    const std::uint64_t number = ++last_task_;
+    tasks_.emplace(number, done);
+    store_executor_->run([this, number, task] {
+      try {
+        ImageTask message{number, task.side, {}};
+        for (const auto& image : task.images) message.images.push_back(memory_of(*image));
+        events_.post([this, packet = std::make_shared<Packet>(pack(std::move(message)))] {
+          process_.send(std::move(*packet));  // the result of a worker that came later is ignored
+        });
+      } catch (const std::exception& failure) {
+        events_.post(
+            [this, result = ImageTaskResult{number, failure.what(), {}}]() mutable { end_image_task(result); });
+      }
+    });
+  }
+
+  void end_image_task(ImageTaskResult& result) {
+    const auto task = tasks_.extract(result.number);
+    if (task) task.mapped()({std::move(result.failure), std::move(result.bytes)});
+  }
+
   void handle_worker_exit() {
     const auto exit = process_.take_exit();
+    if (exit)
+      for (const auto& [number, done] : std::exchange(tasks_, {})) done({"the worker has ended", {}});
     if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
   }
 
@@ -134,6 +179,8 @@ class Supervisor::Loop final : public queue::JobRunner {
   Deadlines deadlines_;
   OutcomeWriter outcomes_;
   JobDispatcher dispatcher_;
+  std::uint64_t last_task_ = 0;
+  std::map<std::uint64_t, TaskDone> tasks_;  ///< by number
   std::atomic<bool> draining_ = false;
   bool interrupted_by_drain_ = false;
   std::mutex drain_mutex_;

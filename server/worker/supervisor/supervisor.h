@@ -59,7 +59,8 @@ struct SupervisorSettings {
   /// promised; a commit fits into the rest). A large file or BVH may take a second or two to stop.
   std::chrono::milliseconds cancel_answer{10};
   /// After this a worker that has not stopped the job and runs no other is replaced by the standby, if that is ready.
-  std::chrono::milliseconds cancel_replace{50};
+  /// The last preview of a large image takes some tens of milliseconds.
+  std::chrono::milliseconds cancel_replace{250};
   /// After this a worker that has not stopped the job is killed in any case.
   std::chrono::milliseconds cancel_grace{5'000};
   /// Pause before a crashed worker is started again; doubles with each crash until a job finishes.

@@ -44,6 +44,10 @@ inline constexpr TextureImageLimits compared_file_limits{
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes,
                                           const TextureImageLimits& limits = compared_file_limits);
 
+/// A PNG of an image that read_image reads, box-filtered in linear light to at most `side` (>= 1) pixels along its
+/// longer side, for display. Smaller images keep their size.
+Result<std::vector<std::uint8_t>, std::string> thumbnail(std::span<const std::uint8_t> bytes, std::uint32_t side);
+
 /// Difference of one pixel: the maximum of its three channels.
 struct PixelDifference {
   std::uint32_t x = 0, y = 0;
