@@ -102,6 +102,16 @@ struct Job {
   std::int64_t revision = 1;     ///< grows with every change of the row
 };
 
+/// A move of a job to another state.
+struct JobMove {
+  std::int64_t at = 0;
+  JobState state = JobState::queued;
+  int attempt = 0;
+  std::string code, detail;  ///< the reason, as Problem's; empty where the move has none
+  std::string worker;        ///< id of the run of the daemon that began the attempt; of moves to running
+};
+inline constexpr int moves_max = 1000;
+
 /// The fields of a job that its events have.
 struct JobSummary {
   std::string id;

@@ -61,10 +61,11 @@ struct Claim {
 
 /// Return of a running job to the queue.
 struct Release {
-  bool counts = false;        ///< the attempt was a real failure; otherwise it is not counted
-  bool suspect = false;       ///< see Job; once set it stays
-  bool large = false;         ///< see Job; once set it stays
-  std::int64_t pause_ms = 0;  ///< the job is not claimed again within this time
+  bool counts = false;                 ///< the attempt was a real failure; otherwise it is not counted
+  bool suspect = false;                ///< see Job; once set it stays
+  bool large = false;                  ///< see Job; once set it stays
+  std::int64_t pause_ms = 0;           ///< the job is not claimed again within this time
+  std::string code = {}, detail = {};  ///< for JobMove
 };
 
 /// Jobs that a claim may return.
@@ -215,6 +216,8 @@ class JobStore {
   virtual std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now) = 0;
   virtual std::optional<Job> find(const std::string& id) = 0;
   virtual std::optional<JobSummary> summary(const std::string& id) = 0;
+  /// The latest moves_max moves of a job with Job::keep, oldest first, without its submission.
+  virtual std::vector<JobMove> moves(const std::string& id) = 0;
   /// The newest succeeded job with this content key that expires after `expires_after` or never.
   virtual std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) = 0;
   virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted

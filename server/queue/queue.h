@@ -186,6 +186,7 @@ class JobQueries {
   double progress(const std::string& id) { return context_.running.progress(id); }
   /// See ThroughputEstimate.
   std::optional<double> seconds_per_work() { return context_.throughput.seconds_per_work(); }
+  std::vector<JobMove> moves(const std::string& id) { return context_.stores.jobs.moves(id); }
   std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
   /// The complete document of a job; none if it is unknown or has expired.
   std::optional<std::string> document(const std::string& id);

@@ -172,6 +172,19 @@ std::string write_deliveries(const std::vector<queue::Delivery>& deliveries) {
   return text_of({{"items", std::move(items)}});
 }
 
+std::string write_history(const std::vector<queue::JobMove>& moves) {
+  Json items = Json::array();
+  for (const queue::JobMove& move : moves) {
+    items.push_back({{"at", time_json(move.at)},
+                     {"state", queue::name_of(move.state)},
+                     {"attempt", move.attempt},
+                     {"code", text_or_null(move.code)},
+                     {"detail", move.detail},
+                     {"worker", text_or_null(move.worker)}});
+  }
+  return text_of({{"items", std::move(items)}});
+}
+
 std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms) {
   Json items = Json::array();

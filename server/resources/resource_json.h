@@ -40,6 +40,9 @@ std::string write_event(std::string_view event, std::int64_t now_ms);
 /// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
 std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
 
+/// {items: [{at, state, attempt, code, detail, worker}]}; an empty code or worker becomes null.
+std::string write_history(const std::vector<queue::JobMove>& moves);
+
 /// {id, name, state, progress, created_at, size, jobs{state: count}, owner, sweep, max_failed, links}. The state is
 /// queued or running until every job has ended; then failed or cancelled if a job is, else succeeded. Progress is the
 /// share of ended jobs.

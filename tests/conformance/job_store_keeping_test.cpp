@@ -184,6 +184,37 @@ TEST_P(JobStoreConformance, AddsAnArtifactToAStoppedJobOfTheSameFence) {
   EXPECT_FALSE(store().add_artifact(done.id, done.fence, preview)) << "it has its images";
 }
 
+TEST_P(JobStoreConformance, KeepsTheMovesOfAJobWithTheirReasons) {
+  const auto text = [&](const std::string& id) {
+    std::string all;
+    for (const JobMove& move : store().moves(id))
+      all += std::to_string(move.at - now) + " " + name_of(move.state) + " " + std::to_string(move.attempt) + " " +
+             move.code + "/" + move.detail + "/" + move.worker + "; ";
+    return all;
+  };
+  const std::string id = submit();
+  EXPECT_EQ(text(id), "");
+  const Claim first = claim();
+  store().release(id, first.fence, now + 1,
+                  {.counts = true, .code = "out_of_memory", .detail = "No memory, no image."});
+  const Claim second = claim();
+  store().fail(second.job.id, second.fence, now + 2, {"bad_scene", "It has 1 error.", {}});
+  store().retry(id, now + 3);
+  store().cancel(id, now + 4);
+  EXPECT_EQ(text(id),
+            "0 running 1 //boot; 1 queued 1 out_of_memory/No memory, no image./; 0 running 2 //boot; "
+            "2 failed 2 bad_scene/It has 1 error./; 3 queued 0 retry/by request/; 4 cancelled 0 //; ");
+  const std::string draft = submit([](Job& job) { job.keep = false; });
+  store().cancel(draft, now);
+  EXPECT_EQ(text(draft), "");
+  store().remove(id);
+  EXPECT_EQ(text(id), "");
+  const std::string recovered = submit();
+  claim();
+  store().recover("another boot", now + 5);
+  EXPECT_EQ(text(recovered), "0 running 1 //boot; 5 queued 0 daemon_ended//; ");
+}
+
 TEST_P(JobStoreConformance, DoesNotRemoveARunningJob) {
   const Placed job = place(JobState::running);
   EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::running);

@@ -17,6 +17,7 @@ class TestStore {
   auto find_reply(const queue::ReplyKey& key, std::int64_t now) { return all_.jobs.find_reply(key, now); }
   auto find(const std::string& id) { return all_.jobs.find(id); }
   auto find_by_content_key(const std::string& key, std::int64_t t) { return all_.jobs.find_by_content_key(key, t); }
+  auto moves(const std::string& id) { return all_.jobs.moves(id); }
   auto document(const std::string& id) { return all_.jobs.document(id); }
   auto scene(const std::string& id) { return all_.jobs.scene(id); }
   auto list(const queue::JobFilter& filter, const std::string& cursor, int limit) {
@@ -102,6 +103,7 @@ class ForwardingJobStore : public queue::JobStore {
     return target_.find_reply(key, now);
   }
   std::optional<queue::Job> find(const std::string& id) override { return target_.find(id); }
+  std::vector<queue::JobMove> moves(const std::string& id) override { return target_.moves(id); }
   std::optional<queue::JobSummary> summary(const std::string& id) override { return target_.summary(id); }
   std::optional<queue::Job> find_by_content_key(const std::string& key, std::int64_t expires_after) override {
     return target_.find_by_content_key(key, expires_after);

@@ -19,7 +19,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("listBatches", 503), ("removeBatch", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPreviewPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
-    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("getStatus", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("getHistory", 503), ("getStatus", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
 }
 
 
@@ -190,7 +190,8 @@ class Contract(ContractParts, unittest.TestCase):
         job_id = self.daemon.submit(scene(job={"labels": {"a": "b"}}))
         self.check(seen, "/v1/jobs/{id}/deliveries", self.daemon.get(f"/v1/jobs/{job_id}/deliveries"))
         self.check(seen, "/v1/jobs/{id}/scene", self.daemon.get(f"/v1/jobs/{job_id}/scene"))
-        for path in ("/v1/jobs/{id}", "/v1/jobs/{id}/cancel", "/v1/jobs/{id}/deliveries", "/v1/jobs/{id}/scene"):
+        self.check(seen, "/v1/jobs/{id}/history", self.daemon.get(f"/v1/jobs/{job_id}/history"))
+        for path in ("/v1/jobs/{id}", "/v1/jobs/{id}/cancel", "/v1/jobs/{id}/deliveries", "/v1/jobs/{id}/scene", "/v1/jobs/{id}/history"):
             method = "POST" if path.endswith("cancel") else "GET"
             self.check(seen, path, self.daemon.request(method, path.format(id=NOBODY)), method)
         self.daemon.wait_for_end(job_id)

@@ -32,6 +32,7 @@ Answer list_jobs(Request& request, const ApiContext& context);
 Answer get_queue(Request& request, const ApiContext& context);
 /// The document as submitted; of a job of a batch, its scene with the patch applied.
 Answer get_scene(Request& request, const ApiContext& context);
+Answer get_history(Request& request, const ApiContext& context);
 Answer change_job(Request& request, const ApiContext& context);
 Answer cancel_job(Request& request, const ApiContext& context);
 Answer retry_job(Request& request, const ApiContext& context);

@@ -232,6 +232,20 @@ Answer get_scene(Request& request, const ApiContext& context) {
   return reply;
 }
 
+Answer get_history(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  const queue::Job& job = view->job;
+  std::vector<queue::JobMove> moves = context.queue.queries.moves(job.id);
+  const bool from_cache = moves.empty() && job.state == queue::JobState::succeeded;
+  if (job.keep && moves.size() < queue::moves_max)
+    moves.insert(moves.begin(), {job.created_at, from_cache ? job.state : queue::JobState::queued, 0, "", "", ""});
+  Reply reply = json_reply(200, resources::write_history(moves));
+  reply.job_id = job.id;
+  reply.headers.emplace_back("Cache-Control", "no-cache");
+  return reply;
+}
+
 Answer get_queue(Request&, const ApiContext& context) {
   Reply reply = json_reply(200, resources::write_queue(context.queue.queries.state()));
   reply.headers.emplace_back("Cache-Control", "no-cache");

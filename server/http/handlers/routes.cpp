@@ -146,6 +146,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"POST", "/v1/measure", with_context(measure), {}},
       {"GET", "/v1/jobs/{id}", with_context(get_job), {"wait"}},
       {"GET", "/v1/jobs/{id}/scene", with_context(get_scene), {}},
+      {"GET", "/v1/jobs/{id}/history", with_context(get_history), {}},
       {"PATCH", "/v1/jobs/{id}", with_context(change_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_context(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_context(cancel_job), {}},

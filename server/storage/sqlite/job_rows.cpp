@@ -1,5 +1,6 @@
 #include "server/storage/sqlite/job_rows.h"
 
+#include <algorithm>
 #include <iterator>
 #include <sstream>
 #include <utility>
@@ -81,15 +82,17 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
-      " kind, accuracy, large, weight, work, variation, use_cache, keep)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      " kind, accuracy, large, weight, work, variation, use_cache, keep,"
+      " moved_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+      "?, ?, ?, ?)",
       job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
       job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
-      std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep});
+      std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep},
+      job.created_at);
   database.change("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
                   scene_id);
   insert_labels(database, job.id, job.labels);
@@ -109,6 +112,8 @@ void insert_report(Database& database, const std::string& id, const std::string&
 void insert_problem(Database& database, const std::string& id, const queue::Problem& problem) {
   database.change("UPDATE jobs SET problem_code = ?, problem_detail = ? WHERE id = ?", problem.code, problem.detail,
                   id);
+  database.change("UPDATE moves SET reason = ? WHERE (job_id, revision) = (SELECT id, revision FROM jobs WHERE id = ?)",
+                  problem.code + " " + problem.detail, id);
   std::int64_t position = 0;
   for (const tracer::Issue& error : problem.errors) {
     database.change("INSERT INTO problem_errors (job_id, position, pointer, code, detail) VALUES (?, ?, ?, ?, ?)", id,
@@ -219,6 +224,21 @@ std::int64_t read_artifact_bytes(Database& database) {
   return total.integer(0);
 }
 
+std::vector<queue::JobMove> read_moves(Database& database, const std::string& id) {
+  std::vector<queue::JobMove> moves;
+  Query row = database.query(
+      "SELECT * FROM (SELECT at, state, attempt, reason, worker, revision FROM moves WHERE job_id = ?"
+      " ORDER BY revision DESC LIMIT ?) ORDER BY revision",
+      id, std::int64_t{queue::moves_max});
+  while (row.row()) {
+    const std::string reason = row.text(3);
+    const std::size_t space = std::min(reason.find(' '), reason.size());
+    moves.push_back({row.integer(0), queue::job_state(row.text(1)).value(), static_cast<int>(row.integer(2)),
+                     reason.substr(0, space), reason.substr(std::min(space + 1, reason.size())), row.text(4)});
+  }
+  return moves;
+}
+
 // ---- batches and replies
 
 void insert_batch(Database& database, const queue::Batch& batch) {
@@ -263,9 +283,10 @@ std::optional<queue::KeptReply> read_reply(Database& database, const queue::Repl
 
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now) {
   database.change(
-      "UPDATE jobs SET state = 'running', started_at = max(?, created_at), attempt = attempt + 1, fence = fence + 1, "
-      "boot_id = ?,"
-      " lease_until = ?, revision = revision + 1 WHERE id = ?",
+      "UPDATE jobs SET state = 'running', started_at = max(?1, created_at), moved_at = ?1, moved_for = '', attempt = "
+      "attempt + 1, fence = fence + 1, "
+      "boot_id = ?2,"
+      " lease_until = ?3, revision = revision + 1 WHERE id = ?4",
       now, terms.boot_id, terms.lease_until, id);
   Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
   fence.row();

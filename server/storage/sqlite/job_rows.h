@@ -34,6 +34,7 @@ std::optional<std::string> read_document(Database& database, const std::string& 
 /// The scene that the document of a job patches; none if the document is complete.
 std::optional<std::string> read_scene(Database& database, const std::string& id);
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
+std::vector<queue::JobMove> read_moves(Database& database, const std::string& id);
 std::int64_t read_artifact_bytes(Database& database);  ///< sum over all jobs
 
 void insert_batch(Database& database, const queue::Batch& batch);
@@ -54,10 +55,11 @@ std::optional<queue::Claim> claim_if_alone(Database& database, const std::string
                                            std::int64_t now);
 
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
-/// queued, or to cancelled where that was requested; ?1 is now. The attempt and the condition follow.
+/// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.
 inline constexpr const char* released_columns =
     "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
     " ended_at = iif(cancel_requested, max(?1, started_at), NULL), cancel_requested = 0, revision = revision + 1,"
-    " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
+    " moved_at = ?1, expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)), "
+    "moved_for = ";
 
 }  // namespace storage::sqlite

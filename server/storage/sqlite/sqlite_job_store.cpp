@@ -240,6 +240,10 @@ class SqliteJobStore final : public queue::JobStore {
     return connections_.reader.run([&](Database& database) { return read_summary(database, id); });
   }
 
+  std::vector<queue::JobMove> moves(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_moves(database, id); });
+  }
+
   std::optional<queue::Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
     return connections_.reader.run([&](Database& database) -> std::optional<queue::Job> {
       Query newest = database.query(

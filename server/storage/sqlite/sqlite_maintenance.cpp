@@ -66,7 +66,8 @@ struct Step {
         find("SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?");
     for (const std::string& id : ids) {
       Query released = database.query(
-          std::string(released_columns) + " attempt = attempt - 1 WHERE id = ?2 RETURNING state", now, id);
+          std::string(released_columns) + " 'lease_ended ', attempt = attempt - 1 WHERE id = ?2 RETURNING state", now,
+          id);
       released.row();
       (released.text(0) == "queued" ? result.abandoned : result.cancelled).push_back(id);
     }
@@ -95,7 +96,8 @@ struct Step {
     for (const std::string& id : result.overdue) {
       assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
       database.change(
-          "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, revision = revision + "
+          "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1, "
+          "revision = revision + "
           "1,"
           " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
           now, id);
@@ -180,9 +182,9 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
           "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
           " cancel_requested = 0, revision = revision + 1 WHERE keep = 0 AND ended_at IS NULL",
           now);
-      return database.change(
-          std::string(released_columns) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2", now,
-          boot_id);
+      return database.change(std::string(released_columns) +
+                                 " 'daemon_ended ', attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",
+                             now, boot_id);
     });
   }
 

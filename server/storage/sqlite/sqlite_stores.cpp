@@ -14,7 +14,7 @@
 namespace storage::sqlite {
 namespace {
 
-constexpr std::int64_t jobs_schema_version = 13;
+constexpr std::int64_t jobs_schema_version = 14;
 
 /// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
 constexpr const char* jobs_schema = R"sql(
@@ -33,6 +33,8 @@ CREATE TABLE jobs (
   created_at INTEGER NOT NULL,
   started_at INTEGER,
   ended_at INTEGER,
+  moved_at INTEGER NOT NULL,         -- time of the latest move, and its reason: code, a space, detail
+  moved_for TEXT NOT NULL DEFAULT '',
   attempt INTEGER NOT NULL CHECK (attempt >= 0),
   max_attempts INTEGER NOT NULL,
   priority INTEGER NOT NULL,
@@ -86,6 +88,17 @@ CREATE TABLE documents (
   scene_id TEXT REFERENCES scenes
 ) STRICT;
 CREATE INDEX documents_by_scene ON documents (scene_id) WHERE scene_id IS NOT NULL;
+-- The moves of jobs between states, written by a trigger.
+CREATE TABLE moves (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  revision INTEGER NOT NULL,
+  at INTEGER NOT NULL,
+  state TEXT NOT NULL,
+  attempt INTEGER NOT NULL,
+  reason TEXT NOT NULL,
+  worker TEXT,
+  PRIMARY KEY (job_id, revision)
+) STRICT, WITHOUT ROWID;
 CREATE TABLE reports (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
   report TEXT NOT NULL
@@ -190,6 +203,10 @@ CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
+END;
+CREATE TRIGGER move_written AFTER UPDATE OF state ON jobs WHEN old.state <> new.state AND new.keep = 1 BEGIN
+  INSERT INTO moves VALUES (new.id, new.revision, new.moved_at, new.state, new.attempt, new.moved_for,
+    iif(new.state = 'running', new.boot_id, NULL));
 END;
 CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs - 1, work = work - old.work WHERE state = old.state;

@@ -12,7 +12,8 @@ namespace {
 bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, queue::JobState state) {
   assert(queue::may_move(queue::JobState::running, state));
   return database.change(
-             "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), cancel_requested = 0, revision = revision + "
+             "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), moved_at = ?2, moved_for = '', "
+             "cancel_requested = 0, revision = revision + "
              "1,"
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
@@ -20,10 +21,12 @@ bool end(Database& database, const std::string& id, std::int64_t fence, std::int
 }
 
 queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
-  if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = max(?1, created_at), not_before = NULL,"
-                      " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
-                      " WHERE id = ?2 AND state = 'queued'",
-                      now, id) == 1) {
+  if (database.change(
+          "UPDATE jobs SET state = 'cancelled', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1,"
+          " moved_for = '',"
+          " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
+          " WHERE id = ?2 AND state = 'queued'",
+          now, id) == 1) {
     return queue::CancelOutcome::cancelled;
   }
   if (database.change("UPDATE jobs SET revision = revision + (cancel_requested = 0), cancel_requested = 1"
@@ -48,6 +51,7 @@ queue::RetryOutcome retry_job(Database& database, const std::string& id, std::in
     database.change(std::string("DELETE FROM ") + table + " WHERE job_id = ?", id);
   database.change(
       "UPDATE jobs SET state = 'queued', attempt = 0, started_at = NULL, ended_at = NULL, expires_at = NULL,"
+      " moved_at = ?1, moved_for = 'retry by request',"
       " problem_code = NULL, problem_detail = NULL, deadline = iif(deadline <= ?1, NULL, deadline),"
       " not_before = iif(run_after > ?1, run_after, NULL), rank = ?2, revision = revision + 1 WHERE id = ?3",
       now, queue::rank_of(now, job->run_after, job->priority), id);
@@ -174,12 +178,13 @@ class SqliteTransitions final : public queue::JobTransitions {
     std::optional<std::int64_t> not_before;
     if (release.pause_ms > 0) not_before = now + release.pause_ms;
     return connections_.writer.run([&](Database& database) {
-      Query released = database.query(std::string(released_columns) +
-                                          " attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
-                                          " not_before = iif(cancel_requested, NULL, ?5)"
-                                          " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
-                                      now, std::int64_t{!release.counts}, std::int64_t{release.suspect},
-                                      std::int64_t{release.large}, not_before, id, fence);
+      Query released =
+          database.query(std::string(released_columns) +
+                             " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
+                             " not_before = iif(cancel_requested, NULL, ?5)"
+                             " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
+                         now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
+                         not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
       if (!released.row()) return queue::ReleaseOutcome::stale;
       return released.text(0) == "queued" ? queue::ReleaseOutcome::queued : queue::ReleaseOutcome::cancelled;
     });

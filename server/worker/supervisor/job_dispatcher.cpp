@@ -210,7 +210,7 @@ void JobDispatcher::check_deadlines(Time now) {
 void JobDispatcher::report_stopped(const std::string& id, const RunningJob& job) {
   if (job.lease_lost) return;
   if (job.cancel_requested) return outcomes_.cancel(id, job.fence);
-  if (!job.stopped_for) return release(id, job.fence, {.large = true});  // it yields its slot
+  if (!job.stopped_for) return release(id, job.fence, {.large = true, .code = "became_large"});  // it yields its slot
   retry_or_fail(id, job, *job.stopped_for);
 }
 
@@ -301,22 +301,24 @@ int JobDispatcher::on_worker_exit(const WorkerExit& exit) {
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (jobs[i].reported) continue;
     ++interrupted;
-    resolve_in_flight_job(jobs[i], decisions[i], exit.code);
+    resolve_in_flight_job(jobs[i], decisions[i], exit);
   }
   return interrupted;
 }
 
 void JobDispatcher::resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision,
-                                          const std::string& code) {
+                                          const WorkerExit& exit) {
+  const std::string detail = "The worker process " + exit.reason + ".";
   switch (decision.action) {
     case CrashDecision::Action::release:
-      return release(job.job_id, job.fence, {});
+      return release(job.job_id, job.fence, {.code = exit.code, .detail = detail});
     case CrashDecision::Action::release_as_suspect:
-      return release(job.job_id, job.fence, {.suspect = true});
+      return release(job.job_id, job.fence, {.suspect = true, .code = exit.code, .detail = detail});
     case CrashDecision::Action::count_attempt: {
-      const auto pause = retry_pause(code, job.attempt, job.max_attempts, settings_.retry);
+      const auto pause = retry_pause(exit.code, job.attempt, job.max_attempts, settings_.retry);
       const std::int64_t pause_ms = pause.value_or(settings_.retry.pause_max).count();
-      return release(job.job_id, job.fence, {.counts = true, .suspect = true, .pause_ms = pause_ms});
+      return release(job.job_id, job.fence,
+                     {.counts = true, .suspect = true, .pause_ms = pause_ms, .code = exit.code, .detail = detail});
     }
     case CrashDecision::Action::fail:
       return outcomes_.fail(job.job_id, job.fence, decision.problem);
@@ -334,7 +336,12 @@ void JobDispatcher::retry_or_fail(const std::string& id, const RunningJob& job, 
   if (!pause) return outcomes_.fail(id, job.fence, problem);
   log_(LogLevel::warning, "attempt_failed",
        {{"job_id", id}, {"attempt", std::to_string(job.attempt)}, {"code", problem.code}, {"detail", problem.detail}});
-  release(id, job.fence, {.counts = true, .suspect = problem.code == "out_of_memory", .pause_ms = pause->count()});
+  release(id, job.fence,
+          {.counts = true,
+           .suspect = problem.code == "out_of_memory",
+           .pause_ms = pause->count(),
+           .code = problem.code,
+           .detail = problem.detail});
 }
 
 }  // namespace worker

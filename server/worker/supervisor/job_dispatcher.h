@@ -83,7 +83,7 @@ class JobDispatcher {
   std::optional<RunningJob> take(const std::string& id, std::int64_t fence);
   void on_finished(Finished& message);
   void on_cancelled(const Cancelled& message);
-  void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const std::string& code);
+  void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const WorkerExit& exit);
   void release(const std::string& id, std::int64_t fence, const queue::Release& release);
   void retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem);
 
