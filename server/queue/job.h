@@ -145,6 +145,7 @@ struct JobView {
   std::optional<std::int64_t> queue_position = std::nullopt;
   /// Estimated seconds until a job with a queue_position has ended; empty until a job has succeeded.
   std::optional<double> waiting_eta_s = std::nullopt;
+  std::string measurement = {};  ///< results so far of a running measurement, as Job::report
 };
 
 /// The first reply to a request, repeated to later ones. Opaque to the queue.

@@ -89,6 +89,16 @@ class RunningJobs {
     double& progress = found->second.progress;
     return progress = std::max(progress, std::clamp(fraction, 0.0, 1.0));
   }
+  std::string measurement(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(id);
+    return found == running_.end() ? std::string() : found->second.measurement;
+  }
+  void set_measurement(const std::string& id, std::string summary) {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(id);
+    if (found != running_.end()) found->second.measurement = std::move(summary);
+  }
   void clear_progress(const std::string& id) {
     const std::lock_guard lock(mutex_);
     running_.erase(id);
@@ -130,6 +140,7 @@ class RunningJobs {
   struct Running {
     double progress = 0;
     std::int64_t work = 0, started_at = 0;
+    std::string measurement = {};  ///< results so far
   };
   struct Leader {
     std::string id;

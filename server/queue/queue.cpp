@@ -325,6 +325,7 @@ std::optional<JobView> JobQueries::find(const std::string& id) {
   const double fraction = job->state == JobState::succeeded ? 1 : progress(id);
   JobView view{*std::move(job), fraction};
   if (view.job.state == JobState::queued) add_position(context_, view);
+  if (view.job.state == JobState::running) view.measurement = context_.running.measurement(id);
   return view;
 }
 

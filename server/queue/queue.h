@@ -131,6 +131,10 @@ class JobLifecycle {
   bool keep_preview(const std::string& id, std::int64_t fence, int fd);
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void set_progress(const std::string& id, double fraction);
+  /// The results so far of a running measurement, as its report.
+  void set_measurement(const std::string& id, std::string summary) {
+    context_.running.set_measurement(id, std::move(summary));
+  }
   /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.
   void renew_leases();
 

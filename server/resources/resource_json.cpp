@@ -114,7 +114,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"image", {{"width", job.width}, {"height", job.height}}},
           {"accuracy", stored_json(job.accuracy)},
           {"report", stored_json(measured ? std::string() : job.report)},
-          {"measurement", stored_json(measured ? job.report : std::string())},
+          {"measurement", stored_json(measured ? job.report + view.measurement : std::string())},  // one is empty
           {"problem", job_problem_json(job.problem)},
           {"artifacts", std::move(artifacts)},
           {"links",

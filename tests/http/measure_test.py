@@ -151,6 +151,27 @@ class Measuring(OneDaemon):
         for progress in seen:
             self.assertAlmostEqual(progress * STEPS, round(progress * STEPS), delta=1e-9)
 
+    def test_shows_the_points_while_it_runs_and_keeps_the_reference(self):
+        document = edges(64, 48)
+        job_id = json_of(self.post({"scene": document, "settings": {"reference_samples": 64}}))["id"]
+        counts = []
+        def ended():
+            job = self.daemon.job(job_id)
+            if job["state"] == "running" and job["measurement"]:
+                counts.append(len(job["measurement"]["points"]))
+                self.assertLessEqual(set(job["measurement"]["pareto_front"]), set(range(counts[-1])))
+            return job if job["state"] == "succeeded" else None
+        job = wait_until(ended, "the end")
+        self.assertEqual(counts, sorted(counts))
+        self.assertGreater(len(set(counts)), 1, "points came one by one")
+        self.assertLessEqual(counts[-1], len(job["measurement"]["points"]))
+        reference = self.artifact(job, "reference.exr")
+        self.assertEqual(reference[:4], b"\x76\x2f\x31\x01")
+        settings = next(p["settings"] for p in job["measurement"]["points"] if p["parameter"] == "samples" and p["value"] == "64")
+        image = self.finished(**{name: value for name, value in document.items() if name not in ("job", "accuracy")},
+                              accuracy=settings, output={"formats": ["exr"]})
+        self.assertEqual(len(reference) // 1000, len(self.daemon.get(image["links"]["image"]).body) // 1000)
+
     def test_can_be_changed_like_other_jobs(self):
         later = edges(job={"run_after": "2099-01-01T00:00:00Z"})
         job = json_of(self.post({"scene": later}))
@@ -197,7 +218,7 @@ class Interrupted(unittest.TestCase):
                 if daemon.job(job_id)["state"] == "running":
                     os.kill(pid, signal.SIGKILL)
             job = daemon.wait_for_end(job_id)
-            self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", 4), job["problem"])
+            self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", 5), job["problem"])
             self.assertEqual(len(job["measurement"]["points"]), 4)
 
     def test_reports_jobs_that_ran_at_the_same_time(self):

@@ -109,7 +109,8 @@ namespace {
 constexpr std::size_t thumbnail_bytes_max = 64u << 20;  // those of 2000 frames
 
 void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
-  std::vector<std::string> names{"preview.png", "measure.json", "measure.csv", "measure.svg", "measure.png"};
+  std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
+                                 "measure.svg", "measure.png",  "reference.exr"};
   for (const tracer::Format format : tracer::all_formats)
     names.push_back("image." + std::string(tracer::extension(format)));
   for (const std::string& name : names) {

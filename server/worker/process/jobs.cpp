@@ -224,14 +224,26 @@ double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::vector<Image> images_of(const tracer::Measurement& measurement, const std::string& job_id) {
+/// Linear, as the images of which it is the mean.
+std::vector<std::uint8_t> reference_exr(const tracer::Reference& reference) {
+  tracer::Image image{.width = reference.width, .height = reference.height, .rgb = {}};
+  for (const double sum : reference.radiance_sum) image.rgb.push_back(static_cast<float>(sum / reference.images));
+  auto exr = tracer::encode(image, tracer::Format::exr);
+  if (!exr) throw Stop{queue::Problem{"internal", exr.error(), {}}};
+  return std::move(exr->bytes);
+}
+
+std::vector<Image> images_of(const tracer::Measurement& measurement, const tracer::Reference& reference,
+                             const std::string& job_id) {
   const tracer::Plot plot = tracer::chart(measurement);
   const auto png = tracer::plot_png(plot);
   if (!png) throw Stop{queue::Problem{"internal", png.error(), {}}};
   const std::string_view png_bytes(reinterpret_cast<const char*>(png->data()), png->size());
   const std::string json = api::write_measurement(measurement, {job_id, true});
   const std::string csv = api::write_measurement_csv(measurement), svg = tracer::plot_svg(plot);
-  const std::string_view contents[] = {json, csv, svg, png_bytes};
+  const std::vector<std::uint8_t> exr = reference_exr(reference);
+  const std::string_view exr_bytes(reinterpret_cast<const char*>(exr.data()), exr.size());
+  const std::string_view contents[] = {json, csv, svg, png_bytes, exr_bytes};
   std::vector<Image> images;
   for (std::size_t i = 0; i < std::size(contents); ++i)
     images.push_back({measurement_files[i].name, measurement_files[i].media_type, sealed_memory(contents[i])});
@@ -243,6 +255,10 @@ tracer::Measurement run_to_end(tracer::MeasurementRun& run, JobControl& control)
   while (!run.done()) {
     if (const auto failure = run.step(control.tracing)) stop_for(*failure);
     control.steps_done = run.steps_done();
+    const tracer::Measurement so_far = run.measurement();
+    if (so_far.points.empty()) continue;
+    const std::lock_guard lock(control.measured_mutex);
+    control.measured = api::write_measurement_summary(so_far, control.alone);
   }
   return run.measurement();
 }
@@ -263,7 +279,7 @@ Finished measure(const Assign& job, const JobFiles& files, JobControl& control) 
       {.parameters = request->parameters, .reference_samples = request->reference_samples, .seconds = steady_seconds});
   const tracer::Measurement measurement = run_to_end(run, control);
   return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
-          images_of(measurement, job.job_id)};
+          images_of(measurement, run.reference(), job.job_id)};
 }
 
 }  // namespace

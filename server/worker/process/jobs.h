@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,6 +28,8 @@ struct JobControl {
   tracer::Output display_output;  ///< for encoding the preview; set before the preview has pixels
   /// Progress of a measurement in images. A total of 0: the tiles of `tracing` count instead.
   std::atomic<std::uint64_t> steps_done{0}, steps_total{0};
+  std::mutex measured_mutex;
+  std::string measured;           ///< summary of a measurement so far that was not sent yet; under the mutex
   std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
 };
 
@@ -45,7 +48,7 @@ using Outcome = std::variant<Finished, Failed, Cancelled>;
 Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache) noexcept;
 
 /// Renders the scene of an api::MeasureRequest with each value of its parameters, on the oneTBB arena of the calling
-/// thread. The report is that of api::write_measurement_summary; the images are measure.json, .csv, .svg and .png.
+/// thread. The report is that of api::write_measurement_summary; the images are those of measurement_files.
 /// Never throws: fails as render_job, and as "bad_scene" if no parameter changes anything in the scene.
 Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept;
 

@@ -186,7 +186,7 @@ void RenderExecutor::trim_heap(std::chrono::steady_clock::time_point now) {
 }
 
 void RenderExecutor::send_progress() {
-  std::vector<Progress> messages;
+  std::vector<Message> messages;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, job] : jobs_) {
@@ -194,11 +194,14 @@ void RenderExecutor::send_progress() {
       const bool in_steps = control.steps_total > 0;
       const std::uint64_t done = in_steps ? control.steps_done.load() : control.tracing.tiles_done();
       const std::uint64_t total = in_steps ? control.steps_total.load() : control.tracing.tiles_total();
-      if (done > job->sent_progress) messages.push_back({id, done, total});
+      if (done > job->sent_progress) messages.emplace_back(Progress{id, done, total});
       job->sent_progress = done;
+      const std::lock_guard measured_lock(job->control.measured_mutex);
+      std::string summary = std::exchange(job->control.measured, {});
+      if (!summary.empty()) messages.emplace_back(MeasurementUpdate{id, std::move(summary)});
     }
   }
-  for (Progress& message : messages) send_message(std::move(message));
+  for (Message& message : messages) send_message(std::move(message));
 }
 
 /// Encodes previews on this thread, which takes some milliseconds for each request.

@@ -33,6 +33,7 @@ auto fields(Options& m) {
 auto fields(Configure& m) { return std::tie(m.options, m.file_socket); }
 auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 auto fields(Cancel& m) { return std::tie(m.job_id, m.preview); }
+auto fields(MeasurementUpdate& m) { return std::tie(m.job_id, m.summary); }
 auto fields(ImageTask& m) { return std::tie(m.number, m.side, m.images); }
 auto fields(ImageTaskResult& m) { return std::tie(m.number, m.failure, m.bytes); }
 auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }

@@ -91,6 +91,11 @@ struct Progress {
   std::string job_id;
   std::uint64_t tiles_done = 0, tiles_total = 0;
 };
+/// Results of a measurement so far.
+struct MeasurementUpdate {
+  std::string job_id;
+  std::string summary;  ///< as the report of Finished
+};
 struct PreviewResponse {
   std::string job_id;
   std::uint32_t side = 0;  ///< as requested
@@ -114,7 +119,8 @@ struct FileType {
 inline constexpr FileType measurement_files[] = {{"measure.json", "application/json"},
                                                  {"measure.csv", "text/csv"},
                                                  {"measure.svg", "image/svg+xml"},
-                                                 {"measure.png", "image/png"}};
+                                                 {"measure.png", "image/png"},
+                                                 {"reference.exr", "image/x-exr"}};
 struct Finished {
   std::string job_id;
   std::int64_t fence = 0;
@@ -146,10 +152,11 @@ struct FileResponse {
 };
 
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 6;
+constexpr std::uint32_t protocol_version = 7;
 
-using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
-                             PreviewResponse, Configure, FileRequest, FileResponse, ImageTask, ImageTaskResult>;
+using Message =
+    std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
+                 PreviewResponse, Configure, FileRequest, FileResponse, ImageTask, ImageTaskResult, MeasurementUpdate>;
 
 // ---- packets
 

@@ -9,12 +9,6 @@ namespace worker {
 
 using queue::LogLevel;
 
-namespace {
-
-constexpr std::size_t stopped_max = 1000;  // their last previews follow within milliseconds
-
-}  // namespace
-
 // ---- claims
 
 void JobDispatcher::on_jobs_available(bool suspects) noexcept {
@@ -231,6 +225,9 @@ void JobDispatcher::on_message(Message& message) {
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
     else if (auto stopped = stopped_.extract(preview->job_id); stopped && preview->side == queue::last_preview_side)
       outcomes_.keep_preview(preview->job_id, stopped.mapped(), std::move(preview->png));
+  } else if (auto* update = std::get_if<MeasurementUpdate>(&message)) {
+    if (slots_.running.contains(update->job_id))
+      queue_.lifecycle.set_measurement(update->job_id, std::move(update->summary));
   } else if (auto* finished = std::get_if<Finished>(&message)) {
     on_finished(*finished);
   } else if (const auto* failed = std::get_if<Failed>(&message)) {
@@ -275,7 +272,7 @@ void JobDispatcher::on_finished(Finished& message) {
 void JobDispatcher::on_cancelled(const Cancelled& message) {
   const auto job = take(message.job_id, message.fence);
   if (!job) return;
-  if (stopped_.size() >= stopped_max) stopped_.clear();
+  if (stopped_.size() >= 1000) stopped_.clear();  // their last previews follow within milliseconds
   if ((job->cancel_requested || job->stopped_for) && job->keep) stopped_.insert_or_assign(message.job_id, job->fence);
   if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
     return report_stopped(message.job_id, *job);

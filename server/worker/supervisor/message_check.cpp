@@ -63,6 +63,8 @@ std::string violation_of(const Message& message) {
     const std::uint32_t side = preview->side;
     if (side == 0 || side > queue::preview_side_max || preview->png.size() > image_bytes_max(side, side))
       return "sent a preview of the wrong size";
+  } else if (const auto* update = std::get_if<MeasurementUpdate>(&message)) {
+    if (!api::is_report(update->summary)) return "sent a measurement without a valid report";
   }
   return {};
 }
@@ -70,13 +72,14 @@ std::string violation_of(const Message& message) {
 std::string violation_of(const Finished& result, const ResultRequest& request) {
   if (!api::is_report(result.report)) return "sent a result without a valid report";
   if (result.images.empty()) return "sent a result without files";
-  const std::uint64_t bytes_max =
-      request.kind == queue::JobKind::measure ? measurement_bytes_max : image_bytes_max(request.width, request.height);
   std::set<std::string_view> names;
   for (const Image& image : result.images) {
     const std::string_view media_type = media_type_of(image.name, request.kind);
     if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
     if (image.media_type != media_type) return "sent a result with an invalid media type";
+    const bool depends_on_size = request.kind == queue::JobKind::render || image.name == "reference.exr";
+    const std::uint64_t bytes_max =
+        depends_on_size ? image_bytes_max(request.width, request.height) : measurement_bytes_max;
     struct stat status {};
     if (fstat(image.bytes.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) > bytes_max)
       return "sent a file that is larger than " + std::to_string(bytes_max) + " bytes";

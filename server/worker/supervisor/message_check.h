@@ -23,7 +23,7 @@ struct ResultRequest {
 };
 
 /// A result has a report (api::is_report) and at least one file, each name once. The files of a render are those of
-/// tracer::all_formats, with at most `image_bytes_max` bytes; those of a measurement are the four of measurement_files.
+/// tracer::all_formats, with at most `image_bytes_max` bytes; those of a measurement are measurement_files.
 std::string violation_of(const Finished& result, const ResultRequest& request);
 
 /// EXR with all layers, the largest format, takes 52 bytes a pixel. The rest is for headers.
@@ -31,7 +31,7 @@ constexpr std::uint64_t image_bytes_max(std::uint32_t width, std::uint32_t heigh
   return (std::uint64_t{64} << 10) + std::uint64_t{64} * width * height;
 }
 
-/// Bounds the files of a measurement, which do not depend on the size of its images.
+/// Bounds the files of a measurement except its reference, which do not depend on the size of its images.
 constexpr std::uint64_t measurement_bytes_max = 16u << 20;
 
 }  // namespace worker
