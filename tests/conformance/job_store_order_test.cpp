@@ -130,7 +130,7 @@ TEST_P(JobStoreConformance, ListsJobsThatMatchStateLabelsAndText) {
       {{{}, {{"batch", "1"}, {"user", "none"}}, {}, ""}, {}},
       {{{}, {{"nothing", "1"}}, {}, ""}, {}},
       {{JobState::queued, {{"batch", "1"}}, {}, ""}, {a}},
-      {{{}, {}, {}, "red"}, {b, a}},
+      {{{}, {}, {}, "red"}, {c, b, a}},
       {{{}, {}, {}, "sphere"}, {d, c, a}},
       {{{}, {}, {}, "% s"}, {d}},
       {{{}, {}, {}, "e_"}, {d}},
