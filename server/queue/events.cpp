@@ -83,14 +83,15 @@ void Events::on_removed(const JobSummary& job) noexcept {
 
 void Events::on_progress(const std::string& id, double fraction) noexcept {
   const std::int64_t now = clock_();
+  constexpr auto kind = JobEvent::Kind::progress;
+  const JobSummary job = describe(id, kind);
   {
     const std::lock_guard lock(mutex_);
-    if (of_all_.empty() && of_topic_.empty()) return;
+    if (of_all_.empty() && !of_topic_.contains(id) && !of_topic_.contains(job.batch)) return;
     const auto known = known_.find(id);
     if (known != known_.end() && now - known->second.progress_at < settings_.progress_interval.count()) return;
   }
-  constexpr auto kind = JobEvent::Kind::progress;
-  publish({0, kind, describe(id, kind), name_of(JobState::running), fraction, now});
+  publish({0, kind, job, name_of(JobState::running), fraction, now});
 }
 
 /// Without memory the event is lost for all listeners; clients that reconnect find its number missing.
