@@ -173,11 +173,13 @@ TEST(MutantClaim, WithoutToneIsCaught) {
 }
 
 TEST(MutantClaim, WithoutDepthOrCutoffIsCaught) {
+  expect_caught({.entries = {entry_of("path bounds", "hall of mirrors of 0.95")},
+                 .targets = {},
+                 .samples = {16},
+                 .placements = 3},
+                {render_without_part<&ErrorEstimate::depth>});
   expect_caught(
-      {.entries = {entry_of("path bounds", "hall of mirrors of 0.95")}, .targets = {}, .samples = {4}, .placements = 3},
-      {render_without_part<&ErrorEstimate::depth>});
-  expect_caught(
-      {.entries = {entry_of("path bounds", "hall of mirrors of 0.8")}, .targets = {}, .samples = {16}, .placements = 3},
+      {.entries = {entry_of("path bounds", "hall of mirrors of 0.8")}, .targets = {}, .samples = {32}, .placements = 3},
       {render_without_part<&ErrorEstimate::cutoff>});
 }
 
