@@ -22,7 +22,7 @@ class Bulk(OneDaemon):
     def states(self, ids):
         return [self.daemon.job(job_id)["state"] for job_id in ids]
 
-    def test_cancels_what_a_filter_selects_and_tells_before_what_it_would(self):
+    def test_cancels_the_jobs_of_a_filter_after_a_dry_run(self):
         ids = self.waiting(5, labels={"shot": "7"}) + self.waiting(1, labels={"shot": "8"})
         self.daemon.request("POST", f"/v1/jobs/{ids[0]}/cancel")
         selected = {"label": "shot:7"}
