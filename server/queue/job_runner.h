@@ -41,7 +41,7 @@ class JobRunner {
   virtual bool take_slot() noexcept { return false; }
   virtual void return_slot(std::optional<Claim>&& /*claim*/) noexcept {}
   /// Calls `done` once, from any thread.
-  virtual void run_image_task(ImageTask /*task*/, std::function<void(ImageTaskResult)> done) noexcept {
+  virtual void run_image_task(const ImageTask& /*task*/, const std::function<void(ImageTaskResult)>& done) noexcept {
     done({"images cannot be processed", {}});
   }
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
@@ -60,10 +60,10 @@ class AttachedRunner {
     const std::shared_lock lock(mutex_);
     if (runner_ != nullptr) call(*runner_);
   }
-  void run_image_task(ImageTask task, std::function<void(ImageTaskResult)> done) {
+  void run_image_task(const ImageTask& task, const std::function<void(ImageTaskResult)>& done) {
     const std::shared_lock lock(mutex_);
     if (runner_ == nullptr) return done({"no worker runs", {}});
-    runner_->run_image_task(std::move(task), std::move(done));
+    runner_->run_image_task(task, done);
   }
   void notify(bool for_suspects = false) {
     call([&](JobRunner& runner) { runner.notify(for_suspects); });

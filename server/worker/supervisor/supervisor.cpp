@@ -71,8 +71,8 @@ class Supervisor::Loop final : public queue::JobRunner {
   }
 
   using TaskDone = std::function<void(queue::ImageTaskResult)>;
-  void run_image_task(queue::ImageTask task, TaskDone done) noexcept override {
-    events_.post([this, task = std::move(task), done = std::move(done)] { start_image_task(task, done); });
+  void run_image_task(const queue::ImageTask& task, const TaskDone& done) noexcept override {
+    events_.post([this, task, done] { start_image_task(task, done); });
   }
 
   void on_lease_lost(const queue::Lease& lease) noexcept override {
@@ -193,8 +193,8 @@ std::string default_executable() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "whittled-worker";
 }
 
-Supervisor::Supervisor(queue::Queue& queue, SupervisorSettings settings, queue::Log log)
-    : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), std::move(log))) {
+Supervisor::Supervisor(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log)
+    : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), log)) {
   queue_.runner.attach(loop_.get());
   loop_->notify(false);  // for jobs that were submitted before attach
 }

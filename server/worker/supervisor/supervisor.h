@@ -86,7 +86,7 @@ class Supervisor {
  public:
   /// Throws std::system_error without threads or descriptors. A worker that cannot be started is logged, reported by
   /// Queue::not_ready and tried again.
-  Supervisor(queue::Queue& queue, SupervisorSettings settings, queue::Log log);
+  Supervisor(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log);
   /// As drain(0).
   ~Supervisor();
 
