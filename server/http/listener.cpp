@@ -90,12 +90,13 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
 bool Listener::leaves_kept(int descriptor) const {
   rlimit limit{};
   if (descriptors_kept_ == 0 || ::getrlimit(RLIMIT_NOFILE, &limit) != 0) return true;
-  return static_cast<rlim_t>(descriptor + descriptors_kept_) < limit.rlim_cur;
+  return static_cast<rlim_t>(descriptor) + static_cast<rlim_t>(descriptors_kept_) < limit.rlim_cur;
 }
 
 void Listener::close_one_client() {
   reserve_.reset();
-  support::Descriptor(::accept4(fd(), nullptr, nullptr, SOCK_CLOEXEC));
+  support::Descriptor client(::accept4(fd(), nullptr, nullptr, SOCK_CLOEXEC));
+  client.reset();
   reserve_ = open_reserve();
 }
 

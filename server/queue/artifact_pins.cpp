@@ -28,7 +28,7 @@ void ArtifactPins::collect(const std::string& sha256) noexcept {
 }
 
 ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
-  const ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
+  ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
   pin(stored.sha256);
   if (pins_.artifacts_.open(stored.sha256)) return stored;
   return pins_.artifacts_.put(fd, durable);  // it was removed between put and pin; the pin prevents a second time

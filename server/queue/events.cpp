@@ -52,12 +52,28 @@ Events::Events(Writer write, Clock clock, EventSettings settings, Describe descr
       last_(clock_() * 1000),  // above all numbers of earlier runs, which had fewer than 1000 events a millisecond
       floor_(last_) {}
 
-/// Reads the job when it changes its state, in case it was changed, and not for each progress.
+void Events::remember(const JobSummary& job) {
+  const std::lock_guard lock(mutex_);
+  if (known_.size() >= settings_.kept) known_.clear();
+  known_.insert_or_assign(job.id, Known{job, 0});
+}
+
+void Events::on_described(const JobSummary& job) noexcept {
+  try {
+    remember(job);
+  } catch (const std::bad_alloc&) {
+    return;  // it is read later
+  }
+}
+
 JobSummary Events::describe(const std::string& id, JobEvent::Kind kind) {
-  if (kind != JobEvent::Kind::state) {
+  {
     const std::lock_guard lock(mutex_);
     const auto found = known_.find(id);
-    if (found != known_.end()) return found->second.job;
+    if (found != known_.end()) {
+      if (kind == JobEvent::Kind::state) found->second.progress_at = 0;
+      return found->second.job;
+    }
   }
   JobSummary job{.id = id};
   try {
@@ -65,10 +81,7 @@ JobSummary Events::describe(const std::string& id, JobEvent::Kind kind) {
   } catch (const StoreFailure&) {
     return job;
   }
-  if (kind == JobEvent::Kind::done) return job;
-  const std::lock_guard lock(mutex_);
-  if (known_.size() >= settings_.kept) known_.clear();
-  known_.insert_or_assign(id, Known{job, 0});
+  if (kind != JobEvent::Kind::done) remember(job);
   return job;
 }
 

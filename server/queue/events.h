@@ -50,11 +50,12 @@ class Events final : public JobObserver {
  public:
   /// `write` serializes an event for the listeners; called once for each, from any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
-  /// Reads a job from the store, for its events. Called from any thread; may throw StoreFailure, and the events then
-  /// have its id only.
+  /// Reads a job from the store, for its events, where on_described did not tell it lately. Called from any thread; may
+  /// throw StoreFailure, and the events then have its id only.
   using Describe = std::function<std::optional<JobSummary>(const std::string& id)>;
   Events(Writer write, Clock clock, EventSettings settings = {}, Describe describe = {});
 
+  void on_described(const JobSummary& job) noexcept override;
   void on_state_changed(const std::string& id, JobState to) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override;
   void on_removed(const JobSummary& job) noexcept override;
@@ -85,6 +86,7 @@ class Events final : public JobObserver {
   using SharedEvent = std::shared_ptr<const Written>;
 
   JobSummary describe(const std::string& id, JobEvent::Kind kind);
+  void remember(const JobSummary& job);
   void publish(JobEvent event) noexcept;
   void remove(Listener& listener);
 

@@ -164,9 +164,15 @@ class JobNotifications {
   void set_completion_listener(CompletionListener* listener) { listener_ = listener; }
 
   /// Called before the job is stored, so that every end is reported.
-  void register_webhook(const Job& job) {
+  void prepare(const Job& job) {
+    describe(job);
     CompletionListener* const listener = listener_;
     if (job.webhook && listener != nullptr) listener->register_webhook(job.id, *job.webhook);
+  }
+
+  /// Called also after a change of the job.
+  void describe(const Job& job) {
+    if (observer_ != nullptr) observer_->on_described(summary_of(job));
   }
 
   /// Once for each PendingAnnouncement.

@@ -12,6 +12,8 @@ namespace queue {
 class JobObserver {
  public:
   virtual ~JobObserver() = default;
+  /// The job is about to be stored, or was changed. Not called for jobs of earlier runs of the daemon.
+  virtual void on_described(const JobSummary& /*job*/) noexcept {}
   /// Also to queued, when the job is new.
   virtual void on_state_changed(const std::string& id, JobState to) noexcept = 0;
   /// After on_state_changed to an end, when all waiters for the job were called: the place for slower work.

@@ -137,7 +137,7 @@ void JobSubmission::make_durable(const std::string& id) {
 }
 
 /// Stores the only job of the request, which runs at once if the runner has a free slot and no other job waits.
-std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view) {
+std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view, bool wants_position) {
   const Job& job = view.job;
   const bool may_run = !ended(job.state) && !job.not_before;  // otherwise run_maintenance notifies the runner in time
   std::optional<AttachedRunner::Slot> slot;
@@ -152,7 +152,7 @@ std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& 
     if (!context_.notifications.notify_claimed(*result.claim)) slot->run(*std::move(result.claim));
   }
   slot.reset();
-  if (!ended(job.state) && !claimed && !request.reply) add_position(context_, view);
+  if (wants_position && !ended(job.state) && !claimed && !request.reply) add_position(context_, view);
   if (may_run && !claimed) context_.runner.notify();
   return std::nullopt;
 }
@@ -168,6 +168,7 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
   if (reservation.rejection()) return *reservation.rejection();
 
   submission.durable = submission.durable || idempotency;
+  const bool wants_position = submission.wants_position;
   const auto write_reply = std::move(submission.write_reply);
   ArtifactPins::Pinned pinned(context_.pins);
   InsertRequest request;
@@ -179,13 +180,13 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
     request.reply = KeptReply{key, idempotency->request_sha256, write_reply(view, from_cache),
                               job.created_at + context_.settings.reply_kept_ms};
   }
-  context_.notifications.register_webhook(job);
+  context_.notifications.prepare(job);
   if (!request.durable && !from_cache) context_.running.set_durable(job.id, false);
   const Announcement announcement(context_.notifications,
                                   from_cache ? std::vector<std::string>{} : std::vector{job.id});
   std::optional<KeptReply> earlier;
   try {
-    earlier = insert(request, view);
+    earlier = insert(request, view, wants_position);
   } catch (...) {
     context_.running.set_durable(job.id, true);
     throw;
@@ -229,7 +230,7 @@ tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmi
   }
   std::vector<std::string> queued;
   for (const auto& [job, document] : request.jobs) {
-    context_.notifications.register_webhook(job);
+    context_.notifications.prepare(job);
     if (!ended(job.state)) queued.push_back(job.id);
   }
   const Announcement announcement(context_.notifications, std::move(queued));

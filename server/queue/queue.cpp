@@ -45,11 +45,12 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
 void JobLifecycle::seed_throughput_estimate() {
   JobFilter filter;
   filter.state = JobState::succeeded;
-  const JobPage page = context_.stores.jobs.list(filter, {}, ThroughputEstimate::jobs_max);
-  for (auto job = page.items.rbegin(); job != page.items.rend(); ++job) {
-    if (job->attempt == 0 || job->work == 0 || *job->ended_at <= *job->started_at) continue;
-    const double seconds = static_cast<double>(*job->ended_at - *job->started_at) / 1000;
-    context_.throughput.add(seconds, static_cast<double>(job->work), 1);
+  JobPage page = context_.stores.jobs.list(filter, {}, ThroughputEstimate::jobs_max);
+  std::reverse(page.items.begin(), page.items.end());
+  for (const Job& job : page.items) {
+    if (job.attempt == 0 || job.work == 0 || *job.ended_at <= *job.started_at) continue;
+    const double seconds = static_cast<double>(*job.ended_at - *job.started_at) / 1000;
+    context_.throughput.add(seconds, static_cast<double>(job.work), 1);
   }
 }
 
@@ -232,7 +233,10 @@ ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& chang
   if (outcome == ChangeOutcome::changed) {
     // The state is the same, but long polls wait for any change.
     const std::optional<Job> job = context_.stores.jobs.find(id);
-    if (job && !ended(job->state)) context_.notifications.notify_state(id, job->state);
+    if (job && !ended(job->state)) {
+      context_.notifications.describe(*job);
+      context_.notifications.notify_state(id, job->state);
+    }
   }
   return outcome;
 }

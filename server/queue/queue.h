@@ -97,7 +97,7 @@ class JobSubmission {
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
   NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
-  std::optional<KeptReply> insert(InsertRequest& request, JobView& view);
+  std::optional<KeptReply> insert(InsertRequest& request, JobView& view, bool wants_position);
   void notify_stored(const Job& job);
 
   QueueContext& context_;

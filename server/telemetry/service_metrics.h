@@ -69,6 +69,7 @@ class JobMetrics final : public queue::JobObserver {
   /// Every call is passed on to `next`. All arguments must outlive this.
   JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobObserver& next);
 
+  void on_described(const queue::JobSummary& job) noexcept override { next_.on_described(job); }
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
   void on_waiters_notified(const std::string& id) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }

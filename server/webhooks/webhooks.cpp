@@ -136,7 +136,8 @@ bool Webhooks::redeliver(const std::string& job_id, const std::string& delivery_
 
 std::string Webhooks::send_test(const std::string& url) {
   const std::int64_t now = clock_();
-  const std::string id = ids_.next(), event(test_event), body = resources::write_event(test_event, now);
+  std::string id = ids_.next();
+  const std::string event(test_event), body = resources::write_event(test_event, now);
   store_.enqueue({ids_.next(), id, event, url, body, queue::DeliveryState::pending, now, now, {}});
   wake();
   return id;

@@ -240,7 +240,7 @@ TEST_P(JobStoreConformance, ExpiresJobsByTheTimeSinceTheirEnd) {
 
 TEST_P(JobStoreConformance, ExpiresTheJobsThatEndedFirstWhenArtifactsAreTooLarge) {
   const auto finish = [&](char sha256, std::uint64_t bytes) {
-    const std::string id = submit();
+    std::string id = submit();
     store().succeed(id, claim().fence, ++now, "{}", {{"image.png", "image/png", std::string(64, sha256), bytes}});
     return id;
   };

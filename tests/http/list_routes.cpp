@@ -2,6 +2,7 @@
 /// OpenAPI document.
 
 #include <cstdio>
+#include <exception>
 
 #include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
@@ -20,7 +21,7 @@ void print(const std::vector<http::Route>& routes) {
 
 }  // namespace
 
-int main() {
+int main() try {
   TemporaryStores temporary;
   storage::files::FileAssetStore assets(temporary.directory.path() + "/uploads", queue::system_clock());
   queue::IdSource ids(queue::system_clock(), queue::system_random());
@@ -39,4 +40,7 @@ int main() {
                              .draining = [] { return false; },
                              .effective_limits = {}}));
   print(http::health_routes({}));  // the functions are not called
+} catch (const std::exception& failure) {
+  std::fprintf(stderr, "%s\n", failure.what());
+  return 1;
 }

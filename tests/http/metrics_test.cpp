@@ -21,9 +21,9 @@ TEST(MetricsText, HasHelpTypeAndValueOfEachGauge) {
   values.cache_geometry_bytes = 5;
   values.rss_bytes = 7;
   const std::string text = telemetry::metrics_text(prometheus::Registry(), values);
-  for (const char* line : {R"(whittle_build_info{version="1.2",build="quote\" backslash\\ newline\n"} 1)",
-                           "# HELP whittle_queue_age_seconds Waiting time of the job that could run longest; 0 if none "
-                           "waits.",
+  const char* const help =
+      "# HELP whittle_queue_age_seconds Waiting time of the job that could run longest; 0 if none waits.";
+  for (const char* line : {R"(whittle_build_info{version="1.2",build="quote\" backslash\\ newline\n"} 1)", help,
                            "# TYPE whittle_queue_age_seconds gauge", "whittle_queue_age_seconds 0.25",
                            "whittle_jobs{state=\"queued\"} 3", "whittle_jobs{state=\"running\"} 1",
                            "whittle_disk_free_bytes 123456789012", "whittle_cache_bytes{kind=\"geometry\"} 5",

@@ -47,6 +47,11 @@ TEST_F(EventsTest, DeliversTheEventsOfABatchAndHidesDraftsFromAll) {
       written, [this] { return now; }, {.untaken_max = 30}, describe);
   const auto of_batch = described.listen("batch", {}), of_all = described.listen({}, {});
   const auto of_draft = described.listen("draft", {});
+  described.on_described({.id = "told", .batch = "other"});
+  described.on_state_changed("told", JobState::queued);
+  described.on_state_changed("told", JobState::succeeded);
+  EXPECT_EQ(reads, 0) << "a job that was told is not read";
+  EXPECT_EQ(of_all->take(1000).text, "told:queued#1 told:succeeded#2 ");
   for (const char* id : {"a", "broken", "draft"}) described.on_state_changed(id, JobState::running);
   now += 1000;
   described.on_progress("a", 0.5);
@@ -54,11 +59,11 @@ TEST_F(EventsTest, DeliversTheEventsOfABatchAndHidesDraftsFromAll) {
   EXPECT_EQ(reads, 3) << "progress and end do not read the job again";
   described.on_removed({.id = "a", .batch = "batch"});
   described.on_state_changed("draft", JobState::succeeded);
-  EXPECT_EQ(of_batch->take(1000).text, "a:running#1 a:running#4 a:succeeded#5 a:removed#6 ");
-  EXPECT_EQ(of_all->take(1000).text, "a:running#1 broken:running#2 a:running#4 a:succeeded#5 a:removed#6 ");
-  EXPECT_EQ(of_draft->take(1000).text, "draft:running#3 draft:succeeded#7 ");
-  EXPECT_EQ(described.listen("batch", number(1))->take(1000).text, "a:succeeded#5 a:removed#6 ");
-  EXPECT_EQ(described.listen({}, number(2))->take(1000).text, "a:succeeded#5 a:removed#6 ");
+  EXPECT_EQ(of_batch->take(1000).text, "a:running#3 a:running#6 a:succeeded#7 a:removed#8 ");
+  EXPECT_EQ(of_all->take(1000).text, "a:running#3 broken:running#4 a:running#6 a:succeeded#7 a:removed#8 ");
+  EXPECT_EQ(of_draft->take(1000).text, "draft:running#5 draft:succeeded#9 ");
+  EXPECT_EQ(described.listen("batch", number(3))->take(1000).text, "a:succeeded#7 a:removed#8 ");
+  EXPECT_EQ(described.listen({}, number(4))->take(1000).text, "a:succeeded#7 a:removed#8 ");
 }
 
 TEST_F(EventsTest, WakesOnceUntilAllEventsAreTaken) {

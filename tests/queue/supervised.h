@@ -112,7 +112,7 @@ class SupervisorTest : public testing::Test {
       queue::Submission submission;
       submission.document = document;
       submission.job.deadline = queue::system_clock()() + time_ms;
-      const std::string id = queue.submission.submit(std::move(submission))->view.job.id;
+      std::string id = queue.submission.submit(std::move(submission))->view.job.id;
       if (!reaches(id, queue::JobState::failed) || find(id).attempt > 0) return id;
     }
   }

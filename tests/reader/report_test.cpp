@@ -38,9 +38,10 @@ TEST(Report, AcceptsObjectsOfLimitedDepthAndSizeOnly) {
 TEST(Report, MembersOfOtherTypesCountAsZero) {
   for (const char* const other : {"5", "[1]", "\"text\"", "true", "-1e300", "1e300", "{\"camera\": \"x\"}"}) {
     const std::string value(other);
-    const std::string report = R"({"rays": )" + value + R"(, "error": )" + value + R"(, "textures": )" + value +
-                               R"(, "geometry_reused": )" + (value == "true" ? "1" : value) + R"(, "time_ms": )" +
-                               value + R"(, "estimated_work": 1})";
+    std::string report = R"({"estimated_work": 1)";
+    for (const char* const member : {"rays", "error", "textures", "time_ms"})
+      report.append(R"(, ")").append(member).append(R"(": )").append(value);
+    report.append(R"(, "geometry_reused": )").append(value == "true" ? "1" : value).append("}");
     const auto figures = api::read_report(report);
     ASSERT_TRUE(figures) << report;
     EXPECT_EQ(figures->rays.camera, 0u) << report;

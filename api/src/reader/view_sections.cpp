@@ -122,8 +122,8 @@ tracer::Shape surface_of(const tracer::LightSource& source) {
     return tracer::Disc{disc->center, disc->normal, disc->radius, 0, {}};
   if (const auto* sphere = std::get_if<tracer::SphereLight>(&source))
     return tracer::Sphere{.center = sphere->center, .radius = sphere->radius};
-  const auto& [corner, u, v] = std::get<tracer::RectLight>(source);
-  const auto at = [&](double s, double t) {
+  const auto& rect = std::get<tracer::RectLight>(source);
+  const auto at = [&corner = rect.corner, &u = rect.edge_u, &v = rect.edge_v](double s, double t) {
     return tracer::Vec3{corner.x + s * u.x + t * v.x, corner.y + s * u.y + t * v.y, corner.z + s * u.z + t * v.z};
   };
   return tracer::Mesh{{at(0, 0), at(1, 0), at(1, 1), at(0, 1)}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false, {}};

@@ -66,7 +66,7 @@ queue::ArtifactStore::Stored FileArtifactStore::put(int fd, bool durable) {
 
 queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
   TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
-  const Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
+  Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
     return read_at(fd, offset, into, size, "the source");
   });
   const std::string target = path_of(directory_, stored.sha256);

@@ -1,6 +1,5 @@
 /// Maintenance in time: ended leases, due jobs, deadlines, expiry, recovery.
 
-#include <cassert>
 #include <limits>
 
 #include "server/storage/sqlite/connections.h"
@@ -94,7 +93,7 @@ struct Step {
     result.overdue =
         find("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?");
     for (const std::string& id : result.overdue) {
-      assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
+      static_assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
       database.change(
           "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1, "
           "revision = revision + "

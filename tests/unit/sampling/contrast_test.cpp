@@ -36,7 +36,8 @@ std::vector<float> contrasts(const std::vector<float>& codes, std::size_t column
 double contrast_at(const std::vector<float>& codes, std::int64_t columns, std::int64_t rows, std::int64_t x,
                    std::int64_t y) {
   double most = 0;
-  for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+  for (const auto& direction : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    const int dx = direction.first, dy = direction.second;
     if ((dx != 0 && columns < 3) || (dy != 0 && rows < 3)) continue;
     const std::int64_t cx = dx != 0 ? std::clamp<std::int64_t>(x, 1, columns - 2) : x;
     const std::int64_t cy = dy != 0 ? std::clamp<std::int64_t>(y, 1, rows - 2) : y;

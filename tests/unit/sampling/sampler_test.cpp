@@ -103,8 +103,8 @@ double rms_error(const Rendered& rendered, const Mean& mean) {
   const DisplayTransform display({}, 1);
   double sum = 0;
   for (std::size_t i = 0; i < rendered.image.rgb.size(); ++i) {
-    const std::size_t place = i / 3;
-    const double expected = mean(static_cast<double>(place % side), static_cast<double>(place / side));
+    const std::size_t place = i / 3, row = place / side;
+    const double expected = mean(static_cast<double>(place % side), static_cast<double>(row));
     sum += std::pow(display.level(rendered.image.rgb[i]) - display.level(expected), 2);
   }
   return std::sqrt(sum / static_cast<double>(rendered.image.rgb.size()));

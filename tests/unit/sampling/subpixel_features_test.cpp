@@ -108,7 +108,10 @@ TEST(SubpixelFeatures, AreNeitherLargeNorPartsOfMeshes) {
 TEST(SubpixelFeatures, StandForOthersIfThereAreTooMany) {
   Scene scene = flat_scene();
   const MaterialId white = scenes::add(scene, scenes::glowing({1, 1, 1}));
-  for (int i = 0; i < 900; ++i) scenes::add(scene, Sphere{{i % 30 - 14.5, i / 30 - 14.5, 0}, 0.01, {}}, white);
+  for (int row = 0; row < 30; ++row) {
+    for (int column = 0; column < 30; ++column)
+      scenes::add(scene, Sphere{{column - 14.5, row - 14.5, 0}, 0.01, {}}, white);
+  }
   EXPECT_EQ(features_of(scene).size(), 900u);
   double sum = 0;
   const auto few = features_of(scene, 100);
@@ -124,9 +127,9 @@ class MissedFeatures : public ::testing::Test {
     const std::vector<SubpixelFeature> features{{1, 1, {0.5, 0.5}, static_cast<float>(share), 2},
                                                 {0, 1, {0.5, 0.5}, static_cast<float>(share), 1}};
     const std::vector<Color> colors(2, Color{radiance, 0.25, 0.25});
-    return missed_features(features, colors, {rgb, deviations, 2, samples}, {0, 0, 2, 2}, display_);
+    return missed_features(features, colors, {rgb, deviations, 2, samples}, {0, 0, 2, 2}, display);
   }
-  DisplayTransform display_{{}, 1};
+  DisplayTransform display{{}, 1};
 };
 
 TEST_F(MissedFeatures, ChangeTheDisplayedPixel) {
@@ -134,7 +137,7 @@ TEST_F(MissedFeatures, ChangeTheDisplayedPixel) {
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].place, 2u);
   EXPECT_EQ(found[1].place, 3u);
-  const double with = 0.25 + 0.1 * 0.75, error = std::pow(display_.level(with) - display_.level(0.25), 2);
+  const double with = 0.25 + 0.1 * 0.75, error = std::pow(display.level(with) - display.level(0.25), 2);
   EXPECT_NEAR(found[0].squared, error, 1e-3 * error);
   EXPECT_NEAR(found[1].squared, 2 * error, 1e-3 * error) << "stands for two";
   EXPECT_NEAR(found[0].brightest, with, 1e-6);

@@ -15,7 +15,7 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Indices from 0; `none` if the file has none.
 struct Corner {
   std::uint32_t position = none, uv = none, normal = none;
-  auto operator<=>(const Corner&) const = default;
+  auto operator<=>(const Corner&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
 };
 
 class ObjReader {
