@@ -78,15 +78,9 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
   return or_null(seconds);
 }
 
-/// Null if there is none.
-const Json& member(const Json& json, const char* name) {
-  static const Json none;
-  const auto found = json.is_object() ? json.find(name) : json.end();
-  return found == json.end() ? none : *found;
+tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
+  return json::parse(text, {.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024});
 }
-
-/// 0 for other values.
-double number_of(const Json& json) { return json.is_number() ? json.get<double>() : 0; }
 
 }  // namespace
 
@@ -120,17 +114,27 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
 std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
 bool is_report(std::string_view text) {
-  const DocumentLimits limits{.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024};
-  if (text.size() > limits.bytes) return false;
-  auto tape = json::parse(text, limits);
+  if (text.size() > report_bytes_max) return false;
+  auto tape = parse_report(text);
   return tape && tape->root()->kind == json::Kind::object;
 }
 
 std::optional<ReportFigures> read_report(const std::string& report) {
-  const Json json = Json::parse(report, nullptr, false);
-  if (!json.is_object() || !json.contains("rays") || !json.contains("error")) return std::nullopt;
+  auto tape = parse_report(report);
+  if (!tape) return std::nullopt;
+  const auto member = [&](json::Node* object, const char* name) {
+    json::Node* const key = object != nullptr ? tape->find_key(object, name) : nullptr;
+    return key != nullptr ? key + 1 : nullptr;
+  };
+  const auto is_true = [](const json::Node* node) {
+    return node != nullptr && node->kind == json::Kind::boolean && node->truth;
+  };
+  json::Node* const root = tape->root();
+  json::Node* const error = member(root, "error");
+  if (member(root, "rays") == nullptr || error == nullptr) return std::nullopt;
   const auto number = [&](const char* outer, const char* inner) {
-    return number_of(member(member(json, outer), inner));
+    const json::Node* const node = member(member(root, outer), inner);
+    return node != nullptr && node->kind == json::Kind::number ? node->number : 0.0;
   };
   const auto count = [&](const char* outer, const char* inner) {
     return static_cast<std::uint64_t>(std::clamp(number(outer, inner), 0.0, 0x1p63));
@@ -138,11 +142,11 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   ReportFigures figures;
   figures.rays = {count("rays", "camera"), count("rays", "shadow"), count("rays", "reflection"),
                   count("rays", "refraction")};
-  figures.cache_hits.geometry = member(json, "geometry_reused") == Json(true);
+  figures.cache_hits.geometry = is_true(member(root, "geometry_reused"));
   figures.cache_hits.textures = static_cast<std::uint32_t>(count("textures", "reused"));
   figures.cache_hits.decoded_textures = static_cast<std::uint32_t>(count("textures", "decoded"));
   if (const double target = number("error", "target"); target > 0) {
-    figures.target_met = member(member(json, "error"), "met") == Json(true);
+    figures.target_met = is_true(member(error, "met"));
     figures.error_to_target = number("error", "estimate") / target;
   }
   return figures;
