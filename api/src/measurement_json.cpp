@@ -160,4 +160,11 @@ std::string write_comparison(const tracer::Comparison& comparison, const Compari
   return json.dump() + '\n';
 }
 
+std::optional<std::string> add_heat_map(std::string_view comparison, const std::optional<std::string>& url) {
+  Json json = Json::parse(comparison, nullptr, false);
+  if (!json.is_object()) return std::nullopt;
+  json["heat_map"] = url ? Json(*url) : Json(nullptr);
+  return json.dump() + '\n';
+}
+
 }  // namespace api

@@ -84,6 +84,20 @@ void read_bulk(Reading& reading, BulkRequest& request) {
   fields.finish();
 }
 
+void read_compare(Reading& reading, CompareRequest& request) {
+  Fields fields(reading, reading.root, "a comparison");
+  fields.required("a", Name{request.a});
+  fields.required("b", Name{request.b});
+  if (const auto tolerance = fields.take("tolerance")) {
+    double levels = 0;
+    if (read(reading, *tolerance, levels) && levels < 0)
+      add_issue(reading, *tolerance, "out_of_range", "must be >= 0, a root mean square error in levels");
+    request.tolerance = levels;
+  }
+  fields.optional("heat", request.heat);
+  fields.finish();
+}
+
 void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
     const std::string_view name = element.node->kind == json::Kind::string ? element.node->string() : "";
@@ -183,6 +197,16 @@ tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const Do
     limits.document = document_limits;
     Reading reading(tape, limits);
     read_bulk(reading, request);
+    return reading.take_issues();
+  });
+}
+
+tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const DocumentLimits& document_limits) {
+  return read_request<CompareRequest>(bytes, document_limits, [&](json::Tape& tape, CompareRequest& request) {
+    Limits limits;
+    limits.document = document_limits;
+    Reading reading(tape, limits);
+    read_compare(reading, request);
     return reading.take_issues();
   });
 }

@@ -100,6 +100,8 @@ inline constexpr Failure disk_full{"disk_full", 503, "The disk is full", Level::
 inline constexpr Failure uploads_full{"uploads_full", 503, "The space for uploads is used up", Level::warning, 60};
 inline constexpr Failure not_ready{"not_ready", 503, "Jobs cannot run now", Level::debug, 5};
 inline constexpr Failure image_damaged{"image_damaged", 500, "The image is damaged", Level::error};
+inline constexpr Failure images_differ{"images_differ", 409, "The images differ in size or kind"};
+inline constexpr Failure bad_image{"bad_image", 422, "The image cannot be read"};
 inline constexpr Failure image_not_processed{"image_not_processed", 503, "The image cannot be processed now",
                                              Level::warning, 2};
 inline constexpr Failure job_failed{"job_failed", 500, "The job failed", Level::warning};

@@ -8,6 +8,7 @@
 #include <optional>
 #include <shared_mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,14 +18,26 @@
 namespace queue {
 
 /// Work on finished images, for a client that waits.
+struct ImageWork {
+  std::string kind{"scale"};      ///< "scale" one image; "compare" two: a Comparison and, if wanted, its heat map
+  std::uint32_t side = 0;         ///< pixels along the longer side of the PNG that results, at most image_side_max
+  std::vector<double> tolerance;  ///< levels, for a comparison; at most one
+  bool heat = false;              ///< draw the heat map of a comparison
+};
+/// The PNG of an image of noise with this side has 12.6 MB; a message of the worker has at most 16 MiB.
+inline constexpr std::uint32_t image_side_max = 2048;
+
 struct ImageTask {
-  std::uint32_t side = 0;  ///< pixels along the longer side of the result
+  ImageWork work;
   std::vector<std::shared_ptr<const ArtifactReader>> images;
 };
 struct ImageTaskResult {
-  std::string failure;  ///< a sentence; empty: `bytes` is the result
+  std::string failure;  ///< a sentence; empty: there is a result
   std::string bytes;    ///< a PNG
+  std::string text{};   ///< a comparison as JSON (api::write_comparison)
+  std::string code{};   ///< set if a repetition fails too: one of those below
 };
+inline constexpr std::string_view images_differ = "images_differ", bad_image = "bad_image";
 
 /// Calls come from any thread, several at once; they return at once and do not call the queue.
 class JobRunner {

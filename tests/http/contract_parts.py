@@ -38,6 +38,26 @@ class ContractParts:
             path = "/v1/batches/{id}" + what
             self.check(seen, path, self.daemon.request(method, path.format(id=batch_id)), method)
 
+    def check_comparisons(self, seen):
+        path = "/v1/compare"
+        def compare(body, **headers):
+            self.check(seen, path, self.daemon.request("POST", path, body, headers or None), "POST")
+        jobs = [self.daemon.submit(scene(width)) for width in (16, 17)]
+        expired = self.daemon.submit(scene(job={"expires_in": 1}))
+        for job in jobs:
+            self.daemon.wait_for_end(job)
+        wait_until(lambda: self.daemon.job(expired)["expired"], "expiry")
+        compare({"a": jobs[0], "b": jobs[0], "tolerance": 1, "heat": True})
+        for b in (jobs[1], NOBODY, expired):
+            compare({"a": jobs[0], "b": b})
+        for body in ({}, b"{", b"[" * 100):
+            compare(body)
+        compare(b"{}", **{"Content-Type": "text/plain"})
+        with self.daemon.socket() as connection:
+            connection.sendall(f"POST {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("compareImages", 411))
+
     def check_webhooks(self, seen):
         redeliver, test, result = "/v1/jobs/{id}/deliveries/{delivery}/redeliver", "/v1/webhooks/test", "/v1/webhooks/test/{id}"
         webhook = {"url": "http://127.0.0.1:9/"}

@@ -195,7 +195,8 @@ TEST_F(Protocol, SurvivesRandomBytesWithValidHeaders) {
   std::mt19937 random(7);
   for (int i = 0; i < 20'000; ++i) {
     std::string bytes(16 + random() % 120, '\0');
-    const std::uint32_t version = protocol_version, kind = static_cast<std::uint32_t>(random() % 13);
+    const std::uint32_t version = protocol_version,
+                        kind = static_cast<std::uint32_t>(random() % std::variant_size_v<Message>);
     const std::uint64_t size = bytes.size() - 16;
     std::memcpy(bytes.data(), &version, 4);
     std::memcpy(bytes.data() + 4, &kind, 4);

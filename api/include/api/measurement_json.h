@@ -58,4 +58,8 @@ struct ComparisonInfo {
 /// and unset options.
 std::string write_comparison(const tracer::Comparison& comparison, const ComparisonInfo& info);
 
+/// Adds `heat_map`, the URL of its PNG or null, to a comparison of write_comparison. Unset if the text is no JSON
+/// object. Throws std::bad_alloc only.
+std::optional<std::string> add_heat_map(std::string_view comparison, const std::optional<std::string>& url);
+
 }  // namespace api

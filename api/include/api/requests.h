@@ -59,6 +59,15 @@ inline constexpr std::size_t bulk_jobs_max = 10'000;
 /// Reads {"action", "ids"|"filter", "value", "dry_run"}. As parse_scene: all issues at once, never throws.
 tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const DocumentLimits& limits);
 
+/// The body of POST /v1/compare: two images, each as the sha256 of an upload, the id of a job, or "ID/image.exr".
+struct CompareRequest {
+  std::string a, b;
+  std::optional<double> tolerance;  ///< levels, >= 0
+  bool heat = false;
+};
+/// Reads {"a", "b", "tolerance"?, "heat"?}. As parse_scene: all issues at once, never throws.
+tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const DocumentLimits& limits);
+
 /// Reads a webhook, as in a document. As parse_scene: all issues at once, never throws.
 tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits);
 

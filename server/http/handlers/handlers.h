@@ -47,11 +47,12 @@ Answer redeliver(Request& request, const ApiContext& context);
 Answer test_webhook(Request& request, const ApiContext& context);
 Answer get_webhook_test(Request& request, const ApiContext& context);
 
-/// Defers a reply until the worker has processed finished images; `resume` makes the reply of the result.
-DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
-                             std::function<Answer(const std::string& bytes)> resume);
+// ---- compare_handlers.cpp
+Answer compare_images(Request& request, const ApiContext& context);
 
 // ---- image_handlers.cpp
+/// The reason why a job does not have this image.
+Problem image_not_found(const queue::Job& job, const std::string& name);
 Answer render(Request& request, const ApiContext& context);
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
 Answer get_preview(Request& request, const ApiContext& context);
@@ -172,6 +173,10 @@ tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::A
 /// Defers a reply until the job has ended or `deadline` has passed.
 DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
                                 std::function<Answer(bool timed_out)> resume);
+/// Defers a reply until the worker has processed finished images; `resume` makes the reply of the result. Problems:
+/// 409, 422, 503.
+DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
+                             std::function<Answer(const queue::ImageTaskResult& result)> resume);
 /// A problem whose detail has the number of the errors. `where`: "in the document".
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors);
 Problem problem_of(const api::Refusal& refusal);

@@ -14,15 +14,6 @@
 namespace http::handlers {
 namespace {
 
-Problem image_not_found(const queue::Job& job, const std::string& name) {
-  if (job.expired) return images_expired(job);
-  if (job.state == queue::JobState::succeeded) {
-    return {failures::image_not_found, "job " + job.id + " has no output " + name};
-  }
-  const std::string reason = queue::ended(job.state) ? "; it has no images" : "; its images exist once it succeeded";
-  return {failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
-}
-
 /// Reduces the reply to the requested range (RFC 9110, section 14).
 void apply_range(const Request& request, Reply& reply, const std::string& etag) {
   const auto condition = request.head.header("if-range");
@@ -179,11 +170,13 @@ Answer scaled_image(const PreviewQuery& query, const queue::Artifact& png, const
   if (const auto kept = context.thumbnails->find(key)) return preview_reply(query, *kept, context);
   std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(png);
   if (!reader) return Problem{failures::image_damaged, png.name + " of job " + query.id + " is missing or damaged"};
-  return run_image_task({query.side, {std::move(reader)}}, context,
-                        [&context, query, key](const std::string& bytes) -> Answer {
-                          context.thumbnails->add(key, std::make_shared<const std::string>(bytes));
-                          return preview_reply(query, bytes, context);
-                        });
+  queue::ImageTask task;
+  task.work.side = query.side;
+  task.images.push_back(std::move(reader));
+  return run_image_task(task, context, [&context, query, key](const queue::ImageTaskResult& result) -> Answer {
+    context.thumbnails->add(key, std::make_shared<const std::string>(result.bytes));
+    return preview_reply(query, result.bytes, context);
+  });
 }
 
 /// The latest preview, without waiting.
@@ -203,6 +196,15 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
 }
 
 }  // namespace
+
+Problem image_not_found(const queue::Job& job, const std::string& name) {
+  if (job.expired) return images_expired(job);
+  if (job.state == queue::JobState::succeeded) {
+    return {failures::image_not_found, "job " + job.id + " has no output " + name};
+  }
+  const std::string reason = queue::ended(job.state) ? "; it has no images" : "; its images exist once it succeeded";
+  return {failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
+}
 
 Answer get_image(Request& request, const ApiContext& context, const std::string& name) {
   const auto view = find_job(request.parameters.front(), context);

@@ -95,8 +95,7 @@ DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiC
 }
 
 DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
-                             std::function<Answer(const std::string& bytes)> resume) {
-  constexpr std::chrono::seconds wait{30};
+                             std::function<Answer(const queue::ImageTaskResult& result)> resume) {
   struct State {
     std::mutex mutex;
     std::optional<queue::ImageTaskResult> result;
@@ -115,10 +114,13 @@ DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& con
   const auto answer = [state, resume = std::move(resume)](bool) -> Answer {
     const std::lock_guard lock(state->mutex);
     if (!state->result) return Problem{failures::overloaded, "the image was not ready in time"};
+    const std::string& code = state->result->code;
+    for (const Failure& failure : {failures::images_differ, failures::bad_image})
+      if (code == failure.name) return Problem{failure, state->result->failure};
     if (!state->result->failure.empty()) return Problem{failures::image_not_processed, state->result->failure};
-    return resume(state->result->bytes);
+    return resume(*state->result);
   };
-  return DeferredReply{std::chrono::steady_clock::now() + wait, watch, answer};
+  return DeferredReply{std::chrono::steady_clock::now() + wait_max, watch, answer};
 }
 
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors) {

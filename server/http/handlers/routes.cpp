@@ -143,6 +143,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
        {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_context(validate_job), {}},
       {"POST", "/v1/jobs/bulk", with_context(change_jobs), {}, true},
+      {"POST", "/v1/compare", with_context(compare_images), {}},
       {"POST", "/v1/render", with_context(render), {}},
       {"POST", "/v1/measure", with_context(measure), {}},
       {"GET", "/v1/jobs/{id}", with_context(get_job), {"wait"}},

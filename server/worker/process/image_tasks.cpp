@@ -3,15 +3,20 @@
 #include <oneapi/tbb/task_arena.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "api/measurement_json.h"
 #include "tracer/compare.h"
+#include "tracer/encode.h"
 
 namespace worker {
 namespace {
@@ -23,25 +28,68 @@ std::vector<std::uint8_t> read_memory(const Descriptor& memory) {
   return bytes;
 }
 
-std::string result_of(const ImageTask& task) {
-  const auto png = tracer::thumbnail(read_memory(task.images.at(0)), task.side);
+using queue::ImageTaskResult;
+
+ImageTaskResult refusal(std::string_view code, std::string sentence) {
+  return {std::move(sentence), {}, {}, std::string(code)};
+}
+
+ImageTaskResult png_result(const std::vector<std::uint8_t>& png) { return {{}, {png.begin(), png.end()}}; }
+
+ImageTaskResult scale(const ImageTask& task) {
+  const auto png = tracer::thumbnail(read_memory(task.images.at(0)), task.work.side);
   if (!png) throw std::runtime_error(png.error());
-  return {png->begin(), png->end()};
+  return png_result(*png);
+}
+
+ImageTaskResult compare(const ImageTask& task, const tracer::TextureImageLimits& limits) {
+  std::array<tracer::ImageFile, 2> files;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    auto file = tracer::read_image(read_memory(task.images.at(i)), limits);
+    if (!file) return refusal(queue::bad_image, (i == 0 ? "image a " : "image b ") + file.error());
+    files[i] = *std::move(file);
+  }
+  const auto& [a, b] = files;
+  const auto found = tracer::compare(a.image, b.image);
+  if (!found) return refusal(queue::images_differ, found.error());
+  api::ComparisonInfo info{{tracer::name(a.kind), tracer::name(b.kind)}, {}, {}};
+  if (!task.work.tolerance.empty()) info.tolerance = task.work.tolerance.front();
+  ImageTaskResult result;
+  if (task.work.heat) {
+    info.heat_white = tracer::heat_scale(*found);
+    const tracer::Image heat = tracer::heat_map(a.image, b.image, *info.heat_white, task.work.side);
+    const auto png = tracer::encode(heat, tracer::Format::png);
+    if (!png) throw std::runtime_error(png.error());
+    result = png_result(png->bytes);
+  }
+  result.text = api::write_comparison(*found, info);
+  return result;
+}
+
+/// Two images and their heat map: floats of three channels each take 36 bytes per pixel, and a decoder some more.
+constexpr std::uint64_t bytes_per_pixel = 64;
+
+ImageTaskResult result_of(const ImageTask& task, std::uint64_t memory_bytes) {
+  if (task.work.kind == "scale") return scale(task);
+  tracer::TextureImageLimits limits = tracer::compared_file_limits;
+  limits.pixels = memory_bytes / bytes_per_pixel;
+  limits.bytes = limits.channels * sizeof(float) * limits.pixels;
+  return compare(task, limits);
 }
 
 }  // namespace
 
-void run_image_task(ImageTask task, int socket) noexcept {
+void run_image_task(ImageTask task, std::uint64_t memory_bytes, int socket) noexcept {
   static std::mutex one_at_a_time;  // an image takes many times its file in memory
   const std::lock_guard lock(one_at_a_time);
-  ImageTaskResult result{task.number, {}, {}};
+  worker::ImageTaskResult message{task.number, {}};
   try {
     oneapi::tbb::task_arena arena;
-    result.bytes = arena.execute([&] { return result_of(task); });
+    message.result = arena.execute([&] { return result_of(task, memory_bytes); });
   } catch (const std::exception& failure) {
-    result.failure = failure.what();
+    message.result.failure = failure.what();
   }
-  const Packet packet = pack(std::move(result));
+  const Packet packet = pack(std::move(message));
   while (send(socket, packet) == Sent::later) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 

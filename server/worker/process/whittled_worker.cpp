@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -87,7 +88,7 @@ std::string prepare(const worker::Options& options) {
 }
 
 /// Never returns.
-void serve(worker::RenderExecutor& executor) {
+void serve(worker::RenderExecutor& executor, std::uint64_t job_memory_bytes) {
   for (;;) {
     worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
     auto* message = std::get_if<worker::Message>(&received);
@@ -95,7 +96,7 @@ void serve(worker::RenderExecutor& executor) {
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
     if (auto* job = std::get_if<worker::Assign>(message)) executor.assign(std::move(*job));
     if (auto* task = std::get_if<worker::ImageTask>(message)) {
-      std::thread(worker::run_image_task, std::move(*task), worker::worker_socket).detach();
+      std::thread(worker::run_image_task, std::move(*task), job_memory_bytes, worker::worker_socket).detach();
     }
     if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);
     if (const auto* cancel = std::get_if<worker::Cancel>(message)) executor.cancel(*cancel);
@@ -132,5 +133,5 @@ int main() {
   worker::send(worker::worker_socket, worker::pack(worker::Ready{std::string(tracer::build()), sandbox}));
   worker::FileClient files(std::move(configuration->file_socket));
   worker::RenderExecutor executor(worker::worker_socket, options, files, nice_level);
-  serve(executor);
+  serve(executor, options.job_memory_bytes);
 }

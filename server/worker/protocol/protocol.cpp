@@ -6,11 +6,13 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -34,8 +36,10 @@ auto fields(Configure& m) { return std::tie(m.options, m.file_socket); }
 auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 auto fields(Cancel& m) { return std::tie(m.job_id, m.preview); }
 auto fields(MeasurementUpdate& m) { return std::tie(m.job_id, m.summary); }
-auto fields(ImageTask& m) { return std::tie(m.number, m.side, m.images); }
-auto fields(ImageTaskResult& m) { return std::tie(m.number, m.failure, m.bytes); }
+auto fields(queue::ImageWork& m) { return std::tie(m.kind, m.side, m.tolerance, m.heat); }
+auto fields(queue::ImageTaskResult& m) { return std::tie(m.failure, m.bytes, m.text, m.code); }
+auto fields(ImageTask& m) { return std::tie(m.number, m.work, m.images); }
+auto fields(ImageTaskResult& m) { return std::tie(m.number, m.result); }
 auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
 auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.image_bytes); }
 auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
@@ -219,19 +223,44 @@ Received decode(RawPacket packet, std::size_t body_limit, FileRule rule) {
   return decode(header.kind, *large, std::move(packet.files));
 }
 
-}  // namespace
-
-Descriptor sealed_memory(std::string_view bytes) {
+Descriptor open_memory() {
   Descriptor memory(memfd_create("whittle", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!memory) throw std::system_error(errno, std::generic_category(), "memfd_create");
+  return memory;
+}
+
+void append(const Descriptor& memory, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = write(memory.get(), bytes.data(), bytes.size());
     if (written < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "write to memory");
     if (written > 0) bytes.remove_prefix(static_cast<std::size_t>(written));
   }
-  if (fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_SEAL) != 0) {
+}
+
+void seal(const Descriptor& memory) {
+  if (fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_SEAL) != 0)
     throw std::system_error(errno, std::generic_category(), "seal memory");
+}
+
+}  // namespace
+
+Descriptor sealed_memory(std::string_view bytes) {
+  Descriptor memory = open_memory();
+  append(memory, bytes);
+  seal(memory);
+  return memory;
+}
+
+Descriptor sealed_memory(const queue::ArtifactReader& image) {
+  Descriptor memory = open_memory();
+  std::string piece(std::min<std::uint64_t>(image.size_bytes(), 1u << 20), '\0');
+  for (std::uint64_t done = 0; done < image.size_bytes();) {
+    const std::size_t count = image.read(done, piece.data(), piece.size());
+    if (count == 0) throw std::runtime_error("an image is shorter than before");
+    append(memory, {piece.data(), count});
+    done += count;
   }
+  seal(memory);
   return memory;
 }
 

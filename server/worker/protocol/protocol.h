@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "server/queue/job.h"
+#include "server/queue/job_runner.h"
 #include "server/support/descriptor.h"
 #include "tracer/limits.h"
 
@@ -72,7 +73,7 @@ struct PreviewRequest {
 /// Work on images that are finished (queue::ImageTask). ImageTaskResult follows.
 struct ImageTask {
   std::uint64_t number = 0;  ///< returned with the result
-  std::uint32_t side = 0;    ///< pixels along the longer side of a result
+  queue::ImageWork work;
   std::vector<Descriptor> images;
 };
 
@@ -103,8 +104,7 @@ struct PreviewResponse {
 };
 struct ImageTaskResult {
   std::uint64_t number = 0;
-  std::string failure;  ///< a sentence; empty: `bytes` is the result
-  std::string bytes;
+  queue::ImageTaskResult result;
 };
 struct Image {
   std::string name;        ///< "image.png"
@@ -152,7 +152,7 @@ struct FileResponse {
 };
 
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 7;
+constexpr std::uint32_t protocol_version = 8;
 
 using Message =
     std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
@@ -163,6 +163,8 @@ using Message =
 /// Sealed anonymous memory (memfd_create(2)) with these bytes: large data passes between processes without a copy.
 /// Throws std::system_error.
 Descriptor sealed_memory(std::string_view bytes);
+/// The same with the bytes of an image, in pieces. Throws std::runtime_error if it is shorter than before.
+Descriptor sealed_memory(const queue::ArtifactReader& image);
 
 /// True if no process can write, grow or shrink the memory any more, so that reading it is safe.
 bool is_sealed(int fd);

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -20,14 +19,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t image_tasks_max = 64;  // a page shows some tens of thumbnails at once
+/// Limit for the files of all tasks, which are copied for the worker. One that is larger runs if no other task waits.
+constexpr std::uint64_t image_task_bytes_max = 2ull << 30;
 
-Descriptor memory_of(const queue::ArtifactReader& image) {
-  std::string bytes(image.size_bytes(), '\0');
-  for (std::size_t done = 0, count = 0; done < bytes.size(); done += count) {
-    count = image.read(done, bytes.data() + done, bytes.size() - done);
-    if (count == 0) throw std::runtime_error("an image is shorter than before");
-  }
-  return sealed_memory(bytes);
+std::uint64_t bytes_of(const queue::ImageTask& task) {
+  std::uint64_t bytes = 0;
+  for (const auto& image : task.images) bytes += image->size_bytes();
+  return bytes;
 }
 
 SupervisorSettings with_defaults(SupervisorSettings settings) {
@@ -137,32 +135,39 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   void start_image_task(const queue::ImageTask& task, const TaskDone& done) {
     if (process_.state() != WorkerState::ready) return done({"the worker is not ready", {}});
-    if (tasks_.size() >= image_tasks_max) return done({"too many images wait", {}});
+    const std::uint64_t bytes = bytes_of(task);
+    const bool fits = task_bytes_ + bytes <= image_task_bytes_max || tasks_.empty();
+    if (tasks_.size() >= image_tasks_max || !fits) return done({"too many images wait", {}});
     const std::uint64_t number = ++last_task_;
-    tasks_.emplace(number, done);
+    tasks_.emplace(number, StartedTask{done, bytes});
+    task_bytes_ += bytes;
     store_executor_->run([this, number, task] {
       try {
-        ImageTask message{number, task.side, {}};
-        for (const auto& image : task.images) message.images.push_back(memory_of(*image));
+        ImageTask message{number, task.work, {}};
+        for (const auto& image : task.images) message.images.push_back(sealed_memory(*image));
         events_.post([this, packet = std::make_shared<Packet>(pack(std::move(message)))] {
           process_.send(std::move(*packet));  // the result of a worker that came later is ignored
         });
       } catch (const std::exception& failure) {
         events_.post(
-            [this, result = ImageTaskResult{number, failure.what(), {}}]() mutable { end_image_task(result); });
+            [this, result = ImageTaskResult{number, {failure.what(), {}}}]() mutable { end_image_task(result); });
       }
     });
   }
 
   void end_image_task(ImageTaskResult& result) {
     const auto task = tasks_.extract(result.number);
-    if (task) task.mapped()({std::move(result.failure), std::move(result.bytes)});
+    if (!task) return;
+    task_bytes_ -= task.mapped().bytes;
+    task.mapped().done(std::move(result.result));
   }
 
   void handle_worker_exit() {
     const auto exit = process_.take_exit();
-    if (exit)
-      for (const auto& [number, done] : std::exchange(tasks_, {})) done({"the worker has ended", {}});
+    if (exit) {
+      task_bytes_ = 0;
+      for (const auto& [number, task] : std::exchange(tasks_, {})) task.done({"the worker has ended", {}});
+    }
     if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
   }
 
@@ -180,7 +185,12 @@ class Supervisor::Loop final : public queue::JobRunner {
   OutcomeWriter outcomes_;
   JobDispatcher dispatcher_;
   std::uint64_t last_task_ = 0;
-  std::map<std::uint64_t, TaskDone> tasks_;  ///< by number
+  struct StartedTask {
+    TaskDone done;
+    std::uint64_t bytes;
+  };
+  std::map<std::uint64_t, StartedTask> tasks_;  ///< by number
+  std::uint64_t task_bytes_ = 0;                ///< sum over all tasks
   std::atomic<bool> draining_ = false;
   bool interrupted_by_drain_ = false;
   std::mutex drain_mutex_;

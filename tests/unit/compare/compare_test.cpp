@@ -46,6 +46,21 @@ TEST(Comparison, OfAnImageWithItselfIsZero) {
   EXPECT_TRUE(found.worst.empty());
 }
 
+TEST(HeatMap, OfALargeImageShowsTheGreatestDifferenceThatAPixelCovers) {
+  const auto spot = [](std::uint32_t x, std::uint32_t y, int channel) {
+    return x == 70 && y == 30 && channel == 1 ? 108.0 : 100.0;
+  };
+  const Image small = heat_map(constant(100, 90, 60), made(90, 60, spot), 8, 9);
+  EXPECT_EQ(small.width, 9u);
+  EXPECT_EQ(small.height, 6u);
+  for (std::uint32_t y = 0; y < 6; ++y)
+    for (std::uint32_t x = 0; x < 9; ++x)
+      for (int channel = 0; channel < 3; ++channel)
+        EXPECT_FLOAT_EQ(small.pixel(x, y)[channel], x == 7 && y == 3 ? 1.0f : 0.0f) << x << ' ' << y;
+  EXPECT_EQ(heat_map(constant(100, 90, 60), made(90, 60, spot), 8, 90).rgb,
+            heat_map(constant(100, 90, 60), made(90, 60, spot), 8).rgb);
+}
+
 TEST(Comparison, ReportsErrorsPerChannelAndTheirRootMeanSquare) {
   const auto offset = [](auto, auto, int channel) { return std::array{103.0, 96.0, 100.0}[channel]; };
   const Comparison found = compared(constant(100), made(16, 12, offset));

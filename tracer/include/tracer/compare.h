@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -84,7 +85,10 @@ double heat_scale(const Comparison& comparison);
 
 /// Each pixel's difference in the colours of Green 2011 ("A colour scheme for the display of astronomical intensity
 /// images", Bulletin of the Astronomical Society of India 39, 289: start 0.5, -1.5 rotations, hue and gamma 1), whose
-/// brightness is monotonic: black for 0, white for `white` levels or more. Precondition: equal sizes, `white` > 0.
-Image heat_map(const DisplayImage& a, const DisplayImage& b, double white);
+/// brightness is monotonic: black for 0, white for `white` levels or more. An image whose longer side has more than
+/// `side` pixels is reduced to that; a pixel then shows the greatest difference that it covers. Precondition: equal
+/// sizes, `white` > 0, `side` >= 1.
+Image heat_map(const DisplayImage& a, const DisplayImage& b, double white,
+               std::uint32_t side = std::numeric_limits<std::uint32_t>::max());
 
 }  // namespace tracer

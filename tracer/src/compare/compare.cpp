@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tracer/src/compare/scaling.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
 #include "tracer/src/image_io/decode.h"
@@ -251,13 +252,23 @@ double heat_scale(const Comparison& comparison) {
   return levels;
 }
 
-Image heat_map(const DisplayImage& a, const DisplayImage& b, double white) {
-  Image image{.width = a.width, .height = a.height, .rgb = {}};
-  image.rgb.reserve(a.codes.size());
-  for (std::uint32_t y = 0; y < a.height; ++y)
-    for (std::uint32_t x = 0; x < a.width; ++x)
-      for (const double encoded : cubehelix(std::min(1.0, greatest_difference(a, b, x, y) / (codes_per_level * white))))
+Image heat_map(const DisplayImage& a, const DisplayImage& b, double white, std::uint32_t side) {
+  const std::uint32_t longer = std::max(a.width, a.height);
+  Image image{
+      .width = reduced_length(a.width, longer, side), .height = reduced_length(a.height, longer, side), .rgb = {}};
+  image.rgb.reserve(std::size_t{3} * image.width * image.height);
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    const auto [top, bottom] = covered_pixels(y, image.height, a.height);
+    for (std::uint32_t x = 0; x < image.width; ++x) {
+      const auto [left, right] = covered_pixels(x, image.width, a.width);
+      double greatest = 0;
+      for (std::uint32_t row = top; row < bottom; ++row)
+        for (std::uint32_t column = left; column < right; ++column)
+          greatest = std::max(greatest, greatest_difference(a, b, column, row));
+      for (const double encoded : cubehelix(std::min(1.0, greatest / (codes_per_level * white))))
         image.rgb.push_back(static_cast<float>(linear_from_srgb(encoded)));
+    }
+  }
   return image;
 }
 

@@ -2,21 +2,15 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "tracer/compare.h"
 #include "tracer/encode.h"
+#include "tracer/src/compare/scaling.h"
 #include "tracer/src/display/srgb.h"
 
 namespace tracer {
 namespace {
-
-/// The pixels [begin, end) of the source that pixel `index` of `count` covers; at least one.
-std::pair<std::uint32_t, std::uint32_t> covered(std::uint32_t index, std::uint32_t count, std::uint32_t source) {
-  const auto edge = [&](std::uint64_t i) { return static_cast<std::uint32_t>(i * source / count); };
-  return {edge(index), std::max(edge(index + 1), edge(index) + 1)};
-}
 
 Image scaled(const DisplayImage& source, std::uint32_t width, std::uint32_t height) {
   std::vector<float> linear_from_code(65536);
@@ -25,9 +19,9 @@ Image scaled(const DisplayImage& source, std::uint32_t width, std::uint32_t heig
   Image image{.width = width, .height = height, .rgb = {}};
   image.rgb.reserve(std::size_t{3} * width * height);
   for (std::uint32_t y = 0; y < height; ++y) {
-    const auto [top, bottom] = covered(y, height, source.height);
+    const auto [top, bottom] = covered_pixels(y, height, source.height);
     for (std::uint32_t x = 0; x < width; ++x) {
-      const auto [left, right] = covered(x, width, source.width);
+      const auto [left, right] = covered_pixels(x, width, source.width);
       const double area = static_cast<double>(bottom - top) * (right - left);
       for (std::size_t channel = 0; channel < 3; ++channel) {
         double sum = 0;
@@ -49,11 +43,7 @@ Result<std::vector<std::uint8_t>, std::string> thumbnail(std::span<const std::ui
   if (!file) return file.error();
   const DisplayImage& source = file->image;
   const std::uint32_t longer = std::max(source.width, source.height);
-  const auto length = [&](std::uint32_t pixels) {
-    return longer <= side
-               ? pixels
-               : std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::uint64_t{pixels} * side / longer));
-  };
+  const auto length = [&](std::uint32_t pixels) { return reduced_length(pixels, longer, side); };
   auto png = encode(scaled(source, length(source.width), length(source.height)), Format::png);
   if (!png) return png.error();
   return std::move(png->bytes);

@@ -1,0 +1,128 @@
+/// Comparison of two images, by the worker.
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "api/measurement_json.h"
+#include "api/requests.h"
+#include "server/http/handlers/handlers.h"
+#include "tracer/encode.h"
+#include "tracer/sha256.h"
+
+namespace http::handlers {
+namespace {
+
+constexpr std::uint64_t compared_bytes_max = 1'000'000'000;  // 64 Mpx of uncompressed floats
+
+/// An image as a client names it.
+struct NamedImage {
+  std::optional<queue::Job> job;  ///< none: an upload
+  std::string name;               ///< the artifact, empty: any image of the job; or the sha256 of the upload
+};
+
+tracer::Result<NamedImage, Problem> find_image(const std::string& text, const ApiContext& context) {
+  if (tracer::is_sha256(text)) {
+    if (context.assets.use(text)) return NamedImage{{}, text};
+    return Problem{failures::asset_not_found, "there is no asset " + text + "; upload it with PUT"};
+  }
+  const std::size_t slash = text.find('/');
+  auto view = find_job(text.substr(0, slash), context);
+  if (!view) return view.error();
+  NamedImage image{std::move(view->job), slash == std::string::npos ? "" : text.substr(slash + 1)};
+  if (image.job->expired) return images_expired(*image.job);
+  return image;
+}
+
+const queue::Artifact* find_artifact(const NamedImage& image, const std::string& name) {
+  if (!image.job) return nullptr;
+  const auto& artifacts = image.job->artifacts;
+  const auto found = std::find_if(artifacts.begin(), artifacts.end(), [&](const auto& a) { return a.name == name; });
+  return found == artifacts.end() ? nullptr : &*found;
+}
+
+/// Chooses images of jobs that are named without one: in the first format that both have, or else in their own first.
+void choose_formats(std::array<NamedImage, 2>& images) {
+  const auto is_open = [](const NamedImage& image) { return image.job && image.name.empty(); };
+  for (const bool common : {true, false}) {
+    for (const tracer::Format format : tracer::all_formats) {
+      const std::string name = "image." + std::string(tracer::extension(format));
+      const auto has = [&](const NamedImage& image) { return find_artifact(image, name) != nullptr; };
+      const bool both = std::all_of(images.begin(), images.end(), [&](const auto& i) { return !is_open(i) || has(i); });
+      for (NamedImage& image : images)
+        if (is_open(image) && has(image) && (both || !common)) image.name = name;
+    }
+  }
+}
+
+tracer::Result<std::shared_ptr<queue::ArtifactReader>, Problem> open_image(const NamedImage& image,
+                                                                           const ApiContext& context) {
+  std::shared_ptr<queue::ArtifactReader> reader;
+  if (image.job) {
+    const std::string name = image.name.empty() ? "image.png" : image.name;
+    const queue::Artifact* const artifact = find_artifact(image, name);
+    if (artifact == nullptr) return image_not_found(*image.job, name);
+    reader = context.queue.queries.open(*artifact);
+    if (!reader) return Problem{failures::image_damaged, name + " of job " + image.job->id + " is missing or damaged"};
+  } else {
+    reader = context.assets.open(image.name);
+    if (!reader) return Problem{failures::asset_not_found, "there is no asset " + image.name + " any more"};
+  }
+  if (reader->size_bytes() <= compared_bytes_max) return reader;
+  return Problem{failures::bad_image, "the limit of an image is " + std::to_string(compared_bytes_max) +
+                                          " bytes, it has " + std::to_string(reader->size_bytes())};
+}
+
+/// Keeps the heat map as an upload and names it in the reply.
+Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& context) {
+  std::optional<std::string> url;
+  if (!result.bytes.empty()) {
+    const std::string sha256 = context.sha256(result.bytes);
+    const auto put = context.assets.put(sha256, [&](std::uint64_t offset, char* into, std::size_t size) {
+      return result.bytes.copy(into, size, offset);
+    });
+    if (put == queue::AssetStore::Put::no_room)
+      return Problem{failures::uploads_full, "the heat map would exceed the limit uploads_bytes of " +
+                                                 std::to_string(context.uploads_bytes) + "; compare without it"};
+    url = "/v1/assets/" + sha256;
+  }
+  auto text = api::add_heat_map(result.text, url);
+  if (!text) return Problem{failures::image_not_processed, "the worker sent no comparison"};
+  return json_reply(200, *std::move(text));
+}
+
+}  // namespace
+
+Answer compare_images(Request& request, const ApiContext& context) {
+  const auto body = take_json(request, "a comparison");
+  if (!body) return body.error();
+  const auto wanted = api::parse_compare(*body, context.limits.document);
+  if (!wanted) {
+    Problem problem = problem_of(wanted.error());
+    if (problem.failure != failures::bad_scene) return problem;
+    return with_errors(failures::invalid_request, "in the request", std::move(problem.errors));
+  }
+  if (const queue::DiskSpace space = context.room(); wanted->heat && space.state != queue::DiskSpace::State::enough)
+    return disk_full(space);
+  std::array<NamedImage, 2> images;
+  for (std::size_t i = 0; i < 2; ++i) {
+    auto found = find_image(i == 0 ? wanted->a : wanted->b, context);
+    if (!found) return found.error();
+    images.at(i) = *std::move(found);
+  }
+  choose_formats(images);
+  queue::ImageTask task;
+  task.work.kind = "compare";
+  task.work.side = queue::image_side_max;
+  task.work.heat = wanted->heat;
+  if (wanted->tolerance) task.work.tolerance.push_back(*wanted->tolerance);
+  for (const NamedImage& image : images) {
+    auto reader = open_image(image, context);
+    if (!reader) return reader.error();
+    task.images.push_back(*std::move(reader));
+  }
+  return run_image_task(task, context,
+                        [&context](const queue::ImageTaskResult& result) { return comparison_reply(result, context); });
+}
+
+}  // namespace http::handlers

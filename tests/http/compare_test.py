@@ -1,0 +1,183 @@
+"""POST /v1/compare: the difference of two images."""
+import hashlib
+import json
+import pathlib
+import struct
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+import numpy
+
+from tests.http.daemon import BIN, SANITIZED, Daemon, OneDaemon, json_of, scene, wait_until
+from tests.support.images import read_png
+
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+def chunk(name, data):
+    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+
+def gray_png(width, height, code, header_only=False):
+    """An RGB image of one gray, or the start of one."""
+    head = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    data = b"" if header_only else zlib.compress((b"\0" + bytes([code]) * (3 * width)) * height, 1)
+    return head + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+class Compare(OneDaemon):
+    def compare(self, a, b, **body):
+        return self.daemon.request("POST", "/v1/compare", {"a": a, "b": b, **body})
+
+    def compared(self, a, b, **body):
+        reply = self.compare(a, b, **body)
+        self.assertEqual(reply.status, 200, reply.body)
+        return json_of(reply)
+
+    def upload(self, data):
+        sha256 = hashlib.sha256(data).hexdigest()
+        self.assertIn(self.daemon.request("PUT", f"/v1/assets/{sha256}", data).status, (200, 201))
+        return sha256
+
+    def render(self, formats, fov=40, **size):
+        document = scene(**{"width": 64, "height": 48, **size}, output={"formats": formats})
+        document["camera"]["fov"] = fov
+        return self.daemon.wait_for_end(self.daemon.submit(document))
+
+    def image(self, job, name):
+        return self.daemon.get(f"/v1/jobs/{job['id']}/{name}").body
+
+    def by_command(self, a, b, *options):
+        """What the command line says of the same bytes."""
+        with tempfile.TemporaryDirectory() as directory:
+            paths = [pathlib.Path(directory) / name for name in ("a", "b", "heat.png")]
+            paths[0].write_bytes(a)
+            paths[1].write_bytes(b)
+            done = subprocess.run([BIN / "whittle", "diff", paths[0], paths[1], "--json", "--heat", paths[2], *options],
+                                  capture_output=True, check=False)
+            return json.loads(done.stdout), paths[2].read_bytes()
+
+    def test_is_that_of_the_command_line(self):
+        jobs = [self.render(["png", "exr"], fov) for fov in (40, 44)]
+        ids = [job["id"] for job in jobs]
+        for name in ("image.png", "image.exr"):
+            a, b = (self.image(job, name) for job in jobs)
+            expected, heat = self.by_command(a, b, "--tolerance", "1")
+            self.assertGreater(expected["rmse"], 1)
+            found = self.compared(*(f"{id_}/{name}" for id_ in ids), tolerance=1, heat=True)
+            reply = self.daemon.get(found.pop("heat_map"))
+            self.assertEqual(reply.status, 200)
+            numpy.testing.assert_array_equal(read_png(reply.body), read_png(heat))
+            self.assertEqual(found, expected)
+            uploads = [self.upload(a), self.upload(b)]
+            self.assertEqual(self.compared(*uploads)["rmse"], expected["rmse"])
+            self.assertEqual(self.compared(ids[0] + "/" + name, uploads[1])["rmse"], expected["rmse"])
+        found = self.compared(*ids, tolerance=255)
+        self.assertEqual((found["formats"], found["within_tolerance"], found["heat_white"], found["heat_map"]),
+                         (["PNG", "PNG"], True, None, None))
+
+    def test_of_an_image_with_itself_is_zero(self):
+        job = self.render(["exr"])
+        found = self.compared(job["id"], job["id"], tolerance=0)
+        self.assertEqual((found["rmse"], found["psnr_db"], found["worst"], found["within_tolerance"]), (0, None, [], True))
+
+    def test_takes_the_first_format_that_both_jobs_have(self):
+        both, linear, lossy = self.render(["png", "exr"]), self.render(["exr"]), self.render(["webp"])
+        self.assertEqual(self.compared(both["id"], linear["id"])["formats"], ["OpenEXR"] * 2)
+        self.assertEqual(self.compared(both["id"], lossy["id"])["formats"], ["PNG", "WebP"])
+        self.assertEqual(self.compared(linear["id"], both["id"] + "/image.png")["formats"], ["OpenEXR", "PNG"])
+
+    def test_reduces_the_heat_map_of_a_large_image_by_its_greatest_difference(self):
+        a = gray_png(4096, 16, 100)
+        rows = [bytearray(b"\0" + bytes([100]) * (3 * 4096)) for _ in range(16)]
+        rows[5][1 + 3 * 3001] = 103
+        b = a[:33] + chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b"")
+        found = self.compared(self.upload(a), self.upload(b), heat=True)
+        heat = read_png(self.daemon.get(found["heat_map"]).body)
+        self.assertEqual((heat.shape, found["heat_white"]), ((8, 2048, 3), 1))
+        self.assertEqual(numpy.argwhere(heat.any(axis=2)).tolist(), [[2, 1500]])
+        self.assertEqual(heat[2, 1500].tolist(), [255, 255, 255])
+
+    @unittest.skipIf(SANITIZED, "minutes")
+    def test_takes_more_than_64_megapixels(self):
+        uploads = [self.upload(gray_png(8192, 8704, code)) for code in (100, 101)]
+        found = self.compared(*uploads, tolerance=1.5, heat=True)
+        self.assertEqual((found["width"], found["height"], found["rmse"], found["within_tolerance"]), (8192, 8704, 1, True))
+        self.assertEqual(read_png(self.daemon.get(found["heat_map"]).body).shape, (2048, 1927, 3))
+
+    def test_refuses_images_of_two_sizes(self):
+        reply = self.compare(self.render(["png"])["id"], self.render(["png"], width=63)["id"])
+        self.assert_problem(reply, 409, "images_differ")
+        self.assertEqual(json_of(reply)["detail"], "the sizes differ: 64 x 48 and 63 x 48 pixels")
+
+    def test_refuses_what_is_no_image(self):
+        good = gray_png(16, 16, 9)
+        bad = [b"", b"text", good[:-20], gray_png(1_000_000, 1_000_000, 9, header_only=True),
+               self.image(self.render(["exr"]), "image.exr")[:-100], b"\x76\x2f\x31\x01" + bytes(range(256)) * 9]
+        for data in bad:
+            for pair in ((data, good), (good, data)):
+                reply = self.compare(*(self.upload(one) for one in pair))
+                self.assert_problem(reply, 422, "bad_image")
+                self.assertIn("image a " if pair[0] is data else "image b ", json_of(reply)["detail"])
+        self.assertEqual(self.compared(*[self.upload(good)] * 2)["rmse"], 0, "the worker goes on")
+
+    def test_refuses_what_does_not_exist(self):
+        done = self.render(["png"])["id"]
+        waiting = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        expired = self.daemon.submit(scene(job={"expires_in": 1}))
+        wait_until(lambda: self.daemon.job(expired)["expired"], "expiry")
+        for name, status, code in ((NOBODY, 404, "job_not_found"), ("../x", 404, "job_not_found"), ("x" * 200, 404, "job_not_found"),
+                                   (waiting, 404, "image_not_found"), (done + "/image.exr", 404, "image_not_found"),
+                                   (done + "/", 200, None), (done + "/../" + done, 404, "image_not_found"),
+                                   ("0" * 64, 404, "asset_not_found"), (expired, 410, "job_expired")):
+            for pair in ((done, name), (name, done)):
+                reply = self.compare(*pair)
+                if code:
+                    self.assert_problem(reply, status, code)
+                else:
+                    self.assertEqual(reply.status, status)
+
+    def test_refuses_other_requests(self):
+        for body, pointers in (({}, ["/a", "/b"]), ({"a": 1, "b": ""}, ["/a"]), ({"a": "x", "b": "y", "tolerance": -1}, ["/tolerance"]),
+                               ({"a": "x", "b": "y", "tolerance": "1", "heat": 1, "c": 0}, ["/tolerance", "/heat", "/c"]),
+                               ({"a": "x" * 257, "b": "y"}, ["/a"])):
+            reply = self.daemon.request("POST", "/v1/compare", body)
+            self.assert_problem(reply, 422, "invalid_request")
+            self.assertEqual([error["pointer"] for error in json_of(reply)["errors"]], ["#" + one for one in pointers])
+        self.assert_problem(self.daemon.request("POST", "/v1/compare", b"{"), 400, "not_json")
+
+    def test_finds_damaged_artifacts(self):
+        job = self.render(["exr"], width=150, height=150)
+        sha256 = job["artifacts"][0]["sha256"]
+        (self.daemon.data / sha256[:2] / sha256).unlink()
+        self.assert_problem(self.compare(job["id"], job["id"]), 500, "image_damaged")
+
+
+class Limits(unittest.TestCase):
+    def test_pixels_are_limited_by_the_memory_of_a_job(self):
+        with Daemon("--job-memory-bytes", str(64 << 20)) as daemon:  # 1 Mpx
+            daemon.wait_for_end(daemon.submit(scene()))  # the worker runs
+            names = []
+            for width in (1024, 1025):
+                data = gray_png(width, 1024, 7)
+                names.append(hashlib.sha256(data).hexdigest())
+                daemon.request("PUT", "/v1/assets/" + names[-1], data)
+            replies = [daemon.request("POST", "/v1/compare", {"a": name, "b": name}) for name in names]
+            self.assertEqual([reply.status for reply in replies], [200, 422], replies)
+            self.assertIn("the limit pixels is 1048576", json_of(replies[1])["detail"])
+
+    def test_heat_map_needs_space_for_uploads(self):
+        with Daemon("--uploads-bytes", "1000000") as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))["id"]
+            self.assertEqual(daemon.request("POST", "/v1/compare", {"a": job, "b": job, "heat": True}).status, 200)
+        with Daemon("--uploads-bytes", "1") as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))["id"]
+            reply = daemon.request("POST", "/v1/compare", {"a": job, "b": job, "heat": True})
+            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:uploads_full"))
+            self.assertEqual(daemon.request("POST", "/v1/compare", {"a": job, "b": job}).status, 200)
+
+
+if __name__ == "__main__":
+    unittest.main()
