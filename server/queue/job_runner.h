@@ -19,10 +19,15 @@ namespace queue {
 
 /// Work on finished images, for a client that waits.
 struct ImageWork {
-  std::string kind{"scale"};      ///< "scale" one image; "compare" two: a Comparison and, if wanted, its heat map
+  /// "scale" one image; "view" a layer of one; "compare" two: a Comparison and, if wanted, its heat map.
+  std::string kind{"scale"};
   std::uint32_t side = 0;         ///< pixels along the longer side of the PNG that results, at most image_side_max
   std::vector<double> tolerance;  ///< levels, for a comparison; at most one
-  bool heat = false;              ///< draw the heat map of a comparison
+  bool heat = false;              ///< draw the heat map of a comparison, or numbers of a view in its colors
+  std::uint8_t layer = 0;         ///< tracer::ViewedLayer, for a view; the rest as tracer::View, empty if unset
+  double exposure = 0;
+  std::vector<double> range;
+  std::vector<std::uint32_t> crop;
 };
 /// The PNG of an image of noise with this side has 12.6 MB; a message of the worker has at most 16 MiB.
 inline constexpr std::uint32_t image_side_max = 2048;
@@ -37,7 +42,8 @@ struct ImageTaskResult {
   std::string text{};   ///< a comparison as JSON (api::write_comparison)
   std::string code{};   ///< set if a repetition fails too: one of those below
 };
-inline constexpr std::string_view images_differ = "images_differ", bad_image = "bad_image";
+inline constexpr std::string_view images_differ = "images_differ", bad_image = "bad_image",
+                                  image_not_found = "image_not_found";
 
 /// Calls come from any thread, several at once; they return at once and do not call the queue.
 class JobRunner {

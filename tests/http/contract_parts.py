@@ -48,6 +48,10 @@ class ContractParts:
             self.daemon.wait_for_end(job)
         wait_until(lambda: self.daemon.job(expired)["expired"], "expiry")
         compare({"a": jobs[0], "b": jobs[0], "tolerance": 1, "heat": True})
+        view = "/v1/jobs/{id}/view.png"
+        tag = self.daemon.get(view.format(id=jobs[0])).headers["ETag"]
+        for job, query, headers in ((jobs[0], "", {}), (jobs[0], "", {"If_None_Match": tag}), (jobs[0], "?max=1", {}), (NOBODY, "", {})):
+            self.check(seen, view, self.daemon.get(view.format(id=job) + query, **headers))
         for b in (jobs[1], NOBODY, expired):
             compare({"a": jobs[0], "b": b})
         for body in ({}, b"{", b"[" * 100):

@@ -56,6 +56,12 @@ Problem image_not_found(const queue::Job& job, const std::string& name);
 Answer render(Request& request, const ApiContext& context);
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
 Answer get_preview(Request& request, const ApiContext& context);
+/// The PNG that the worker makes of an artifact of this job, or the same from an earlier request.
+Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
+                       const queue::ImageWork& work, const ApiContext& context);
+
+// ---- view_handlers.cpp
+Answer get_view(Request& request, const ApiContext& context);
 
 // ---- event_handlers.cpp
 Answer get_job(Request& request, const ApiContext& context);

@@ -164,19 +164,15 @@ Reply preview_reply(const PreviewQuery& query, const std::string& png, const Api
   return reply;
 }
 
-/// The PNG of a job that has ended, scaled by the worker if no earlier request has left it in the cache.
-Answer scaled_image(const PreviewQuery& query, const queue::Artifact& png, const ApiContext& context) {
-  const std::string key = png.sha256 + " " + std::to_string(query.side);
-  if (const auto kept = context.thumbnails->find(key)) return preview_reply(query, *kept, context);
-  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(png);
-  if (!reader) return Problem{failures::image_damaged, png.name + " of job " + query.id + " is missing or damaged"};
-  queue::ImageTask task;
-  task.work.side = query.side;
-  task.images.push_back(std::move(reader));
-  return run_image_task(task, context, [&context, query, key](const queue::ImageTaskResult& result) -> Answer {
-    context.thumbnails->add(key, std::make_shared<const std::string>(result.bytes));
-    return preview_reply(query, result.bytes, context);
-  });
+/// The name of a result in the cache.
+std::string key_of(const queue::Artifact& artifact, const queue::ImageWork& work) {
+  std::string key = artifact.sha256 + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' +
+                    std::to_string(work.layer) + (work.heat ? " heat " : " ");
+  std::vector<double> numbers{work.exposure};
+  numbers.insert(numbers.end(), work.range.begin(), work.range.end());
+  for (const double number : numbers) key.append(reinterpret_cast<const char*>(&number), sizeof number);
+  for (const std::uint32_t edge : work.crop) key += ' ' + std::to_string(edge);
+  return key;
 }
 
 /// The latest preview, without waiting.
@@ -196,6 +192,20 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
 }
 
 }  // namespace
+
+Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
+                       const queue::ImageWork& work, const ApiContext& context) {
+  const PreviewQuery query{job.id, std::optional<std::string>(request.head.header("if-none-match")), work.side};
+  const std::string key = key_of(artifact, work);
+  if (const auto kept = context.thumbnails->find(key)) return preview_reply(query, *kept, context);
+  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
+  if (!reader) return Problem{failures::image_damaged, artifact.name + " of job " + job.id + " is missing or damaged"};
+  return run_image_task({work, {std::move(reader)}}, context,
+                        [&context, query, key](const queue::ImageTaskResult& result) -> Answer {
+                          context.thumbnails->add(key, std::make_shared<const std::string>(result.bytes));
+                          return preview_reply(query, result.bytes, context);
+                        });
+}
 
 Problem image_not_found(const queue::Job& job, const std::string& name) {
   if (job.expired) return images_expired(job);
@@ -270,8 +280,10 @@ Answer get_preview(Request& request, const ApiContext& context) {
   queue::JobWaiters& waiters = context.queue.waiters;
   const bool is_scaled = queue::ended(view->job.state) && !request.head.query.empty() &&
                          std::max(view->job.width, view->job.height) > query.side;
+  queue::ImageWork work;
+  work.side = query.side;
   if (const queue::Artifact* const png = is_scaled ? png_of(view->job) : nullptr)
-    return scaled_image(query, *png, context);
+    return processed_image(request, view->job, *png, work, context);
   const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
   if (!traced || waiters.preview(query.id, query.side).fresh) return latest_preview(query, context);
 

@@ -115,7 +115,7 @@ DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& con
     const std::lock_guard lock(state->mutex);
     if (!state->result) return Problem{failures::overloaded, "the image was not ready in time"};
     const std::string& code = state->result->code;
-    for (const Failure& failure : {failures::images_differ, failures::bad_image})
+    for (const Failure& failure : {failures::images_differ, failures::bad_image, failures::image_not_found})
       if (code == failure.name) return Problem{failure, state->result->failure};
     if (!state->result->failure.empty()) return Problem{failures::image_not_processed, state->result->failure};
     return resume(*state->result);

@@ -154,6 +154,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"POST", "/v1/jobs/{id}/cancel", with_context(cancel_job), {}},
       {"POST", "/v1/jobs/{id}/retry", with_context(retry_job), {}},
       {"GET", "/v1/jobs/{id}/preview", with_context(get_preview), {"max"}},
+      {"GET", "/v1/jobs/{id}/view.png", with_context(get_view), {"layer", "exposure", "range", "map", "crop", "max"}},
       {"GET", "/v1/jobs/{id}/events", with_context(get_job_events), {}},
       {"GET", "/v1/events", with_context(get_events), {"batch"}},
       {"POST", "/v1/batches", with_context(submit_batch), {}, true},

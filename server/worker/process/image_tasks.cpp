@@ -17,6 +17,7 @@
 #include "api/measurement_json.h"
 #include "tracer/compare.h"
 #include "tracer/encode.h"
+#include "tracer/view.h"
 
 namespace worker {
 namespace {
@@ -66,6 +67,20 @@ ImageTaskResult compare(const ImageTask& task, const tracer::TextureImageLimits&
   return result;
 }
 
+ImageTaskResult view(const ImageTask& task, const tracer::TextureImageLimits& limits) {
+  const queue::ImageWork& work = task.work;
+  tracer::View settings{.layer = static_cast<tracer::ViewedLayer>(work.layer), .exposure = work.exposure};
+  if (work.range.size() == 2) settings.range = {work.range[0], work.range[1]};
+  if (work.crop.size() == 4) settings.crop = {work.crop[0], work.crop[1], work.crop[2], work.crop[3]};
+  settings.heat = work.heat;
+  settings.side = work.side;
+  const auto png = tracer::view(read_memory(task.images.at(0)), settings, limits);
+  if (png) return png_result(*png);
+  const std::string sentence = "the image " + png.error().sentence;
+  if (png.error().reason == tracer::ViewFailure::Reason::no_layer) return refusal(queue::image_not_found, sentence);
+  throw std::runtime_error(sentence);
+}
+
 /// Two images and their heat map: floats of three channels each take 36 bytes per pixel, and a decoder some more.
 constexpr std::uint64_t bytes_per_pixel = 64;
 
@@ -74,7 +89,7 @@ ImageTaskResult result_of(const ImageTask& task, std::uint64_t memory_bytes) {
   tracer::TextureImageLimits limits = tracer::compared_file_limits;
   limits.pixels = memory_bytes / bytes_per_pixel;
   limits.bytes = limits.channels * sizeof(float) * limits.pixels;
-  return compare(task, limits);
+  return task.work.kind == "view" ? view(task, limits) : compare(task, limits);
 }
 
 }  // namespace

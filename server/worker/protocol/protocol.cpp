@@ -36,7 +36,9 @@ auto fields(Configure& m) { return std::tie(m.options, m.file_socket); }
 auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 auto fields(Cancel& m) { return std::tie(m.job_id, m.preview); }
 auto fields(MeasurementUpdate& m) { return std::tie(m.job_id, m.summary); }
-auto fields(queue::ImageWork& m) { return std::tie(m.kind, m.side, m.tolerance, m.heat); }
+auto fields(queue::ImageWork& m) {
+  return std::tie(m.kind, m.side, m.tolerance, m.heat, m.layer, m.exposure, m.range, m.crop);
+}
 auto fields(queue::ImageTaskResult& m) { return std::tie(m.failure, m.bytes, m.text, m.code); }
 auto fields(ImageTask& m) { return std::tie(m.number, m.work, m.images); }
 auto fields(ImageTaskResult& m) { return std::tie(m.number, m.result); }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tracer/src/compare/cubehelix.h"
 #include "tracer/src/compare/scaling.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
@@ -189,17 +190,6 @@ void add_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y, Sums
 
 std::string times(const DisplayImage& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height);
-}
-
-/// Color scheme of Green 2011, clipped to the sRGB gamut; codes as fractions. `fraction` is in [0,1].
-std::array<double, 3> cubehelix(double fraction) {
-  constexpr double start = 0.5, rotations = -1.5, hue = 1, whole_turn = 6.283185307179586;
-  const double angle = whole_turn * (start / 3 + 1 + rotations * fraction);
-  const double amplitude = hue * fraction * (1 - fraction) / 2;
-  const double c = amplitude * std::cos(angle), s = amplitude * std::sin(angle);
-  const std::array<double, 3> color{fraction - 0.14861 * c + 1.78277 * s, fraction - 0.29227 * c - 0.90649 * s,
-                                    fraction + 1.97294 * c};
-  return {std::clamp(color[0], 0.0, 1.0), std::clamp(color[1], 0.0, 1.0), std::clamp(color[2], 0.0, 1.0)};
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "tracer/limits.h"
-#include "tracer/src/image_io/oiio_loader.h"
 
 namespace tracer {
 namespace {
@@ -188,6 +187,22 @@ Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSp
   const auto library = open_image_io();
   if (!library) return library.error();
   return (*library)->read(kind, bytes, color_space, limits);
+} catch (const HeaderError& error) {
+  return std::string(error.what());
+} catch (const std::bad_alloc&) {
+  return std::string("takes more memory than there is");
+} catch (const std::exception& failure) {
+  return std::string("cannot be read: ") + failure.what();
+}
+
+Result<ChannelValues, std::string> decode_channels(std::span<const std::uint8_t> bytes,
+                                                   const std::vector<std::string>& names,
+                                                   const TextureImageLimits& limits) try {
+  if (image_kind(bytes) != ImageFormat::openexr) return std::string("is no OpenEXR file");
+  ExrHeader(bytes, limits).check();
+  const auto library = open_image_io();
+  if (!library) return library.error();
+  return (*library)->read_channels(bytes, names, limits);
 } catch (const HeaderError& error) {
   return std::string(error.what());
 } catch (const std::bad_alloc&) {

@@ -5,11 +5,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "tracer/image.h"
 #include "tracer/limits.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"
+#include "tracer/src/image_io/oiio_loader.h"
 
 namespace tracer {
 
@@ -24,6 +26,12 @@ std::optional<ImageFormat> image_kind(std::span<const std::uint8_t> bytes);
 /// is decoded as a whole.
 Result<Image, std::string> decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
                                      const TextureImageLimits& limits);
+
+/// The values of consecutive channels of an OpenEXR file, as stored; integers as floats. Without values if the file
+/// does not have them. Fails as decode_as, but not for values that are not finite.
+Result<ChannelValues, std::string> decode_channels(std::span<const std::uint8_t> bytes,
+                                                   const std::vector<std::string>& names,
+                                                   const TextureImageLimits& limits);
 
 /// Decodes a texture image: PNG, JPEG, OpenEXR or Radiance HDR only. `color_space` unset: sRGB for PNG and JPEG, linear
 /// for the others.

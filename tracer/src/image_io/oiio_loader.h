@@ -18,6 +18,12 @@ using Encoded = Result<std::vector<std::uint8_t>, std::string>;
 using Decoded = Result<Image, std::string>;
 using Codes = std::span<const std::uint8_t>;  ///< sRGB, three per pixel
 
+/// Values of some channels of a file, interleaved by pixel, row 0 on top.
+struct ChannelValues {
+  std::uint32_t width = 0, height = 0;
+  std::vector<float> values;
+};
+
 struct OpenImageIo {
   Encoded (*jpeg)(const Image& size, Codes codes, std::uint32_t quality);
   Encoded (*webp)(const Image& size, Codes codes, std::uint32_t quality);
@@ -27,6 +33,10 @@ struct OpenImageIo {
   /// Like decode_as (decode.h), without its checks of the file. May throw.
   Decoded (*read)(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
                   const TextureImageLimits& limits);
+  /// Like decode_channels (decode.h), without its checks of the file. May throw.
+  Result<ChannelValues, std::string> (*read_channels)(std::span<const std::uint8_t> bytes,
+                                                      const std::vector<std::string>& names,
+                                                      const TextureImageLimits& limits);
   /// Decode a file that one of the writers made, as stored: codes of jpeg and webp, floats of hdr. `into` takes three
   /// channels per pixel. The result is a reason, empty on success. 2.5 times as fast as read().
   std::string (*read_codes)(ImageFormat kind, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> into);

@@ -3,10 +3,12 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -170,6 +172,42 @@ Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace s
   return Reading(*input, kind, space).run();
 }
 
+/// Index of the first of these channels, which are consecutive; none if the file does not have them.
+std::optional<int> find_channels(const OIIO::ImageSpec& spec, const std::vector<std::string>& names) {
+  const auto found = std::search(spec.channelnames.begin(), spec.channelnames.end(), names.begin(), names.end());
+  if (found == spec.channelnames.end()) return std::nullopt;
+  return static_cast<int>(found - spec.channelnames.begin());
+}
+
+Result<ChannelValues, std::string> read_channels(std::span<const std::uint8_t> bytes,
+                                                 const std::vector<std::string>& names,
+                                                 const TextureImageLimits& limits) {
+  FileInMemory memory(bytes);
+  const auto opened = open(ImageFormat::openexr, memory);
+  if (!opened) return opened.error();
+  OIIO::ImageInput& input = **opened;
+  const OIIO::ImageSpec spec = input.spec();
+  if (std::string error = limit_error(spec, limits); !error.empty()) return error;
+  if (spec.tile_width != 0) return std::string("has tiles");
+  const auto begin = find_channels(spec, names);
+  if (!begin) return ChannelValues{};
+  const int count = static_cast<int>(names.size());
+  const bool whole = spec.channelformat(*begin) == OIIO::TypeUInt32;  // as floats they would be fractions of 2^32
+  ChannelValues found{static_cast<std::uint32_t>(spec.width), static_cast<std::uint32_t>(spec.height), {}};
+  std::vector<std::uint32_t> words;
+  for (int y = 0; y < spec.height; y += rows_at_once) {
+    const int end = std::min(y + rows_at_once, spec.height);
+    words.assign(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>((end - y) * count), 0);
+    const OIIO::TypeDesc type = whole ? OIIO::TypeUInt32 : OIIO::TypeFloat;
+    const bool read =
+        input.read_scanlines(0, 0, spec.y + y, spec.y + end, 0, *begin, *begin + count, type, words.data());
+    if (!read || input.has_error()) return "is truncated or broken at row " + std::to_string(y);
+    for (const std::uint32_t word : words)
+      found.values.push_back(whole ? static_cast<float>(word) : std::bit_cast<float>(word));
+  }
+  return found;
+}
+
 template <class Value>
 std::string read_values(ImageFormat kind, std::span<const std::uint8_t> bytes, std::span<Value> into) try {
   FileInMemory memory(bytes);
@@ -309,6 +347,7 @@ extern "C" __attribute__((visibility("default"))) const tracer::OpenImageIo whit
     .exr = tracer::write_exr,
     .hdr = tracer::write_hdr,
     .read = tracer::read,
+    .read_channels = tracer::read_channels,
     .read_codes = tracer::read_values<std::uint8_t>,
     .read_floats = tracer::read_values<float>,
 };

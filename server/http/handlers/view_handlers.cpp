@@ -1,0 +1,149 @@
+/// Layers of finished images as PNG, by the worker.
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "server/http/handlers/handlers.h"
+#include "server/http/header_text.h"
+#include "tracer/encode.h"
+#include "tracer/view.h"
+
+namespace http::handlers {
+namespace {
+
+constexpr std::uint32_t side_default = 1024, side_min = 16;
+constexpr double exposure_max = 100;  // stops, as in documents
+
+/// Numbers that are separated by commas; none if there are not `count`, or one is not finite.
+template <class Number>
+std::vector<Number> read_numbers(std::string_view text, std::size_t count) {
+  std::vector<Number> numbers;
+  for (bool more = true; more && numbers.size() < count;) {
+    const std::size_t comma = text.find(',');
+    more = comma != std::string_view::npos;
+    const auto number = parse_number<Number>(text.substr(0, comma));
+    if (!number || !std::isfinite(static_cast<double>(*number))) return {};
+    numbers.push_back(*number);
+    if (more) text.remove_prefix(comma + 1);
+    if (!more && numbers.size() == count) return numbers;
+  }
+  return {};
+}
+
+/// The parameters of a request, each at most once. Problem: 400.
+class Parameters {
+ public:
+  Parameters(const Pairs& query, const queue::Job& job) : query_(query), job_(job) {}
+
+  tracer::Result<queue::ImageWork, Problem> read() {
+    for (const auto& [name, value] : query_)
+      if (std::count_if(query_.begin(), query_.end(), [&](const auto& pair) { return pair.first == name; }) > 1)
+        return Problem{failures::invalid_query, name + " is given twice"};
+    work_.kind = "view";
+    work_.side = side_default;
+    using Step = std::string (Parameters::*)();
+    for (const Step step : {&Parameters::read_layer, &Parameters::read_exposure, &Parameters::read_range,
+                            &Parameters::read_map, &Parameters::read_crop, &Parameters::read_side})
+      if (const std::string error = (this->*step)(); !error.empty()) return Problem{failures::invalid_query, error};
+    return work_;
+  }
+
+ private:
+  [[nodiscard]] const std::string* find(std::string_view name) const {
+    const auto found = std::find_if(query_.begin(), query_.end(), [&](const auto& pair) { return pair.first == name; });
+    return found == query_.end() ? nullptr : &found->second;
+  }
+  [[nodiscard]] tracer::ViewedLayer layer() const { return static_cast<tracer::ViewedLayer>(work_.layer); }
+
+  std::string read_layer() {
+    const std::string* const text = find("layer");
+    if (text == nullptr) return {};
+    const auto& names = tracer::viewed_layer_names;
+    const auto found = std::find(std::begin(names), std::end(names), *text);
+    work_.layer = static_cast<std::uint8_t>(found - std::begin(names));
+    return found != std::end(names) ? "" : "layer must be color, depth, normal, albedo, object_id, samples or error";
+  }
+
+  std::string read_exposure() {
+    const std::string* const text = find("exposure");
+    if (text == nullptr) return {};
+    if (!tracer::is_light(layer())) return "exposure is for the layers color and albedo";
+    const auto stops = read_numbers<double>(*text, 1);
+    if (stops.empty() || std::abs(stops[0]) > exposure_max) return "exposure must be a number of stops, -100..100";
+    work_.exposure = stops[0];
+    return {};
+  }
+
+  std::string read_range() {
+    const std::string* const text = find("range");
+    if (text == nullptr) return {};
+    if (!tracer::is_number(layer()) && layer() != tracer::ViewedLayer::normal)
+      return "range is for the layers depth, normal, samples and error";
+    work_.range = read_numbers<double>(*text, 2);
+    return !work_.range.empty() && work_.range[0] < work_.range[1] ? "" : "range must be two increasing numbers, LO,HI";
+  }
+
+  std::string read_map() {
+    const std::string* const text = find("map");
+    if (text == nullptr) return {};
+    if (!tracer::is_number(layer())) return "map is for the layers depth, samples and error";
+    work_.heat = *text == "heat";
+    return work_.heat || *text == "gray" ? "" : "map must be gray or heat";
+  }
+
+  std::string read_crop() {
+    const std::string* const text = find("crop");
+    if (text == nullptr) return {};
+    work_.crop = read_numbers<std::uint32_t>(*text, 4);
+    const auto fits = [&](std::size_t axis, std::uint32_t size) {
+      const std::uint64_t begin = work_.crop[axis], length = work_.crop[axis + 2];
+      return length > 0 && begin + length <= size;
+    };
+    if (!work_.crop.empty() && fits(0, job_.width) && fits(1, job_.height)) return {};
+    return "crop must be X,Y,WIDTH,HEIGHT within the " + std::to_string(job_.width) + " x " +
+           std::to_string(job_.height) + " pixels";
+  }
+
+  std::string read_side() {
+    const std::string* const text = find("max");
+    if (text == nullptr) return {};
+    work_.side = parse_number<std::uint32_t>(*text).value_or(0);
+    if (work_.side >= side_min && work_.side <= queue::image_side_max) return {};
+    return "max must be a whole number " + std::to_string(side_min) + ".." + std::to_string(queue::image_side_max);
+  }
+
+  const Pairs& query_;
+  const queue::Job& job_;
+  queue::ImageWork work_;
+};
+
+/// OpenEXR, which has all layers and is not clamped, or for the color any other image; null if there is none.
+const queue::Artifact* source_of_layer(const queue::Job& job, tracer::ViewedLayer layer) {
+  const auto find = [&](const std::string& name) -> const queue::Artifact* {
+    const auto found = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                    [&](const queue::Artifact& candidate) { return candidate.name == name; });
+    return found == job.artifacts.end() ? nullptr : &*found;
+  };
+  const queue::Artifact* artifact = find("image.exr");
+  if (layer != tracer::ViewedLayer::color) return artifact;
+  for (const tracer::Format format : tracer::all_formats)
+    if (artifact == nullptr) artifact = find("image." + std::string(tracer::extension(format)));
+  return artifact;
+}
+
+}  // namespace
+
+Answer get_view(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  const auto work = Parameters(request.head.query, view->job).read();
+  if (!work) return work.error();
+  const auto layer = static_cast<tracer::ViewedLayer>(work->layer);
+  const queue::Artifact* const source = source_of_layer(view->job, layer);
+  if (source == nullptr)
+    return image_not_found(view->job, layer == tracer::ViewedLayer::color ? "image.png" : "image.exr");
+  return processed_image(request, view->job, *source, *work, context);
+}
+
+}  // namespace http::handlers
