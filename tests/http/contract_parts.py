@@ -26,12 +26,18 @@ class ContractParts:
         wait_until(lambda: json_of(self.daemon.get(f"/v1/batches/{done}"))["state"] == "succeeded", "the batch")
         for id_ in (batch_id, done, NOBODY):
             self.check(seen, "/v1/batches/{id}", self.daemon.get(f"/v1/batches/{id_}"))
+            animation = "/v1/batches/{id}/animation.apng"
+            for query in ("", "?fps=0"):
+                self.check(seen, animation, self.daemon.get(animation.format(id=id_) + query))
             archive = "/v1/batches/{id}/artifacts.tar"
             self.check(seen, archive, self.daemon.get(archive.format(id=id_)))
             for _ in range(2):
                 for what in ("cancel", "retry"):
                     path = "/v1/batches/{id}/" + what
                     self.check(seen, path, self.daemon.request("POST", path.format(id=id_)), "POST")
+        sizes = json_of(self.daemon.request("POST", "/v1/batches", {"scene": scene(), "sweep": {"/image/width": [8, 9]}}))["id"]
+        wait_until(lambda: json_of(self.daemon.get(f"/v1/batches/{sizes}"))["state"] == "succeeded", "two sizes")
+        self.check(seen, animation, self.daemon.get(animation.format(id=sizes)))
         for query in ("?limit=2", "?limit=0"):
             self.check(seen, "/v1/batches", self.daemon.get("/v1/batches" + query))
         for method, what in (("DELETE", ""), ("POST", "/cancel"), ("DELETE", ""), ("DELETE", "")):

@@ -40,27 +40,6 @@ std::string file_name(const queue::Job& job, const queue::Artifact& artifact) {
   return index.data() + artifact.name.substr(std::min(artifact.name.find('.'), artifact.name.size()));
 }
 
-/// The existing images, in the order of the batch.
-std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context) {
-  std::vector<TarEntry> entries;
-  queue::JobFilter filter;
-  filter.batch = batch;
-  filter.state = queue::JobState::succeeded;
-  std::string cursor;
-  do {
-    const queue::JobPage page = context.queue.queries.list(filter, cursor, page_size);
-    for (const queue::Job& job : page.items) {
-      for (const queue::Artifact& artifact : job.artifacts) {
-        entries.push_back({file_name(job, artifact), artifact.bytes, job.ended_at.value_or(0), artifact});
-      }
-    }
-    cursor = page.next_cursor;
-  } while (!cursor.empty());
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const TarEntry& a, const TarEntry& b) { return a.name < b.name; });
-  return entries;
-}
-
 /// Parses the jobs of a body. Problem if one of them cannot be rendered here.
 tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request, const std::string& body,
                                                          const ApiContext& context) {
@@ -92,6 +71,26 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
 }
 
 }  // namespace
+
+std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context) {
+  std::vector<TarEntry> entries;
+  queue::JobFilter filter;
+  filter.batch = batch;
+  filter.state = queue::JobState::succeeded;
+  std::string cursor;
+  do {
+    const queue::JobPage page = context.queue.queries.list(filter, cursor, page_size);
+    for (const queue::Job& job : page.items) {
+      for (const queue::Artifact& artifact : job.artifacts) {
+        entries.push_back({file_name(job, artifact), artifact.bytes, job.ended_at.value_or(0), artifact});
+      }
+    }
+    cursor = page.next_cursor;
+  } while (!cursor.empty());
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const TarEntry& a, const TarEntry& b) { return a.name < b.name; });
+  return entries;
+}
 
 tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context) {
   if (!is_id(id)) return Problem{failures::batch_not_found, "this is no batch id; ids are lower-case UUIDs"};

@@ -56,7 +56,13 @@ Problem image_not_found(const queue::Job& job, const std::string& name);
 Answer render(Request& request, const ApiContext& context);
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
 Answer get_preview(Request& request, const ApiContext& context);
-/// The PNG that the worker makes of an artifact of this job, or the same from an earlier request.
+using Png = std::shared_ptr<const std::string>;
+/// The PNG that an earlier request had the worker make of an artifact; null if it is not kept.
+Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context);
+/// Calls `use` with the PNG that the worker makes of an artifact.
+Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
+                     const std::function<Answer(const Png&)>& use);
+/// Replies with the PNG that the worker makes of an artifact of this job, or with the same from an earlier request.
 Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
                        const queue::ImageWork& work, const ApiContext& context);
 
@@ -94,6 +100,18 @@ using OpenArtifact = std::function<std::unique_ptr<queue::ArtifactReader>(const 
 /// The archive of stored artifacts as the body of a reply. It is produced while it is sent, and exists neither in
 /// memory nor on disk. Opens one artifact at a time. An artifact that is missing or damaged cuts the reply short.
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
+/// The existing images of a batch, in its order. (batch_handlers.cpp)
+std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context);
+
+// ---- animation_handlers.cpp
+Answer get_animation(Request& request, const ApiContext& context);
+
+// ---- apng.cpp
+using OpenFrame = std::function<std::unique_ptr<queue::ArtifactReader>(std::size_t index)>;
+/// The images, which are PNG, as an endless animation that is produced while it is sent, as tar_of. None if they differ
+/// in size, depth, color type or palette. Reads the headers of all chunks. Throws std::runtime_error if an image is
+/// missing or no PNG.
+std::optional<BodySource> apng_of(std::size_t images, OpenFrame open, int frames_per_second);
 
 // ---- asset_handlers.cpp
 Answer find_missing_assets(Request& request, const ApiContext& context);

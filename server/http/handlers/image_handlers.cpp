@@ -193,18 +193,29 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
 
 }  // namespace
 
+Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
+  return context.thumbnails->find(key_of(artifact, work));
+}
+
+Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
+                     const std::function<Answer(const Png&)>& use) {
+  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
+  if (!reader)
+    return Problem{failures::image_damaged, artifact.name + ", " + artifact.sha256 + ", is missing or damaged"};
+  return run_image_task({work, {std::move(reader)}}, context,
+                        [&context, use, key = key_of(artifact, work)](const queue::ImageTaskResult& result) -> Answer {
+                          const Png png = std::make_shared<const std::string>(result.bytes);
+                          context.thumbnails->add(key, png);
+                          return use(png);
+                        });
+}
+
 Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
                        const queue::ImageWork& work, const ApiContext& context) {
   const PreviewQuery query{job.id, std::optional<std::string>(request.head.header("if-none-match")), work.side};
-  const std::string key = key_of(artifact, work);
-  if (const auto kept = context.thumbnails->find(key)) return preview_reply(query, *kept, context);
-  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
-  if (!reader) return Problem{failures::image_damaged, artifact.name + " of job " + job.id + " is missing or damaged"};
-  return run_image_task({work, {std::move(reader)}}, context,
-                        [&context, query, key](const queue::ImageTaskResult& result) -> Answer {
-                          context.thumbnails->add(key, std::make_shared<const std::string>(result.bytes));
-                          return preview_reply(query, result.bytes, context);
-                        });
+  const auto reply = [&context, query](const Png& png) -> Answer { return preview_reply(query, *png, context); };
+  if (const Png kept = find_processed(artifact, work, context)) return reply(kept);
+  return process_image(artifact, work, context, reply);
 }
 
 Problem image_not_found(const queue::Job& job, const std::string& name) {

@@ -164,6 +164,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"POST", "/v1/batches/{id}/cancel", with_context(cancel_batch), {}, true},
       {"POST", "/v1/batches/{id}/retry", with_context(retry_batch), {}, true},
       {"GET", "/v1/batches/{id}/artifacts.tar", with_context(get_batch_artifacts), {}},
+      {"GET", "/v1/batches/{id}/animation.apng", with_context(get_animation), {"fps", "max"}, true},
       {"GET", "/v1/queue", with_context(get_queue), {}},
       {"GET", "/v1/jobs/{id}/deliveries", with_context(get_deliveries), {}},
       {"POST", "/v1/jobs/{id}/deliveries/{delivery}/redeliver", with_context(redeliver), {}},
