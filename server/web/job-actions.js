@@ -2,10 +2,11 @@
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
-import {getJson, mayWrite, postJson, Problem, request} from './api.js';
+import {mayWrite, postJson, Problem, request} from './api.js';
+import {documentOf} from './job-source.js';
 import {addKeys} from './keys.js';
 import {attempt, Dialog, say} from './parts.js';
-import {go} from './routes.js';
+import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
 const text = words.job;
@@ -19,7 +20,7 @@ export function Actions({job, etag}) {
   const cancel = () => attempt(async () => { asked.value = ''; job.value = await postJson(`/v1/jobs/${id}/cancel`, undefined); });
   const retry = () => attempt(async () => { job.value = await postJson(`/v1/jobs/${id}/retry`, undefined); });
   const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/jobs/${id}`); go('#/'); });
-  const measure = () => attempt(async () => go(`#/jobs/${(await postJson('/v1/measure', {scene: await getJson(`/v1/jobs/${id}/scene`)})).id}`));
+  const measure = () => attempt(async () => go(routeOf(await postJson('/v1/measure', `{"scene": ${await documentOf(id)}}`))));
   const setPriority = (/** @type {string} */ wanted) => attempt(async () => {
     try {
       const reply = await request('PATCH', `/v1/jobs/${id}`, {json: {priority: Number(wanted)}, headers: {'If-Match': etag.value}});
@@ -35,7 +36,8 @@ export function Actions({job, etag}) {
   });
   useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
   const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name === 'image.png') && !job.value.expired;
-  const edit = html`<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
+  const tradeOff = job.value.kind === 'measure' && route.value.page === 'jobs';
+  const edit = html`${tradeOff && html`<a class="button" href=${`#/measure/${id}`}>${text.tradeOff}</a>`}<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
   if (!mayWrite.value) return edit;
   return html`${edit}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button>`}

@@ -2,14 +2,14 @@
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
-import {getJson, mayWrite, postJson, Problem, request} from './api.js';
+import {getJson, mayWrite, postJson, request} from './api.js';
 import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
+import {useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
 import {copy, Failure, imageUrl, State} from './parts.js';
 import {errorText} from './queue.js';
 import {route} from './routes.js';
-import {listen} from './store.js';
 import {Viewer} from './viewer.js';
 import {words} from './words.js';
 
@@ -18,43 +18,6 @@ const TABS = /** @type {const} */ (['image', 'error', 'cost', 'document', 'histo
 const text = words.job;
 
 /** @typedef {Record<string, any>} Job */
-
-/** The job with its ETag, kept current. @param {string} id */
-function useJob(id) {
-  const job = useSignal(/** @type {Job | null} */ (null)), etag = useSignal(''), problem = useSignal(/** @type {Problem | null} */ (null));
-  useEffect(() => {
-    let timer = 0, closed = false;
-    const read = async () => {
-      timer = 0;
-      try {
-        const reply = await request('GET', `/v1/jobs/${id}`);
-        const body = await reply.json();
-        if (closed) return;
-        etag.value = reply.headers.get('ETag') || '';
-        job.value = body;
-        problem.value = null;
-      } catch (error) {
-        if (!closed && error instanceof Problem) problem.value = error;
-      }
-    };
-    const soon = (/** @type {number} */ wait) => { timer ||= window.setTimeout(read, wait); };
-    const stop = listen({
-      event: (event) => {
-        if (event.id !== id) return;
-        if (event.type === 'progress' && job.value) job.value = {...job.value, state: event.state, progress: event.progress};
-        else soon(50);
-      },
-      reload: () => soon(0),
-    });
-    const poll = setInterval(() => { if (job.value && !isOver(job.value)) soon(0); }, 5000);
-    read();
-    return () => { closed = true; stop(); clearTimeout(timer); clearInterval(poll); };
-  }, [id]);
-  return {job, etag, problem};
-}
-
-/** @param {Job} job */
-const isOver = (job) => ['succeeded', 'failed', 'cancelled'].includes(job.state);
 
 /** @param {Job} job */
 const pngOf = (job) => job.expired ? null : job.artifacts.find((/** @type {any} */ each) => each.media_type === 'image/png') || null;

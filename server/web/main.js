@@ -18,6 +18,7 @@ const PAGES = {
   queue: async () => (await import('./queue.js')).Queue,
   jobs: async () => (await import('./job.js')).JobPage,
   system: async () => (await import('./system.js')).System,
+  measure: async () => (await import('./measure.js')).Measure,
   compare: async () => (await import('./compare.js')).Compare,
   new: async () => (await import('./playground.js')).Playground,
   edit: async () => (await import('./playground.js')).Playground,
@@ -47,7 +48,7 @@ function nextTheme() {
 
 function Rail() {
   const page = route.value.page;
-  const current = page === 'edit' ? 'new' : page === 'jobs' || page === 'compare' ? 'queue' : page;
+  const current = page === 'edit' ? 'new' : ['jobs', 'compare', 'measure'].includes(page) ? 'queue' : page;
   const link = (/** @type {'queue' | 'new' | 'system'} */ name, /** @type {string} */ href) =>
     html`<a href=${href} aria-current=${current === name ? 'page' : undefined}><${Icon} name=${name} />${words.pages[name]}</a>`;
   const themeName = words.theme[/** @type {'dark' | 'light' | 'auto'} */ (theme.value)];
@@ -56,7 +57,7 @@ function Rail() {
     ${link('queue', '#/')} ${link('new', '#/new')} ${link('system', '#/system')}
     <a href="/docs"><${Icon} name="docs" />${words.pages.docs}</a>
     <span class="spring"></span>
-    <button onClick=${() => { helpOpen.value = true; }} aria-label=${words.keys.title}><${Icon} name="keys" /></button>
+    <button class="keyboard" onClick=${() => { helpOpen.value = true; }} aria-label=${words.keys.title}><${Icon} name="keys" /></button>
     <button onClick=${nextTheme} aria-label=${`${words.theme.label}: ${themeName}`} title=${`${words.theme.label}: ${themeName}`}><${Icon} name="theme" /></button>
   </nav>`;
 }

@@ -2,15 +2,16 @@
 import {useComputed, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
-import {getJson, mayWrite, postJson, request} from './api.js';
+import {getJson, mayWrite, postJson} from './api.js';
 import {Drafts} from './draft.js';
 import {Editor} from './editor.js';
 import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
+import {documentOf} from './job-source.js';
 import {attempt, copy, Failure} from './parts.js';
 import {changesTo} from './pointers.js';
-import {go, route} from './routes.js';
+import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
 const STORED_TEXT = 'whittle.text', FIRST_EXAMPLE = 'shapes';
@@ -18,7 +19,7 @@ const text = words.playground;
 
 /** @param {string} [job] whose document is edited; by default that of the last visit */
 async function firstText(job) {
-  if (job) return (await request('GET', `/v1/jobs/${job}/scene`)).text();
+  if (job) return documentOf(job);
   const stored = localStorage.getItem(STORED_TEXT);
   return stored ?? (await loadExamples())[FIRST_EXAMPLE];
 }
@@ -172,7 +173,9 @@ export function Playground({id}) {
       ends.push(() => { box.removeEventListener('pointerdown', down); box.removeEventListener('wheel', wheel); made.close(); edit.destroy(); });
       drafts.value = made;
       made.edited(document);
-      const pointer = route.value.query.get('at');
+      const accuracy = route.value.query.get('accuracy');
+      if (accuracy) edit.change(changesTo(document, ['accuracy'], JSON.parse(accuracy)));
+      const pointer = accuracy ? '/accuracy' : route.value.query.get('at');
       if (pointer) edit.goTo(pointer);
     })().catch((error) => { failure.value = error; });
     return () => { closed = true; ends.forEach((end) => end()); editor.current = null; };
@@ -192,8 +195,7 @@ function Bar({editor, drafts, names, choose}) {
   const made = drafts.value;
   const submit = (/** @type {string} */ path) => attempt(async () => {
     const value = editor.current?.text() || '';
-    const job = await postJson(path, path === '/v1/measure' ? {scene: JSON.parse(value)} : value);
-    go(`#/jobs/${job.id}`);
+    go(routeOf(await postJson(path, path === '/v1/measure' ? `{"scene": ${value}}` : value)));
   });
   const invalid = made?.validation.value?.valid === false;
   return html`<div class="bar">

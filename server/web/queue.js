@@ -7,7 +7,7 @@ import {age, count, duration, figure} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
 import {attempt, Dialog, Failure, say, State, Thumbnail} from './parts.js';
-import {go, route, setQuery} from './routes.js';
+import {go, route, routeOf, setQuery} from './routes.js';
 import {figures} from './store.js';
 import {words} from './words.js';
 
@@ -122,7 +122,7 @@ function Rows({list, selected}) {
   };
   useEffect(() => addKeys({
     'j': () => move(1), 'k': () => move(-1), 'x': () => { if (current.value >= 0) toggle(current.value, false); },
-    'Enter': () => { if (current.value >= 0) go(`#/jobs/${list.order[current.value]}`); },
+    'Enter': () => { if (current.value >= 0) go(routeOf(/** @type {any} */ (list.jobs.get(list.order[current.value])))); },
   }), [list]);
 
   const columns = text.columns;
@@ -147,10 +147,10 @@ function Row({job, index, isCurrent, isSelected, toggle}) {
   const isRunning = job.state === 'running';
   const percent = Math.floor(job.progress * 100);
   return html`<tr aria-rowindex=${index + 2} aria-selected=${isSelected} class=${isCurrent ? 'current' : ''} data-id=${job.id}
-      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(index, true) : go(`#/jobs/${job.id}`); }}>
+      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(index, true) : go(routeOf(/** @type {any} */ (job))); }}>
     ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(name)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(index, event.shiftKey)} /></td>`}
     <td class="c-thumb"><${Thumbnail} job=${job} /></td>
-    <td class="c-name"><a href=${`#/jobs/${job.id}`}>${name}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
+    <td class="c-name"><a href=${routeOf(/** @type {any} */ (job))}>${name}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
       ${Object.entries(job.labels || {}).slice(0, 3).map(([label, value]) => html`<span class="chip">${label}: ${value}</span>`)}</td>
     <td class="c-state"><${State} state=${job.state} /></td>
     <td class="c-progress number">${isRunning ? html`<progress max="1" value=${job.progress} aria-label=${text.columns.progress}></progress>

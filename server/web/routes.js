@@ -13,6 +13,9 @@ export function parseRoute(hash) {
 export const route = signal(parseRoute(location.hash));
 addEventListener('hashchange', () => { route.value = parseRoute(location.hash); });
 
+/** Where a job is shown. @param {{id: string, kind: string}} job */
+export const routeOf = ({id, kind}) => `#/${kind === 'measure' ? 'measure' : 'jobs'}/${id}`;
+
 /** @param {string} hash */
 export function go(hash) { location.hash = hash; }
 

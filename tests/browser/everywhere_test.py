@@ -7,7 +7,7 @@ import time
 import unittest
 
 from tests.browser.browser import Browser, BrowserTest
-from tests.http.daemon import Daemon, scene
+from tests.http.daemon import Daemon, json_of, scene
 from tests.http.page_test import CACHE
 from tests.support.sources import SOURCE
 
@@ -23,7 +23,9 @@ class Everywhere(BrowserTest):
         done = cls.daemon.submit(scene(80, 60, name="done", samples=2, output=layers, job={"labels": {"shot": "12"}}))
         cls.daemon.wait_for_end(done)
         cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
-        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}",
+        measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
+        cls.daemon.wait_for_end(measured)
+        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}",
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 
     def shown(self, view):

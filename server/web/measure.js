@@ -1,0 +1,110 @@
+/** The trade-off of one scene: error against time at many settings, and what to do with one of them. */
+import {useSignal} from '@preact/signals';
+import {html} from 'htm/preact';
+import {useEffect} from 'preact/hooks';
+import {mayWrite, postJson} from './api.js';
+import {documentDifference} from './document-difference.js';
+import {duration, figure} from './format.js';
+import {Actions} from './job-actions.js';
+import {documentOf, useJob} from './job-source.js';
+import {nameOf, Plot, time} from './measure-plot.js';
+import {attempt, Failure, State} from './parts.js';
+import {changesTo} from './pointers.js';
+import {go, route, setQuery} from './routes.js';
+import {words} from './words.js';
+
+const text = words.measure;
+
+/** @typedef {import('./measure-plot.js').Point} Point */
+/** @typedef {{width: number, height: number, alone: boolean, reference: {samples: number, error: number}, points: Point[], pareto_front: number[], advice: string[]}} Measurement */
+
+/** The point of the front that is best within a limit; -1: none is. @param {Measurement} measurement @param {'seconds' | 'error'} limited @param {number} limit */
+export function cheapest({points, pareto_front}, limited, limit) {
+  const other = limited === 'seconds' ? 'error' : 'seconds';
+  const within = pareto_front.filter((index) => points[index][limited] <= limit);
+  return within.reduce((best, index) => best < 0 || points[index][other] < points[best][other] ? index : best, -1);
+}
+
+/** @param {{id: string}} properties */
+export function Measure({id}) {
+  const {job, etag, problem} = useJob(id);
+  const scene = useSignal('');
+  useEffect(() => { documentOf(id).then((value) => { scene.value = value; }, () => undefined); }, [id]);
+  const value = job.value;
+  if (!value) return html`<div class="page"><h1>${words.titles.measure}</h1>${problem.value ? html`<${Failure} problem=${problem.value} />` : html`<p class="dim">${words.loading}</p>`}</div>`;
+  if (value.kind !== 'measure') return html`<div class="empty"><h1>${words.titles.measure}</h1><p>${text.notMeasured}</p><a class="button" href=${`#/jobs/${id}`}>${words.titles.jobs}</a></div>`;
+  /** @type {Measurement | null} */
+  const measurement = value.measurement;
+  const isRunning = value.state === 'running', hasPoints = !!measurement && measurement.points.length > 0;
+  return html`<div class="page measure">
+    <header class="heading"><h1>${words.titles.measure}: ${value.name || words.queue.untitled}</h1> <${State} state=${value.state} />
+      ${isRunning && html`<span class="number">${Math.floor(value.progress * 100)} % ${value.eta_s ? html`<span class="dim">${words.job.left(duration(value.eta_s))}</span>` : ''}</span>`}
+      <span class="spring"></span><a class="button" href=${`#/jobs/${id}`}>${words.titles.jobs}</a><${Actions} job=${job} etag=${etag} /></header>
+    ${isRunning && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
+    ${value.problem && html`<p class="note bad"><strong>${value.problem.code}</strong>: ${value.problem.detail}</p>`}
+    ${measurement && !measurement.alone && html`<p class="note">${text.notAlone}</p>`}
+    ${hasPoints ? html`<${Result} id=${id} measurement=${/** @type {Measurement} */ (measurement)} scene=${scene.value} />`
+      : html`<div class="empty"><h2>${isRunning ? text.reference : words.job.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.state === 'queued' || isRunning ? text.soon : ''}</p></div>`}
+  </div>`;
+}
+
+/** @param {{id: string, measurement: Measurement, scene: string}} properties */
+function Result({id, measurement, scene}) {
+  const named = Number(route.value.query.get('point') ?? NaN);
+  const {points, pareto_front, reference, advice} = measurement;
+  const selected = points[named] ? named : cheapest(measurement, 'error', 1);
+  const select = (/** @type {number} */ index) => setQuery({point: String(index)});
+  return html`<div class="measured">
+    <section class="panel"><${Plot} measurement=${measurement} selected=${selected} select=${select} />
+      <p class="dim">${text.of(points.length, measurement.width, measurement.height)} ${text.referenceIs(reference.samples, figure(reference.error))}</p></section>
+    <section class="panel choice"><${Wishes} measurement=${measurement} select=${select} />
+      ${points[selected] ? html`<${Chosen} id=${id} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
+    <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} selected=${selected} select=${select} /></section>
+    ${advice.length > 0 && html`<section class="panel"><h2>${text.advice}</h2><ul class="advice">${advice.map((sentence) => html`<li>${sentence}</li>`)}</ul></section>`}
+  </div>`;
+}
+
+/** What the user has or needs. @param {{measurement: Measurement, select: (index: number) => void}} properties */
+function Wishes({measurement, select}) {
+  const answer = useSignal('');
+  const choose = (/** @type {'seconds' | 'error'} */ limited, /** @type {string} */ limit) => {
+    const index = cheapest(measurement, limited, Number(limit));
+    answer.value = limit === '' || index >= 0 ? '' : text.none[limited];
+    if (limit !== '' && index >= 0) select(index);
+  };
+  const field = (/** @type {'seconds' | 'error'} */ limited) => html`<label>${text.wish[limited]} <input type="number" min="0" step="any" data-limit=${limited}
+    onInput=${(/** @type {any} */ event) => choose(limited, event.target.value)} /> ${text.unit[limited]}</label>`;
+  return html`<div class="wishes">${field('seconds')} ${field('error')}</div><p class="dim" role="status">${answer.value}</p>`;
+}
+
+/** A setting: its numbers, what it changes, and what to do with it. @param {{id: string, point: Point, scene: string}} properties */
+function Chosen({id, point, scene}) {
+  const parsed = scene ? JSON.parse(scene) : {};
+  const rows = documentDifference({accuracy: parsed.accuracy ?? {}}, {accuracy: point.settings}).filter(({a, b}) => (a || '{}') !== (b || '{}'));
+  const render = () => attempt(async () => {
+    const changed = changesTo(scene, ['accuracy'], point.settings).reduceRight((before, {from, to, insert}) => before.slice(0, from) + insert + before.slice(to), scene);
+    go(`#/jobs/${(await postJson('/v1/jobs', changed)).id}`);
+  });
+  return html`<div class="chosen"><strong>${nameOf(point)}</strong>
+    <dl class="facts-list"><dt>${text.time}</dt><dd class="number">${time(point.seconds)}</dd><dt>${text.error}</dt><dd class="number">${text.levels(figure(point.error))}</dd>
+      <dt>${text.claimed}</dt><dd class="number">${text.levels(figure(point.claimed))}${point.broken ? html` <span class="bad">${text.broken}</span>` : ''}</dd></dl>
+    <table class="plain"><thead><tr><th>${text.change}</th><th>${text.now}</th><th>${text.then}</th></tr></thead><tbody>
+      ${rows.map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a}</td><td class="number">${b}</td></tr>`)}
+      ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.same}</td></tr>`}</tbody></table>
+    ${mayWrite.value && scene && html`<div class="buttons"><button class="primary" onClick=${render}>${text.render}</button>
+      <a class="button" href=${`#/edit/${id}?accuracy=${encodeURIComponent(JSON.stringify(point.settings))}`}>${text.use}</a></div>`}</div>`;
+}
+
+/** The points of the plot as a table. @param {{points: Point[], front: number[], selected: number, select: (index: number) => void}} properties */
+function Table({points, front, selected, select}) {
+  const by = useSignal(/** @type {'name' | 'seconds' | 'error' | 'claimed'} */ ('seconds')), falls = useSignal(false);
+  const keyOf = (/** @type {number} */ index) => by.value === 'name' ? index : points[index][by.value];
+  const order = points.map((_, index) => index).sort((a, b) => (falls.value ? -1 : 1) * (keyOf(a) - keyOf(b)) || a - b);
+  const sort = (/** @type {typeof by.value} */ name) => { falls.value = by.value === name && !falls.value; by.value = name; };
+  const head = (/** @type {typeof by.value} */ name, /** @type {string} */ label) => html`<th class=${name === 'name' ? '' : 'right'} aria-sort=${by.value === name ? falls.value ? 'descending' : 'ascending' : undefined}>
+    <button class="link" onClick=${() => sort(name)}>${label}${by.value === name ? falls.value ? ' ↓' : ' ↑' : ''}</button></th>`;
+  return html`<table class="plain points"><thead><tr>${head('name', text.setting)}${head('seconds', text.time)}${head('error', text.error)}${head('claimed', text.claimed)}</tr></thead><tbody>
+    ${order.map((index) => html`<tr key=${index} data-point=${index} aria-current=${index === selected ? 'true' : undefined}><td><button class="link" onClick=${() => select(index)}>${nameOf(points[index])}</button>
+      ${front.includes(index) && html`<span class="chip">${text.onFront}</span>`}</td><td class="right number">${time(points[index].seconds)}</td><td class="right number">${figure(points[index].error)}</td>
+      <td class="right number">${figure(points[index].claimed)}${points[index].broken ? html` <span class="bad">!</span>` : ''}</td></tr>`)}</tbody></table>`;
+}
