@@ -40,7 +40,7 @@ export function Actions({job, etag}) {
   const edit = html`${tradeOff && html`<a class="button" href=${`#/measure/${id}`}>${text.tradeOff}</a>`}<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
   if (!mayWrite.value) return edit;
   return html`${edit}
-    ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button>`}
+    ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button><a class="button" href=${`#/batches/new?job=${id}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>`}
     ${isOpen && html`<label class="switch">${words.queue.columns.priority}<input class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
       <button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
     ${mayRetry && html`<button onClick=${retry}>${words.queue.retry}</button>`}

@@ -103,6 +103,7 @@ export class JobList {
 
   /** @param {import('./event-stream.js').JobEvent} event */
   event(event) {
+    if (this.filter.batch && event.batch !== this.filter.batch) return;
     const job = this.jobs.get(event.id);
     if (!job || (this.filter.state && event.type !== 'progress' && event.state !== this.filter.state)) {
       if (event.type !== 'progress') this.scheduleReload();

@@ -7,7 +7,7 @@ import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
 import {useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
-import {copy, Failure, imageUrl, State} from './parts.js';
+import {attempt, copy, download, Failure, imageUrl, State} from './parts.js';
 import {errorText} from './queue.js';
 import {route} from './routes.js';
 import {Viewer} from './viewer.js';
@@ -94,24 +94,17 @@ function Trouble({job}) {
 
 /** @param {{job: Job}} properties */
 function Files({job}) {
-  const download = async (/** @type {any} */ artifact) => {
-    const url = await imageUrl(artifact.url, new AbortController().signal);
-    const link = document.createElement('a');
-    link.href = url;
-    link.download = `${job.name || job.id}.${artifact.name.replace('image.', '')}`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(url), 10_000);
-  };
+  const save = (/** @type {any} */ artifact) => attempt(() => download(artifact.url, `${job.name || job.id}.${artifact.name.replace('image.', '')}`));
   return html`<dl class="facts-list">
       <dt>${text.id}</dt><dd><code>${job.id}</code></dd>
       ${job.image && html`<dt>${words.queue.columns.size}</dt><dd class="number">${job.image.width} × ${job.image.height}</dd>`}
       <dt>${words.queue.columns.priority}</dt><dd class="number">${job.priority}</dd>
       ${job.owner && html`<dt>${text.owner}</dt><dd>${job.owner}</dd>`}
-      ${job.batch && html`<dt>${text.batch}</dt><dd><a href=${`#/?batch=${job.batch}`}><code>${job.batch}</code></a></dd>`}
+      ${job.batch && html`<dt>${text.batch}</dt><dd><a href=${`#/batches/${job.batch}`}><code>${job.batch}</code></a></dd>`}
       ${Object.entries(job.labels || {}).map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}
     </dl>
     ${job.artifacts.length === 0 ? html`<p class="dim">${job.expired ? text.expired : text.noFiles}</p>` : html`<table class="plain"><thead><tr><th>${text.file}</th><th class="right">${words.queue.columns.size}</th><th>SHA-256</th></tr></thead><tbody>
-      ${job.artifacts.map((/** @type {any} */ each) => html`<tr><td><button class="link" onClick=${() => download(each)}>${each.name}</button></td><td class="right number">${size(each.bytes)}</td><td><code title=${each.sha256}>${each.sha256.slice(0, 12)}…</code></td></tr>`)}</tbody></table>`}`;
+      ${job.artifacts.map((/** @type {any} */ each) => html`<tr><td><button class="link" onClick=${() => save(each)}>${each.name}</button></td><td class="right number">${size(each.bytes)}</td><td><code title=${each.sha256}>${each.sha256.slice(0, 12)}…</code></td></tr>`)}</tbody></table>`}`;
 }
 
 /** @param {{job: Job}} properties */

@@ -17,6 +17,7 @@ const STORED_THEME = 'whittle.theme';
 const PAGES = {
   queue: async () => (await import('./queue.js')).Queue,
   jobs: async () => (await import('./job.js')).JobPage,
+  batches: async () => (await import('./batches.js')).Batches,
   system: async () => (await import('./system.js')).System,
   measure: async () => (await import('./measure.js')).Measure,
   compare: async () => (await import('./compare.js')).Compare,
@@ -49,12 +50,12 @@ function nextTheme() {
 function Rail() {
   const page = route.value.page;
   const current = page === 'edit' ? 'new' : ['jobs', 'compare', 'measure'].includes(page) ? 'queue' : page;
-  const link = (/** @type {'queue' | 'new' | 'system'} */ name, /** @type {string} */ href) =>
+  const link = (/** @type {'queue' | 'new' | 'batches' | 'system'} */ name, /** @type {string} */ href) =>
     html`<a href=${href} aria-current=${current === name ? 'page' : undefined}><${Icon} name=${name} />${words.pages[name]}</a>`;
   const themeName = words.theme[/** @type {'dark' | 'light' | 'auto'} */ (theme.value)];
   return html`<nav class="rail" aria-label=${words.product}>
     <a class="brand" href="#/" aria-label=${words.product}><img src=${new URL('./icon.svg', import.meta.url).pathname} alt="" /></a>
-    ${link('queue', '#/')} ${link('new', '#/new')} ${link('system', '#/system')}
+    ${link('queue', '#/')} ${link('new', '#/new')} ${link('batches', '#/batches')} ${link('system', '#/system')}
     <a href="/docs"><${Icon} name="docs" />${words.pages.docs}</a>
     <span class="spring"></span>
     <button class="keyboard" onClick=${() => { helpOpen.value = true; }} aria-label=${words.keys.title}><${Icon} name="keys" /></button>
@@ -135,7 +136,7 @@ function Main() {
 
 function App() {
   useEffect(() => addKeys({
-    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g s': () => go('#/system'), 'Esc': () => { helpOpen.value = false; },
+    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g b': () => go('#/batches'), 'g s': () => go('#/system'), 'Esc': () => { helpOpen.value = false; },
   }), []);
   return html`<div class="shell">
     <a class="skip" href="#main" onClick=${(/** @type {Event} */ event) => { event.preventDefault(); document.getElementById('main')?.focus(); }}>${words.skip}</a>

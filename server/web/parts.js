@@ -74,22 +74,39 @@ export async function copy(text) {
   say(words.playground.copied);
 }
 
-/** A small image of a job, or a mark of its kind. @param {{job: Record<string, any>}} properties */
-export function Thumbnail({job}) {
-  const hasImage = job.kind === 'render' && !job.expired && (job.state === 'running' ||
-    (job.state === 'succeeded' && (job.artifacts || []).some((/** @type {any} */ each) => each.media_type === 'image/png')));
+/** A small image of a job, once it is in view. @param {{job: Record<string, any>, side?: number}} properties */
+export function Thumbnail({job, side = 128}) {
+  const hasImage = !job.expired && ((job.kind === 'render' && job.state === 'running') || (job.artifacts || []).some((/** @type {any} */ each) => each.media_type === 'image/png'));
   const step = job.state === 'running' ? Math.floor(job.progress * 4) : job.state;
-  const url = useSignal('');
+  const box = useRef(/** @type {HTMLElement | null} */ (null));
+  const url = useSignal(''), inView = useSignal(false);
   useEffect(() => {
-    if (!hasImage) return;
+    const observer = new IntersectionObserver((entries) => { if (entries.some((each) => each.isIntersecting)) inView.value = true; });
+    if (box.current) observer.observe(box.current);
+    return () => observer.disconnect();
+  }, []);
+  useEffect(() => {
+    if (!hasImage || !inView.value) return;
     const controller = new AbortController();
-    imageUrl(`/v1/jobs/${job.id}/preview?max=128`, controller.signal).then((made) => { url.value = made; }, () => undefined);
-    return () => {
-      controller.abort();
+    imageUrl(`/v1/jobs/${job.id}/preview?max=${side}`, controller.signal).then((made) => {
+      if (!made) return;
       URL.revokeObjectURL(url.value);
-    };
-  }, [job.id, step, hasImage]);
-  return url.value ? html`<img class="thumb" src=${url.value} alt="" width="64" height="40" />` : html`<span class="thumb"></span>`;
+      url.value = made;
+    }, () => undefined);
+    return () => controller.abort();
+  }, [job.id, step, hasImage, inView.value]);
+  useEffect(() => () => URL.revokeObjectURL(url.value), []);
+  return html`<span class="thumb" ref=${box}>${url.value && html`<img class="thumb" src=${url.value} alt="" />`}</span>`;
+}
+
+/** Saves the bytes at a path as a file; the key is sent. @param {string} path @param {string} name */
+export async function download(path, name) {
+  const url = URL.createObjectURL(await (await request('GET', path)).blob());
+  const link = document.createElement('a');
+  link.href = url;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
 /** At most four images are requested at once. */

@@ -212,6 +212,7 @@ function Bar({editor, drafts, names, choose}) {
     <button class="quiet" onClick=${() => copy(curlCommand(editor.current?.text() || ''))}>${text.curl}</button>
     ${made && mayWrite.value && html`
       <button title=${text.measureHelp} disabled=${invalid} onClick=${() => submit('/v1/measure')}>${text.measure}</button>
+      <a class="button" href="#/batches/new" title=${words.batches.sweepHelp}>${words.batches.sweep}</a>
       <button class="primary" title=${text.renderHelp} disabled=${invalid} onClick=${() => submit('/v1/jobs')}>${text.render}</button>`}
   </div>`;
 }

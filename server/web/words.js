@@ -102,6 +102,14 @@ export const words = {
     time: 'Time', error: 'True error', claimed: 'Claimed error', broken: 'below the true one', setting: 'Setting', onFront: 'best', points: 'Settings', advice: 'Advice',
     change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document asks for this already.', render: 'Render with it', use: 'Put into the document',
   },
+  batches: {
+    empty: 'No batches yet', emptyText: 'A batch renders one scene with different values: of the camera, of materials, of the accuracy.', create: 'New batch', jobs: 'Jobs', more: 'Show more', toList: 'All batches',
+    created: (/** @type {string} */ jobs, /** @type {string} */ age) => `${jobs} jobs, submitted ${age} ago.`, tar: 'Download all', retry: 'Retry what failed', sheet: 'Images by the values of the sweep',
+    frame: (/** @type {number} */ index) => `Image ${index}`, gone: 'removed', moreJobs: (/** @type {string} */ n) => `Show ${n} more`,
+    noScene: 'No scene yet', noSceneText: 'Write or choose a scene in the playground, then make a batch of it.', scene: 'Scene:', edit: 'Edit', pointer: 'Value at', values: 'Values',
+    valuesHelp: 'A range from..to:step, or values with commas. Every combination becomes a job.', addAxis: 'Vary another value',
+    total: (/** @type {number} */ jobs, /** @type {string} */ time) => `${jobs} ${jobs === 1 ? 'job' : 'jobs'}${time ? `, about ${time}` : ''}`, submit: (/** @type {string} */ jobs) => `Render ${jobs}`, sweep: 'Sweep', sweepHelp: 'Render with many values as a batch',
+  },
   editor: {
     label: 'Scene document', color: (/** @type {string} */ value) => `Colour ${value}`, drag: 'Drag to change the number',
   },
@@ -125,7 +133,7 @@ export const words = {
     title: 'Keyboard', enabled: 'On',
     help: 'Single keys work outside of text fields. Each can be switched off.',
     list: /** @type {[string, string][]} */ ([
-      ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
+      ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g b', 'Batches'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
       ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
       ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['Esc', 'Close, or clear the selection'],
     ]),

@@ -25,13 +25,14 @@ class Everywhere(BrowserTest):
         cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
         measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         cls.daemon.wait_for_end(measured)
-        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}",
+        swept = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": scene(), "sweep": {"/ambient": [0, 0.1], "/camera/fov": [30, 40]}}))["id"]
+        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}", "#/batches", f"#/batches/{swept}", f"#/batches/new?job={done}",
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 
     def shown(self, view):
         self.open(view)
         self.browser.until(lambda: self.browser.all("h1") and not self.browser.all("main > .visually-hidden"), view)
-        if "new" in view or "edit" in view:
+        if view.startswith(("#/new", "#/edit")):
             self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
         if "tab=error" in view:
             self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")

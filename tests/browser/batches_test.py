@@ -1,0 +1,114 @@
+"""Batches: the list, a new sweep, the contact sheet by axes, failed jobs, cancel and remove."""
+import json
+import subprocess
+import unittest
+
+from tests.browser.browser import BrowserTest
+from tests.http.daemon import json_of, scene, wait_until
+from tests.http.page_test import CACHE
+
+LATER = {"run_after": "2099-01-01T00:00:00Z", "cache": "off"}
+
+
+class Batches(BrowserTest):
+    def batch(self, batch_id):
+        return json_of(self.daemon.get(f"/v1/batches/{batch_id}"))
+
+    def submitted(self, **changes):
+        reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(), **changes})
+        self.assertEqual(reply.status, 202, reply.body)
+        return json_of(reply)["id"]
+
+    def ended(self, batch_id):
+        wait_until(lambda: self.batch(batch_id)["state"] not in ("queued", "running"), "the end of the batch")
+        return batch_id
+
+    def cells(self):
+        """{index: state} of the cells that have a job."""
+        return {int(each.get_attribute("data-index")): each.get_attribute("data-state") for each in self.browser.all(".cell[data-id]")}
+
+    def fill(self, placeholder, value, last=False):
+        field = self.browser.until(lambda: self.browser.all(f'input[placeholder="{placeholder}"]'), placeholder)[-1 if last else 0]
+        field.clear()
+        field.send_keys(value)
+
+    def test_makes_a_sweep_and_shows_it_by_its_axes(self):
+        """A part of acceptance test 38: 12 cells, each at the values of its row and column."""
+        job = self.daemon.submit(scene(64, 48, name="swept"))
+        self.daemon.wait_for_end(job)
+        self.open(f"#/jobs/{job}")
+        self.browser.button("Sweep").click()
+        self.fill("/camera/fov", "/camera/fov")
+        self.fill("30..60:5", "30..60:15")
+        self.browser.button("Vary another value").click()
+        self.fill("/camera/fov", "/image/width", last=True)
+        self.fill("30..60:5", "40, 48, 56, 64", last=True)
+        self.browser.until(lambda: self.browser.text("form [role=status]").startswith("12 jobs"), "the number of jobs")
+        self.browser.button("Render 12").click()
+        self.browser.until(lambda: len(self.cells()) == 12, "12 cells")
+        batch_id = self.browser.current_url.split("/batches/")[1]
+        self.assertEqual(self.batch(batch_id)["name"], "swept")
+        self.browser.until(lambda: set(self.cells().values()) == {"succeeded"}, "the end")
+        self.browser.until(lambda: len(self.browser.all(".cell img")) == 12, "the images")
+        columns = [json.loads(each.text) for each in self.browser.all(".axes thead th")]
+        for row in self.browser.all(".axes tbody tr"):
+            fov = json.loads(row.find_element("css selector", "th").text)
+            for width, cell in zip(columns, row.find_elements("css selector", ".cell"), strict=True):
+                values = self.daemon.job(cell.get_attribute("data-id"))["variation"]["values"]
+                self.assertEqual(values, {"/camera/fov": fov, "/image/width": width})
+        previews = [url for _, url in self.browser.requests() if "/preview?max=" in url]
+        self.assertGreaterEqual(len(previews), 12)
+        total = sum(len(self.daemon.get(url.split(str(self.daemon.port))[1]).body) for url in set(previews))
+        self.assertLessEqual(total, 400_000)
+
+    def test_follows_retries_and_removes(self):
+        """A part of acceptance test 38: one failed cell is retried alone."""
+        late = {"deadline": "2020-01-01T00:00:00Z"}
+        batch_id = self.ended(self.submitted(name="some late", frames=[{"job": late}, {"ambient": 0.1}, {"job": late}]))
+        self.open("#/batches")
+        self.browser.one(f'tr[data-id="{batch_id}"] a').click()
+        self.browser.until(lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "failed"}, "the cells")
+        self.assertIn("deadline", self.browser.text('.cell[data-index="0"] .reason'))
+        self.browser.button("Retry", '.cell[data-index="2"]').click()
+        self.browser.until(lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "succeeded"}, "the retry")
+        self.browser.until(lambda: len(self.browser.all(".cell img")) == 2, "its image")
+        self.browser.button("Retry what failed").click()
+        self.browser.until(lambda: set(self.cells().values()) == {"succeeded"}, "the rest")
+        self.browser.button("Remove").click()
+        self.browser.button("Remove them", "dialog[open]").click()
+        self.browser.until(lambda: self.browser.current_url.endswith("#/batches"), "the list")
+        self.browser.until(lambda: self.browser.all("h1") and not self.browser.all(f'tr[data-id="{batch_id}"]'), "without it")
+        self.assertEqual(self.daemon.get(f"/v1/batches/{batch_id}").status, 404)
+
+    def test_cancels_what_waits(self):
+        batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})
+        self.open(f"#/batches/{batch_id}")
+        self.browser.until(lambda: set(self.cells()) == set(range(6)), "the first of the fields of view")
+        self.browser.execute_script("const axis = document.querySelector('.batch select'); axis.value = 1; axis.dispatchEvent(new Event('change', {bubbles: true}))")
+        self.browser.until(lambda: set(self.cells()) == set(range(6, 12)), "the other one")
+        self.browser.button("Cancel").click()
+        self.assertIn("Cancel 12 jobs?", self.browser.text("dialog[open] h2"))
+        self.browser.button("Cancel them", "dialog[open]").click()
+        self.browser.until(lambda: set(self.cells().values()) == {"cancelled"}, "the end")
+        self.assertEqual(self.batch(batch_id)["state"], "cancelled")
+
+    def test_explains_what_is_wrong_with_a_sweep(self):
+        job = self.daemon.submit(scene())
+        self.open(f"#/batches/new?job={job}")
+        self.fill("/camera/fov", "/camera/fov")
+        self.fill("30..60:5", "-5, 40")
+        self.expected.append("422")
+        self.browser.button("Render 2").click()
+        self.assertIn("fov", self.browser.text("form .needs"))
+
+    def test_reads_ranges_and_lists(self):
+        script = """import {indexOf, valuesOf} from './sweep.js';
+          const sweep = {a: [1, 2], b: [1, 2, 3], c: [1, 2, 3, 4]};
+          console.log(JSON.stringify([...['30..60:5', '1..0:0.25', '0..1:0.1', '1..3', '1, 2', '[0, 1], [2, 3]', '"a"', '', 'a', '1..2:0', '0..1:1e-9'].map(valuesOf), indexOf(sweep, [1, 2, 3])]));"""
+        done = subprocess.run(["node", "--input-type=module", "--eval", script], cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
+        self.assertEqual(json.loads(done.stdout), [[30, 35, 40, 45, 50, 55, 60], [1, 0.75, 0.5, 0.25, 0], [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1],
+                                                   [1, 2, 3], [1, 2], [[0, 1], [2, 3]], ["a"], None, None, None, None, 23])
+
+
+if __name__ == "__main__":
+    unittest.main()
