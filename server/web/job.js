@@ -2,10 +2,11 @@
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
-import {getJson, mayWrite, postJson, request} from './api.js';
+import {getJson, mayWrite, postJson} from './api.js';
+import {commands} from './commands.js';
 import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
-import {useJob} from './job-source.js';
+import {documentOf, useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
 import {attempt, copy, download, Failure, imageUrl, State} from './parts.js';
 import {errorText} from './queue.js';
@@ -124,18 +125,24 @@ function Cost({job}) {
 /** @param {{job: Job}} properties */
 function Document({job}) {
   const document = useSignal(''), problem = useSignal(/** @type {any} */ (null));
-  useEffect(() => { request('GET', `/v1/jobs/${job.id}/scene`).then((reply) => reply.text()).then((value) => { document.value = value; }, (error) => { problem.value = error; }); }, [job.id]);
-  const curl = `curl -s --fail ${location.origin}/v1/jobs/${job.id}/scene | curl -s --fail --json @- -H 'Accept: image/png' -o image.png ${location.origin}/v1/render\n`;
+  useEffect(() => { documentOf(job.id).then((value) => { document.value = value; }, (error) => { problem.value = error; }); }, [job.id]);
   return html`<${Failure} problem=${problem.value} />
-    <div class="buttons"><a class="button" href=${`#/edit/${job.id}`}>${text.edit}</a><button onClick=${() => copy(document.value)}>${text.copyDocument}</button><button onClick=${() => copy(curl)}>${words.playground.curl}</button></div>
+    <div class="buttons"><a class="button" href=${`#/edit/${job.id}`}>${text.edit}</a><button onClick=${() => copy(document.value)}>${text.copyDocument}</button>
+      ${document.value && Object.entries(commands).map(([name, command]) => html`<button onClick=${() => copy(command(document.value))}>${text.copyAs(words.playground.commands[/** @type {'curl'} */ (name)])}</button>`)}</div>
     <pre class="document" tabindex="0">${document.value.slice(0, 100_000)}</pre>`;
 }
 
-/** @param {{job: Job}} properties */
+/** The moves of the job between states. @param {{job: Job}} properties */
 function History({job}) {
-  const rows = [['created_at', text.created], ['started_at', text.started], ['ended_at', text.ended], ['expires_at', text.expires]];
-  return html`<dl class="facts-list">${rows.filter(([name]) => job[name]).map(([name, label]) => html`<dt>${label}</dt><dd class="number">${new Date(job[name]).toLocaleString()}</dd>`)}
-    <dt>${text.attempts}</dt><dd class="number">${job.attempt} / ${job.max_attempts}</dd></dl>`;
+  const moves = useSignal(/** @type {any[] | null} */ (null)), problem = useSignal(/** @type {any} */ (null));
+  useEffect(() => { getJson(`/v1/jobs/${job.id}/history`).then((reply) => { moves.value = reply.items; problem.value = null; }, (error) => { problem.value = error; }); }, [job.id, job.state, job.attempt]);
+  const time = (/** @type {string} */ at) => new Date(at).toLocaleString();
+  return html`<${Failure} problem=${problem.value} />
+    ${moves.value && html`<table class="plain moves"><thead><tr><th scope="col">${text.at}</th><th scope="col">${words.queue.columns.state}</th><th scope="col" class="right">${text.attempt}</th></tr></thead><tbody>
+      ${moves.value.map((each) => html`<tr><td class="number"><time datetime=${each.at} title=${each.at}>${time(each.at)}</time></td><td><${State} state=${each.state} />
+        ${(each.code || each.detail) && html`<div class="dim">${each.code && html`<code>${each.code}</code>`} ${each.detail}</div>`}
+        ${each.worker && html`<div class="dim">${text.worker} <code>${each.worker.slice(0, 12)}</code></div>`}</td><td class="right number">${each.attempt} / ${job.max_attempts}</td></tr>`)}</tbody></table>`}
+    ${job.expires_at && html`<p class="dim">${text.expires(time(job.expires_at))}</p>`}`;
 }
 
 /** @param {{job: Job}} properties */

@@ -3,6 +3,7 @@ import {useComputed, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {getJson, mayWrite, postJson} from './api.js';
+import {commands} from './commands.js';
 import {Drafts} from './draft.js';
 import {Editor} from './editor.js';
 import {nameFiles} from './drop.js';
@@ -36,13 +37,6 @@ function store(value) {
   } catch {
     localStorage.removeItem(STORED_TEXT);  // larger than the browser keeps
   }
-}
-
-/** The command that renders the document without a browser. @param {string} document */
-export function curlCommand(document) {
-  const quoted = document.trim().replaceAll("'", "'\\''");
-  const keyed = mayWrite.value && localStorage.getItem('whittle.key') ? ' -H "Authorization: Bearer $WHITTLE_KEY"' : '';
-  return `curl -s --fail --json '${quoted}'${keyed} -H 'Accept: image/png' -o image.png ${location.origin}/v1/render\n`;
 }
 
 /** Turns drags and the wheel into changes of the camera, as one step of the editor's history. */
@@ -197,6 +191,7 @@ function Bar({editor, drafts, names, choose}) {
     const value = editor.current?.text() || '';
     go(routeOf(await postJson(path, path === '/v1/measure' ? `{"scene": ${value}}` : value)));
   });
+  const copyAs = (/** @type {string} */ name) => { if (name in commands) copy(commands[/** @type {'curl'} */ (name)](editor.current?.text() || '')); };
   const invalid = made?.validation.value?.valid === false;
   return html`<div class="bar">
     <h1>${words.titles.new}</h1>
@@ -209,7 +204,10 @@ function Bar({editor, drafts, names, choose}) {
       <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
       ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => made.now()}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
     <span class="spring"></span>
-    <button class="quiet" onClick=${() => copy(curlCommand(editor.current?.text() || ''))}>${text.curl}</button>
+    <select aria-label=${text.copyAs} value="" onChange=${(/** @type {any} */ event) => { copyAs(event.target.value); event.target.value = ''; }}>
+      <option value="">${text.copyAs}</option>
+      ${Object.keys(commands).map((name) => html`<option value=${name}>${text.commands[/** @type {'curl'} */ (name)]}</option>`)}
+    </select>
     ${made && mayWrite.value && html`
       <button title=${text.measureHelp} disabled=${invalid} onClick=${() => submit('/v1/measure')}>${text.measure}</button>
       <a class="button" href="#/batches/new" title=${words.batches.sweepHelp}>${words.batches.sweep}</a>

@@ -21,7 +21,16 @@ export const words = {
     live: 'Changes arrive as they happen.', connecting: 'Catching up with the service.',
     polling: 'Event streams are not available; the page asks every 5 seconds.', lost: 'The service does not answer; the page keeps trying.',
   },
-  service: {idle: 'Idle', busy: 'Busy', full: 'Queue full'},
+  service: {idle: 'Idle', busy: 'Busy', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready'},
+  serviceHelp: {
+    full: 'New jobs are refused until others have ended. Cancel what is not needed.',
+    disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `${free} free, new jobs are refused below ${reserve}. Remove jobs, or free space on the server.`,
+    store: 'Jobs cannot be stored. The log of the service says why.', draining: 'Running jobs end; new ones are refused until the service is back.',
+  },
+  bell: {
+    ring: 'Tell me when it ends', ringAll: 'Tell me when they end',
+    ended: (/** @type {string} */ name, /** @type {string} */ state) => `${name || 'untitled'}: ${state}`, open: 'Open',
+  },
   status: {running: 'running', queued: 'queued', oldest: 'oldest waits', eta: 'empty in about'},
   states: {queued: 'queued', running: 'running', succeeded: 'succeeded', failed: 'failed', cancelled: 'cancelled'},
   queue: {
@@ -58,7 +67,7 @@ export const words = {
     id: 'Id', owner: 'Owner', batch: 'Batch', file: 'File', expired: 'The files have expired.', noFiles: 'Files exist once the job succeeded.', notYet: 'Known once the job succeeded.',
     time: 'Time', rays: 'Rays', culled: 'shadow, culled', samples: 'Samples per pixel', reused: 'geometry reused',
     samplesOf: (/** @type {string} */ least, /** @type {string} */ mean, /** @type {string} */ most) => `${least} to ${most}, mean ${mean}`,
-    edit: 'Edit a copy', copyDocument: 'Copy the document', created: 'Created', started: 'Started', ended: 'Ended', expires: 'Expires', attempts: 'Attempts',
+    edit: 'Edit a copy', copyDocument: 'Copy the document', at: 'Time', attempt: 'Attempt', worker: 'worker', expires: (/** @type {string} */ at) => `Document and images are deleted at ${at}.`, copyAs: (/** @type {string} */ name) => `Copy as ${name}`,
     noWebhooks: 'This job calls no webhook.', again: 'Send again', sure: 'Are you sure?', doIt: {cancel: 'Cancel it', remove: 'Remove it'},
     compare: 'Compare', tradeOff: 'Trade-off',
     raced: (/** @type {number} */ theirs, /** @type {string} */ yours) => `The job changed meanwhile: its priority is ${theirs}, you asked for ${yours}. Nothing was changed.`,
@@ -116,7 +125,7 @@ export const words = {
   playground: {
     examples: 'Examples', choose: 'Choose an example', auto: 'Live', autoHelp: 'Render while you type', refine: 'Refine',
     refineHelp: 'Render the document as it is when typing stops', draftNow: 'Draft', draftKey: 'Ctrl + Enter',
-    render: 'Render', renderHelp: 'Submit as a job', curl: 'Copy as curl', copied: 'Copied', measure: 'Measure',
+    render: 'Render', renderHelp: 'Submit as a job', copyAs: 'Copy as', commands: {curl: 'curl', python: 'Python', whittle: 'whittle command'}, copied: 'Copied', measure: 'Measure',
     measureHelp: 'Measure time against error at many settings',
     manual: {size: 'The document is large: drafts on request only.', time: 'A draft would take more than 2 s: drafts on request only.'},
     draft: 'draft', refining: 'refining', refined: 'as the document asks', error: 'error ≤',

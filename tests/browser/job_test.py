@@ -1,9 +1,11 @@
 """The page of a job: progress, error account, heat map, layers of EXR files, actions."""
 import base64
 import json
+import os
 import pathlib
 import random
 import subprocess
+import sys
 import tempfile
 import unittest
 import urllib.request
@@ -14,6 +16,7 @@ from tests.browser.browser import BrowserTest
 from tests.http.daemon import json_of, long_scene, scene
 from tests.support.images import read_exr_channels
 from tests.support.sources import SOURCE
+from tests.support.whittle import BIN
 
 SMALL_SCENES = ("cornell", "haze", "instances", "isometric", "lens", "lights", "local_models", "panorama", "relief", "shapes", "tiny",
                 "tone", "torus", "transparency")
@@ -192,6 +195,14 @@ class Life(JobPage):
         self.browser.button("Retry").click()
         self.browser.until(lambda: self.daemon.job(job)["state"] == "succeeded", "the retry")
         self.browser.until(lambda: self.browser.all(".viewer img"), "the image")
+        self.browser.button("History", ".tabs").click()
+        moves = json_of(self.daemon.get(f"/v1/jobs/{job}/history"))["items"]
+        expected = [[move["at"], move["state"], move["code"] or ""] for move in moves]
+        self.browser.until(lambda: self.browser.execute_script(
+            "return [...document.querySelectorAll('.moves tbody tr')].map(row => [row.querySelector('time').dateTime, "
+            "row.querySelector('.state').textContent.trim(), row.querySelector('code')?.textContent ?? ''])"
+            ".map(([at, state, code]) => [at, state, state === 'running' ? '' : code])") == expected, "the moves")
+        self.assertIn("deadline_exceeded", [code for _, _, code in expected])
 
     def test_links_lead_to_the_line_that_needs_a_feature(self):
         """Acceptance test 23, for some examples."""
@@ -209,18 +220,20 @@ class Life(JobPage):
             parsed, _ = json.JSONDecoder().raw_decode(text[at:])
             self.assertEqual(parsed, value, pointer)
 
-    def test_the_copied_command_renders_the_same_image(self):
-        """Acceptance test 26."""
+    def test_the_copied_commands_render_the_same_image(self):
+        """Acceptance test 26, also for Python and the command line."""
         job = self.finished(example("tiny", accuracy={"samples": [2, 2]}))
         self.open(f"#/jobs/{job['id']}?tab=document")
         self.browser.execute_script("Object.defineProperty(navigator, 'clipboard', {value: {writeText: async (text) => { window.copied = text; }}})")
-        self.browser.button("Copy as curl").click()
-        command = self.browser.until(lambda: self.browser.execute_script("return window.copied"), "the command")
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(command, shell=True, check=True, cwd=folder)
-            image = pathlib.Path(folder, "image.png").read_bytes()
         with urllib.request.urlopen(self.address(f"v1/jobs/{job['id']}/image.png")) as reply:
-            self.assertEqual(reply.read(), image)
+            image = reply.read()
+        for name, program in (("curl", ["bash"]), ("Python", [sys.executable]), ("whittle command", ["bash"])):
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                self.browser.execute_script("window.copied = ''")
+                self.browser.button(f"Copy as {name}").click()
+                command = self.browser.until(lambda: self.browser.execute_script("return window.copied"), "the command")
+                subprocess.run(program, input=command, text=True, check=True, cwd=folder, env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
+                self.assertEqual(pathlib.Path(folder, "image.png").read_bytes(), image)
 
 
 del JobPage

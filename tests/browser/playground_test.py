@@ -201,7 +201,7 @@ class Assistance(Playground):
     def test_copies_a_command(self):
         self.browser.execute_script("window.copied = ''; document.addEventListener('copy', () => { copied = getSelection().toString(); });"
                                     "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async (text) => { copied = text; }}})")
-        self.browser.button("Copy as curl").click()
+        self.browser.execute_script("const menu = [...document.querySelectorAll('.bar select')].at(-1); menu.value = 'curl'; menu.dispatchEvent(new Event('change', {bubbles: true}))")
         command = self.browser.until(lambda: self.browser.execute_script("return copied"), "the command")
         self.assertTrue(command.startswith("curl "))
         self.assertIn(f"http://127.0.0.1:{self.daemon.port}/v1/render", command)
