@@ -1,10 +1,10 @@
 /** The stream of all events and the figures of the queue. Runs in the shared worker, or in a tab where there is none. */
 
-const SILENCE_MS = 40_000, RETRY_MS = 1000, POLL_MS = 5000, FIGURES_MS = 1000, FIGURES_IDLE_MS = 15_000;
+const SILENCE_MS = 40_000, RETRY_MS = 1000, POLL_MS = 5000, FIGURES_MS = 1000, FIGURES_IDLE_MS = 15_000, HEALTH_MS = 5000;
 
 /** @typedef {'connecting' | 'live' | 'polling' | 'lost' | 'locked'} State */
 /** @typedef {{type: string, id: string, state: string, progress: number, at: string, kind?: string, name?: string, batch?: string | null}} JobEvent */
-/** @typedef {{type: 'state', state: State} | {type: 'event', event: JobEvent} | {type: 'queue', queue: any} | {type: 'reload'}} Message */
+/** @typedef {{type: 'state', state: State} | {type: 'event', event: JobEvent} | {type: 'queue', queue: any} | {type: 'health', health: import('./service-state.js').Health} | {type: 'reload'}} Message */
 
 export class EventStream {
   /** @param {(message: Message) => void} send */
@@ -25,12 +25,15 @@ export class EventStream {
     const controller = this.running = new AbortController();
     this.run(controller.signal);
     this.idle = setInterval(() => this.readFigures(), FIGURES_IDLE_MS);
+    this.healthTimer = setInterval(() => this.readHealth(), HEALTH_MS);
+    this.readHealth();
   }
 
   stop() {
     this.running?.abort();
     this.running = null;
     clearInterval(this.idle);
+    clearInterval(this.healthTimer);
     clearTimeout(this.figuresTimer);
     this.figuresTimer = 0;
   }
@@ -72,6 +75,7 @@ export class EventStream {
       this.send({type: 'state', state: 'live'});
       if (!first && !this.lastId) this.send({type: 'reload'});
       this.readFigures();
+      if (!first) this.readHealth();
       const reader = reply.body.pipeThrough(new TextDecoderStream()).getReader();
       for (let rest = ''; ;) {
         const {done, value} = await reader.read();
@@ -112,6 +116,19 @@ export class EventStream {
     if (this.figuresTimer) return;
     const wait = Math.max(0, this.figuresAt + FIGURES_MS - Date.now());
     this.figuresTimer = /** @type {any} */ (setTimeout(() => { this.figuresTimer = 0; this.readFigures(); }, wait));
+  }
+
+  async readHealth() {
+    try {
+      const reply = await fetch('/v1/status', {headers: this.headers(), signal: this.running?.signal, cache: 'no-store'});
+      const body = await reply.json();
+      if (reply.ok) this.send({type: 'health', health: {ready: body.ready, reason: body.reason, draining: body.draining, disk: body.disk, limits: body.limits}});
+      else if (String(body.type).endsWith(':store_unavailable')) {
+        this.send({type: 'health', health: {ready: false, reason: 'store:', draining: false, disk: {free_bytes: 0, reserve_bytes: 0}, limits: {queued_jobs: Infinity}}});
+      }
+    } catch {
+      // The stream tells that the service is gone.
+    }
   }
 
   async readFigures() {

@@ -5,7 +5,7 @@ import {useEffect} from 'preact/hooks';
 import {mayWrite, postJson, Problem, request} from './api.js';
 import {documentOf} from './job-source.js';
 import {addKeys} from './keys.js';
-import {attempt, Dialog, say} from './parts.js';
+import {attempt, Bell, Dialog, say} from './parts.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
@@ -38,8 +38,9 @@ export function Actions({job, etag}) {
   const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name === 'image.png') && !job.value.expired;
   const tradeOff = job.value.kind === 'measure' && route.value.page === 'jobs';
   const edit = html`${tradeOff && html`<a class="button" href=${`#/measure/${id}`}>${text.tradeOff}</a>`}<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
-  if (!mayWrite.value) return edit;
-  return html`${edit}
+  const bell = isOpen && html`<${Bell} ids=${[id]} label=${words.bell.ring} />`;
+  if (!mayWrite.value) return html`${bell}${edit}`;
+  return html`${bell}${edit}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button><a class="button" href=${`#/batches/new?job=${id}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>`}
     ${isOpen && html`<label class="switch">${words.queue.columns.priority}<input class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
       <button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}

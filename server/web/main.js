@@ -1,14 +1,15 @@
 /** The page: navigation, figures of the service, and the part that the address names. */
-import {signal} from '@preact/signals';
+import {effect, signal} from '@preact/signals';
 import {render} from 'preact';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {identify, key, locked, mayWrite, me, setKey} from './api.js';
 import {count, duration} from './format.js';
 import {addKeys, disabled, helpOpen, setEnabled} from './keys.js';
-import {Dialog, Icon, toast} from './parts.js';
-import {go, route} from './routes.js';
-import {connection, figures, startStream} from './store.js';
+import {Dialog, Icon, say, toast, toastRoute} from './parts.js';
+import {go, route, routeOf} from './routes.js';
+import {serviceState} from './service-state.js';
+import {connection, figures, health, rung, startStream} from './store.js';
 import {words} from './words.js';
 
 const STORED_THEME = 'whittle.theme';
@@ -66,10 +67,10 @@ function Rail() {
 function Header() {
   const queue = figures.value;
   const jobs = queue?.jobs || {};
-  const word = !queue ? '' : jobs.running > 0 || jobs.queued > 0 ? words.service.busy : words.service.idle;
+  const {word, help, isBad} = serviceState(queue, health.value);
   const state = connection.value === 'locked' ? 'lost' : connection.value;
   return html`<header class="top">
-    <strong>${word}</strong>
+    <span class=${`service ${isBad ? 'bad' : ''}`} role="status"><strong>${word}</strong> ${help}</span>
     ${queue && html`<dl class="number">
       <div><dd>${count(jobs.running)}</dd><dt>${words.status.running}</dt></div>
       <div><dd>${count(jobs.queued)}</dd><dt>${words.status.queued}</dt></div>
@@ -142,10 +143,11 @@ function App() {
     <a class="skip" href="#main" onClick=${(/** @type {Event} */ event) => { event.preventDefault(); document.getElementById('main')?.focus(); }}>${words.skip}</a>
     <${Header} /><${Main} /><${Rail} />
     <${KeyDialog} /><${KeyHelp} />
-    <div aria-live="polite" class=${toast.value ? 'toast' : ''}>${toast.value}</div>
+    <div aria-live="polite" class=${toast.value ? 'toast' : ''}>${toast.value}${toast.value && toastRoute.value && html` <a href=${toastRoute.value}>${words.bell.open}</a>`}</div>
   </div>`;
 }
 
 render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById('app')));
 identify().catch(() => { setTimeout(() => identify().catch(() => undefined), 1000); });
 startStream();
+effect(() => { if (rung.value) say(words.bell.ended(rung.value.name, words.states[/** @type {'failed'} */ (rung.value.state)]), routeOf(rung.value)); });

@@ -3,10 +3,12 @@ import {signal, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {Problem, request} from './api.js';
+import {bells, setBells} from './store.js';
 import {words} from './words.js';
 
 /** Paths of 24 x 24 icons, drawn as lines. @type {Record<string, string>} */
 const ICONS = {
+  bell: 'M18 16V11a6 6 0 0 0-12 0v5l-2 2h16zM10 21h4',
   queue: 'M4 6h16M4 12h16M4 18h10', new: 'M4 20l4-1L19 8l-3-3L5 16zM14 7l3 3', batches: 'M4 4h7v7H4zM13 4h7v7h-7zM4 13h7v7H4zM13 13h7v7h-7z',
   system: 'M3 12h4l3-8 4 16 3-8h4', docs: 'M6 3h9l4 4v14H6zM14 3v5h5M9 13h7M9 17h7', theme: 'M12 3a9 9 0 1 0 0 18zM12 3a9 9 0 0 1 0 18',
   keys: 'M3 7h18v10H3zM7 11h.01M11 11h.01M15 11h.01M8 14h8', queued: 'M12 7v5l3 2M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18z', running: 'M8 5l11 7-11 7z',
@@ -21,6 +23,12 @@ export function Icon({name}) {
 /** @param {{state: 'queued' | 'running' | 'succeeded' | 'failed' | 'cancelled'}} properties */
 export function State({state}) {
   return html`<span class="state" data-state=${state}><${Icon} name=${state} />${words.states[state]}</span>`;
+}
+
+/** Switches the bell of jobs. @param {{ids: string[], label: string}} properties */
+export function Bell({ids, label}) {
+  const on = ids.every((id) => bells.value.includes(id));
+  return html`<button class="bell" aria-pressed=${on} aria-label=${label} title=${label} onClick=${() => setBells(ids, !on)}><${Icon} name="bell" /></button>`;
 }
 
 /** A failure in the server's own words. @param {{problem: Problem | null}} properties */
@@ -40,11 +48,14 @@ export function Dialog({open, onClose, title, children}) {
 }
 
 export const toast = signal('');
+/** Where the sentence leads; empty: nowhere. */
+export const toastRoute = signal('');
 let toastTimer = 0;
 
-/** Shows a sentence for some seconds, and to screen readers. @param {string} text */
-export function say(text) {
+/** Shows a sentence for some seconds, and to screen readers. @param {string} text @param {string} [to] the route of a link */
+export function say(text, to = '') {
   toast.value = text;
+  toastRoute.value = to;
   clearTimeout(toastTimer);
   toastTimer = window.setTimeout(() => { toast.value = ''; }, 6000);
 }

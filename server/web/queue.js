@@ -6,7 +6,7 @@ import {mayWrite, postJson} from './api.js';
 import {age, count, duration, figure} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
-import {attempt, Dialog, Failure, say, State, Thumbnail} from './parts.js';
+import {attempt, Bell, Dialog, Failure, say, State, Thumbnail} from './parts.js';
 import {go, route, routeOf, setQuery} from './routes.js';
 import {figures} from './store.js';
 import {words} from './words.js';
@@ -191,6 +191,7 @@ function BulkBar({list, filter, selected}) {
     <strong class="number">${everything.value ? text.allMatching : text.selected(selected.value.size)}</strong>
     ${canSelectAll && !everything.value && html`<button class="quiet" onClick=${() => { everything.value = true; }}>${text.allMatching}</button>`}
     ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
+    <${Bell} ids=${[...selected.value]} label=${words.bell.ringAll} />
     <button onClick=${() => ask('cancel')}>${text.cancel}</button>
     <button onClick=${() => ask('retry')}>${text.retry}</button>
     <button class="danger" onClick=${() => ask('remove')}>${text.remove}</button>

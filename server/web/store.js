@@ -1,6 +1,7 @@
 /** What the service tells of itself while the page is open: connection, figures of the queue, events of jobs. */
 import {effect, signal} from '@preact/signals';
 import {identify, key, locked} from './api.js';
+import {Bells} from './bells.js';
 import {EventStream} from './event-stream.js';
 import {workerUrl} from './workers.js';
 
@@ -11,6 +12,16 @@ import {workerUrl} from './workers.js';
 export const connection = signal('connecting');
 /** GET /v1/queue. @type {import('@preact/signals').Signal<any>} */
 export const figures = signal(null);
+/** @type {import('@preact/signals').Signal<import('./service-state.js').Health | null>} */
+export const health = signal(null);
+
+const STORED_BELLS = 'whittle.bells';
+/** Ids of the jobs whose end is told. */
+export const bells = signal(/** @type {string[]} */ (JSON.parse(localStorage.getItem(STORED_BELLS) || '[]')));
+/** The last one that ended; this tab tells it. @type {import('@preact/signals').Signal<import('./bells.js').Ended | null>} */
+export const rung = signal(null);
+/** Asks for the end of jobs to be told, or no longer. @type {(ids: string[], on: boolean) => void} */
+export let setBells = () => undefined;
 
 /** @type {Set<{event: (event: JobEvent) => void, reload: () => void}>} */
 const listeners = new Set();
@@ -21,31 +32,56 @@ export function listen(listener) {
   return () => listeners.delete(listener);
 }
 
-/** @param {Message} message */
+/** @param {string[]} ids */
+function keepBells(ids) {
+  bells.value = ids;
+  localStorage.setItem(STORED_BELLS, JSON.stringify(ids));
+}
+
+/** @param {Message | {type: 'bells', ids: string[]} | {type: 'bell', job: import('./bells.js').Ended}} message */
 function receive(message) {
   if (message.type === 'state') {
     connection.value = message.state;
     if (message.state === 'locked') identify().catch(() => undefined);  // opens the dialog for the key
   }
   else if (message.type === 'queue') figures.value = message.queue;
+  else if (message.type === 'health') health.value = message.health;
+  else if (message.type === 'bells') keepBells(message.ids);
+  else if (message.type === 'bell') rung.value = message.job;
   else if (message.type === 'event') for (const listener of listeners) listener.event(message.event);
   else for (const listener of listeners) listener.reload();
 }
 
 function shareStream() {
   const worker = new SharedWorker(workerUrl('stream-worker.js'), {type: 'module', name: 'whittle-events'});
-  worker.port.onmessage = ({data}) => receive(data);
+  worker.port.onmessage = ({data}) => {
+    receive(data);
+    if (data.type === 'bell') worker.port.postMessage({type: 'rung', id: data.job.id});
+  };
   worker.port.start();
+  setBells = (ids, on) => worker.port.postMessage({type: 'bells', ids, on});
+  const tell = () => { if (document.visibilityState === 'visible') worker.port.postMessage({type: 'visible'}); };
+  document.addEventListener('visibilitychange', tell);
   return {
-    enter: () => worker.port.postMessage({type: 'enter', key: key.value}),
+    enter: () => worker.port.postMessage({type: 'enter', key: key.value, ids: bells.value}),
     leave: () => worker.port.postMessage({type: 'leave'}),
   };
 }
 
 /** Without a shared worker a tab has its own stream, while it is visible. */
 function ownStream() {
-  const stream = new EventStream(receive);
-  const follow = () => document.visibilityState === 'visible' ? stream.start(key.value) : stream.stop();
+  const own = new Bells((job) => { rung.value = job; }, keepBells);
+  const stream = new EventStream((message) => {
+    receive(message);
+    if (message.type === 'event') own.event(message.event);
+  });
+  setBells = (ids, on) => own.set(ids, on);
+  const follow = () => {
+    if (document.visibilityState !== 'visible') return stream.stop();
+    stream.start(key.value);
+    own.set(bells.value, true);
+    own.check(stream.headers());
+  };
   document.addEventListener('visibilitychange', follow);
   return {enter: follow, leave: () => stream.stop()};
 }

@@ -108,6 +108,33 @@ class Queue(BrowserTest):
         self.browser.until(lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome")
         self.browser.until(lambda: self.counts().get("cancelled") == 10, "the count")
 
+    def test_tells_the_end_of_a_job_once_over_two_tabs(self):
+        """Acceptance test 18, and a job that ends while no tab is open."""
+        jobs = [self.daemon.submit(scene(name=f"rings {index}", job=LATER)) for index in range(2)]
+        self.open(f"#/jobs/{jobs[0]}")
+        self.browser.one(".bell").click()
+        first = self.browser.current_window_handle
+        self.browser.switch_to.new_window("tab")
+        self.browser.get(self.address(f"#/jobs/{jobs[1]}"))
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.browser.execute_script("window.said = []; new MutationObserver(() => said.push(document.querySelector('[aria-live]').textContent))"
+                                    ".observe(document.querySelector('[aria-live]'), {childList: true, characterData: true, subtree: true})")
+        self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
+        begin = time.monotonic()
+        self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 0: cancelled"), "the visible tab")
+        print(f"told after {time.monotonic() - begin:.2f} s")
+        self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/jobs/{jobs[0]}"))
+        self.browser.one(".bell").click()
+        self.browser.until(lambda: jobs[1] in self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "the other bell")
+        self.assertEqual(len(set(self.browser.execute_script("return said"))), 1)
+        self.browser.close()
+        self.browser.switch_to.window(first)
+        self.assertEqual(self.browser.text("[aria-live]"), "")
+        self.browser.get("about:blank")
+        self.daemon.request("POST", f"/v1/jobs/{jobs[1]}/cancel")
+        self.browser.get(self.address("#/"))
+        self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 1: cancelled"), "the end that was missed")
+
     def test_works_by_keys_alone(self):
         self.submit_many(3)
         self.open("#/")
@@ -217,7 +244,8 @@ class ApiKeys(unittest.TestCase):
         self.assertIn("read only", self.browser.text("header"))
         self.open("#/new")
         self.browser.one(".editor")
-        self.assertEqual([each.text for each in self.browser.all(".bar button")], ["Copy as curl"])
+        self.assertEqual(self.browser.all(".bar button"), [])
+        self.assertEqual([each.get_attribute("aria-label") for each in self.browser.all(".bar select")], ["Examples", "Copy as"])
 
 
 if __name__ == "__main__":

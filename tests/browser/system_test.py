@@ -1,9 +1,14 @@
 """The system page: the state in words, the last hour, limits against use."""
 import json
+import signal
+import subprocess
+import time
 import unittest
 
-from tests.browser.browser import BrowserTest
-from tests.http.daemon import json_of, scene
+from tests.browser.browser import Browser, BrowserTest
+from tests.http.daemon import Daemon, json_of, long_scene, scene
+from tests.http.full_disk_test import Disk, may_mount
+from tests.http.page_test import CACHE
 from tests.support.sources import text
 
 
@@ -30,7 +35,6 @@ class System(BrowserTest):
         names = {each.text for each in self.browser.all("details code")}
         self.assertEqual(names, set(status["limits"]))
 
-
     def test_links_to_licences_and_documentation(self):
         self.open("#/system")
         links = {each.get_attribute("href").split("/", 3)[3] for each in self.browser.until(lambda: self.browser.all(".columns a"), "links")}
@@ -39,6 +43,47 @@ class System(BrowserTest):
         body = self.daemon.get("/" + licences).body.decode()
         for name in json.loads(text("server/web/package.json"))["dependencies"]:
             self.assertIn(f"{name} ", body)
+
+
+class Header(unittest.TestCase):
+    """The word in the header, and the sentence beside it."""
+
+    def header(self):
+        return self.browser.text(".service")
+
+    @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
+    def test_says_that_the_disk_is_full_and_that_the_service_stops(self):
+        """Acceptance test 41; the times are printed."""
+        with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
+            self.browser = Browser()
+            self.addCleanup(self.browser.quit)
+            self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
+            self.browser.until(lambda: self.header() == "Idle", "the word")
+            for step, shown in ((disk.fill, "Disk full"), (disk.make_room, "Idle")):
+                begin = time.monotonic()
+                step()
+                self.browser.until(lambda shown=shown: self.header().startswith(shown), shown)
+                print(f"{shown} after {time.monotonic() - begin:.1f} s")
+                if shown == "Disk full":
+                    self.assertRegex(self.header(), r"free, new jobs are refused below .*Remove jobs")
+            daemon.wait_for_state(daemon.submit(long_scene()), "running")
+            daemon.process.send_signal(signal.SIGTERM)
+            self.browser.until(lambda: self.header().startswith("Stopping Running jobs end"), "the word while the daemon drains")
+
+    def test_has_a_word_for_every_state(self):
+        jobs = {"running": 0, "queued": 3}
+        health = {"ready": True, "reason": "", "draining": False, "disk": {"free_bytes": 5e6, "reserve_bytes": 6e7}, "limits": {"queued_jobs": 4}}
+        states = [(None, None), (jobs, None), (jobs, health), ({**jobs, "queued": 0}, health), ({**jobs, "queued": 4}, health),
+                  *((jobs, {**health, "ready": False, "reason": reason}) for reason in ("disk: 5 bytes are free", "store: locked", "worker: restarting")),
+                  (jobs, {**health, "ready": False, "reason": "draining", "draining": True})]
+        script = """import {serviceState} from './service-state.js';
+          console.log(JSON.stringify(JSON.parse(process.argv[1]).map(([jobs, health]) => serviceState(jobs && {jobs}, health))));"""
+        done = subprocess.run(["node", "--input-type=module", "--eval", script, json.dumps(states)], cwd=CACHE / "sources", check=True,
+                              capture_output=True, text=True, timeout=60)
+        found = json.loads(done.stdout)
+        self.assertEqual([each["word"] for each in found], ["", "Busy", "Busy", "Idle", "Queue full", "Disk full", "Store down", "Not ready", "Stopping"])
+        self.assertEqual([each["isBad"] for each in found], [False] * 4 + [True] * 5)
+        self.assertTrue(all(each["help"] for each in found[4:]))
 
 
 if __name__ == "__main__":
