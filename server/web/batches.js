@@ -31,8 +31,8 @@ function useEvents(read, batch) {
 
 /** @param {{id: string}} properties */
 export function Batches({id}) {
-  if (id === 'new') return html`<${NewBatch} />`;
-  return id ? html`<${One} id=${id} />` : html`<${List} />`;
+  if (id === 'new' && mayWrite.value) return html`<${NewBatch} />`;
+  return id && id !== 'new' ? html`<${One} id=${id} />` : html`<${List} />`;
 }
 
 function List() {
