@@ -294,9 +294,7 @@ class Contract(ContractParts, unittest.TestCase):
             return again.status == 304
         wait_until(not_modified, "the same preview twice")
         self.daemon.request("POST", running.replace("preview", "cancel"))
-        cancelled = running.split("/")[3]
-        wait_until(lambda: self.daemon.job(cancelled)["artifacts"], "the last preview")
-        self.check_artifacts(seen, self.daemon.job(cancelled))
+        self.check_artifacts(seen, self.daemon.job_with_last_preview(lambda: self.daemon.cancel_in_work(long_scene())))
 
     def check_artifacts(self, seen, job):
         for artifact in job["artifacts"]:

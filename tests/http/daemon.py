@@ -110,6 +110,23 @@ class Served:
             return job if job["state"] in states else None
         return wait_until(job_in_state, f"job {job_id} to be {' or '.join(states)}; {self.job(job_id)}")
 
+    def job_with_last_preview(self, stop):
+        """Returns a job that `stop()` has stopped and named, with its last preview. On a busy machine a worker is killed before it
+        has sent one; then another job is stopped."""
+        def kept():
+            job_id, end = stop(), time.monotonic() + 5
+            while time.monotonic() < end and not self.job(job_id)["artifacts"]:
+                time.sleep(0.05)
+            return self.job(job_id) if self.job(job_id)["artifacts"] else None
+        return wait_until(kept, "the last preview")
+
+    def cancel_in_work(self, document):
+        """Cancels a job that has shown a preview; returns its id."""
+        job_id = self.submit(document)
+        wait_until(lambda: self.get(f"/v1/jobs/{job_id}/preview").status == 200, "a preview")
+        self.request("POST", f"/v1/jobs/{job_id}/cancel")
+        return job_id
+
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
 

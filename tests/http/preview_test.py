@@ -151,10 +151,9 @@ class Previews(OneDaemon):
 
     @unittest.skipIf("thread" in SANITIZED, "a worker is killed before the tile in work ends")
     def test_of_a_cancelled_job_is_kept(self):
-        job_id = self.running(image={"width": 4000, "height": 2000})
-        self.first(job_id)
-        self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-        job = wait_until(lambda: (job := self.daemon.job(job_id))["artifacts"] and job, "the last preview")
+        wide = long_scene(image={"width": 4000, "height": 2000})
+        job = self.daemon.job_with_last_preview(lambda: self.daemon.cancel_in_work(wide))
+        job_id = job["id"]
         self.assertEqual((job["state"], job["links"]["image"], [a["name"] for a in job["artifacts"]]),
                          ("cancelled", None, ["preview.png"]))
         self.assertEqual(self.preview(job_id).headers["Location"], f"/v1/jobs/{job_id}/preview.png")
@@ -193,11 +192,8 @@ class Previews(OneDaemon):
 class KeptPreviews(unittest.TestCase):
     def test_outlive_a_restart_and_are_deleted_with_their_job(self):
         with Daemon() as daemon:
-            job_id = daemon.submit(long_scene())
-            path = f"/v1/jobs/{job_id}"
-            wait_until(lambda: daemon.get(path + "/preview").status == 200, "a first tile")
-            daemon.request("POST", path + "/cancel")
-            wait_until(lambda: daemon.job(job_id)["artifacts"], "the last preview")
+            job = daemon.job_with_last_preview(lambda: daemon.cancel_in_work(long_scene()))
+            path = f"/v1/jobs/{job['id']}"
             daemon.kill()
             daemon.start()
             self.assertEqual(daemon.get(path + "/preview.png").status, 200)
@@ -206,9 +202,11 @@ class KeptPreviews(unittest.TestCase):
 
     def test_of_a_job_whose_time_is_over(self):
         with Daemon("--wall-time-s", "2") as daemon:
-            job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
-            self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
-            wait_until(lambda: daemon.job(job["id"])["artifacts"], "the last preview")
+            def overrun():
+                job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+                self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
+                return job["id"]
+            daemon.job_with_last_preview(overrun)
 
 
 if __name__ == "__main__":
