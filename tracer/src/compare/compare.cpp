@@ -32,8 +32,9 @@ double code_at(const DisplayImage& image, std::uint32_t x, std::uint32_t y, std:
 }
 
 constexpr std::size_t window_side = 11;  // window size
-constexpr double sigma = 1.5, range = 255;
-constexpr double c1 = (0.01 * range) * (0.01 * range), c2 = (0.03 * range) * (0.03 * range);
+constexpr double sigma = 1.5, dynamic_range = 255;
+constexpr double c1 = (0.01 * dynamic_range) * (0.01 * dynamic_range),
+                 c2 = (0.03 * dynamic_range) * (0.03 * dynamic_range);
 
 /// One-dimensional Gaussian with sum 1. The window is separable: it is applied to rows first, then to columns.
 std::array<double, window_side> gaussian() {
