@@ -29,6 +29,7 @@ struct ImageWork {
   std::vector<double> range;
   std::vector<std::uint32_t> crop;
 };
+inline constexpr std::uint32_t image_side_min = 16;  ///< smaller ones show nothing
 /// The PNG of an image of noise with this side has 12.6 MB; a message of the worker has at most 16 MiB.
 inline constexpr std::uint32_t image_side_max = 2048;
 

@@ -9,7 +9,6 @@
 namespace http::handlers {
 namespace {
 
-constexpr std::uint32_t side_min = 16;
 constexpr std::size_t reduced_bytes_max = 64u << 20;  // reduced frames are in memory until they are sent
 
 struct AnimationQuery {
@@ -25,9 +24,9 @@ tracer::Result<AnimationQuery, Problem> read_query(const Pairs& query) {
     if (name == "fps") wanted.frames_per_second = parse_number<int>(value).value_or(0);
     if (name != "max") continue;
     wanted.side = parse_number<std::uint32_t>(value).value_or(0);
-    if (wanted.side < side_min || wanted.side > queue::preview_side_max)
-      return Problem{failures::invalid_query, "max must be a whole number " + std::to_string(side_min) + ".." +
-                                                  std::to_string(queue::preview_side_max)};
+    if (wanted.side < queue::image_side_min || wanted.side > queue::preview_side_max)
+      return Problem{failures::invalid_query, "max must be a whole number " + std::to_string(queue::image_side_min) +
+                                                  ".." + std::to_string(queue::preview_side_max)};
   }
   if (wanted.frames_per_second >= 1 && wanted.frames_per_second <= 60) return wanted;
   return Problem{failures::invalid_query, "fps must be a whole number 1..60"};

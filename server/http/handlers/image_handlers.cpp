@@ -109,23 +109,23 @@ Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bo
   return reply;
 }
 
-constexpr std::uint32_t side_default = 512, side_min = 16;
+constexpr std::uint32_t preview_side_default = 512;
 
 /// Longest wait for a new preview; a later one serves the next request.
 constexpr std::chrono::seconds preview_wait{2};
 
 /// The parameter max; nothing if it is invalid.
 std::optional<std::uint32_t> read_side(const Pairs& query) {
-  if (query.empty()) return side_default;
+  if (query.empty()) return preview_side_default;
   const auto side = parse_number<std::uint32_t>(query.front().second);
-  const bool valid = query.size() == 1 && side && *side >= side_min && *side <= queue::preview_side_max;
+  const bool valid = query.size() == 1 && side && *side >= queue::image_side_min && *side <= queue::preview_side_max;
   return valid ? side : std::nullopt;
 }
 
 struct PreviewQuery {
   std::string id;
   std::optional<std::string> if_none_match;
-  std::uint32_t side = side_default;
+  std::uint32_t side = preview_side_default;
 };
 
 const queue::Artifact* png_of(const queue::Job& job) {
@@ -165,7 +165,7 @@ Reply preview_reply(const PreviewQuery& query, const std::string& png, const Api
 }
 
 /// The name of a result in the cache.
-std::string key_of(const queue::Artifact& artifact, const queue::ImageWork& work) {
+std::string cache_key_of(const queue::Artifact& artifact, const queue::ImageWork& work) {
   std::string key = artifact.sha256 + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' +
                     std::to_string(work.layer) + (work.heat ? " heat " : " ");
   std::vector<double> numbers{work.exposure};
@@ -194,7 +194,7 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
 }  // namespace
 
 Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
-  return context.thumbnails->find(key_of(artifact, work));
+  return context.thumbnails->find(cache_key_of(artifact, work));
 }
 
 Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
@@ -202,12 +202,13 @@ Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& wo
   std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
   if (!reader)
     return Problem{failures::image_damaged, artifact.name + ", " + artifact.sha256 + ", is missing or damaged"};
-  return run_image_task({work, {std::move(reader)}}, context,
-                        [&context, use, key = key_of(artifact, work)](const queue::ImageTaskResult& result) -> Answer {
-                          const Png png = std::make_shared<const std::string>(result.bytes);
-                          context.thumbnails->add(key, png);
-                          return use(png);
-                        });
+  return run_image_task(
+      {work, {std::move(reader)}}, context,
+      [&context, use, key = cache_key_of(artifact, work)](const queue::ImageTaskResult& result) -> Answer {
+        const Png png = std::make_shared<const std::string>(result.bytes);
+        context.thumbnails->add(key, png);
+        return use(png);
+      });
 }
 
 Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
@@ -282,7 +283,7 @@ Answer render(Request& request, const ApiContext& context) {
 Answer get_preview(Request& request, const ApiContext& context) {
   const auto side = read_side(request.head.query);
   if (!side) {
-    const std::string range = std::to_string(side_min) + ".." + std::to_string(queue::preview_side_max);
+    const std::string range = std::to_string(queue::image_side_min) + ".." + std::to_string(queue::preview_side_max);
     return Problem{failures::invalid_query, "max must be given once, as a whole number " + range};
   }
   const auto view = find_job(request.parameters.front(), context);

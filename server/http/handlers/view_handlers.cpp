@@ -12,7 +12,7 @@
 namespace http::handlers {
 namespace {
 
-constexpr std::uint32_t side_default = 1024, side_min = 16;
+constexpr std::uint32_t view_side_default = 1024;
 constexpr double exposure_max = 100;  // stops, as in documents
 
 /// Numbers that are separated by commas; none if there are not `count`, or one is not finite.
@@ -41,7 +41,7 @@ class Parameters {
       if (std::count_if(query_.begin(), query_.end(), [&](const auto& pair) { return pair.first == name; }) > 1)
         return Problem{failures::invalid_query, name + " is given twice"};
     work_.kind = "view";
-    work_.side = side_default;
+    work_.side = view_side_default;
     using Step = std::string (Parameters::*)();
     for (const Step step : {&Parameters::read_layer, &Parameters::read_exposure, &Parameters::read_range,
                             &Parameters::read_map, &Parameters::read_crop, &Parameters::read_side})
@@ -109,8 +109,9 @@ class Parameters {
     const std::string* const text = find("max");
     if (text == nullptr) return {};
     work_.side = parse_number<std::uint32_t>(*text).value_or(0);
-    if (work_.side >= side_min && work_.side <= queue::image_side_max) return {};
-    return "max must be a whole number " + std::to_string(side_min) + ".." + std::to_string(queue::image_side_max);
+    if (work_.side >= queue::image_side_min && work_.side <= queue::image_side_max) return {};
+    return "max must be a whole number " + std::to_string(queue::image_side_min) + ".." +
+           std::to_string(queue::image_side_max);
   }
 
   const Pairs& query_;
