@@ -1,6 +1,5 @@
 /// The images of a batch as an animation.
 
-#include <algorithm>
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
@@ -18,9 +17,8 @@ struct AnimationQuery {
 
 tracer::Result<AnimationQuery, Problem> read_query(const Pairs& query) {
   AnimationQuery wanted;
+  if (auto problem = refuse_repeated(query)) return *problem;
   for (const auto& [name, value] : query) {
-    if (std::count_if(query.begin(), query.end(), [&](const auto& pair) { return pair.first == name; }) > 1)
-      return Problem{failures::invalid_query, name + " is given twice"};
     if (name == "fps") wanted.frames_per_second = parse_number<int>(value).value_or(0);
     if (name != "max") continue;
     wanted.side = parse_number<std::uint32_t>(value).value_or(0);

@@ -181,6 +181,7 @@ tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::
 // ---- replies.cpp
 bool is_id(const std::string& text);  ///< has the form of queue::IdSource; other texts are not passed to the store
 /// The job with this id. Problem: 404.
+std::optional<Problem> refuse_repeated(const Pairs& query);  ///< 400 where a parameter is given twice
 tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context);
 /// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
 /// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.

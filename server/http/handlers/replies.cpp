@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
@@ -18,6 +20,15 @@ bool is_id(const std::string& text) {
     if (dash ? text[i] != '-' : !hex) return false;
   }
   return true;
+}
+
+std::optional<Problem> refuse_repeated(const Pairs& query) {
+  std::set<std::string_view> names;
+  for (const auto& parameter : query) {
+    if (!names.insert(parameter.first).second)
+      return Problem{failures::invalid_query, parameter.first + " is given twice"};
+  }
+  return std::nullopt;
 }
 
 tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context) {

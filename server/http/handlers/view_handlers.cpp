@@ -37,9 +37,7 @@ class Parameters {
   Parameters(const Pairs& query, const queue::Job& job) : query_(query), job_(job) {}
 
   tracer::Result<queue::ImageWork, Problem> read() {
-    for (const auto& [name, value] : query_)
-      if (std::count_if(query_.begin(), query_.end(), [&](const auto& pair) { return pair.first == name; }) > 1)
-        return Problem{failures::invalid_query, name + " is given twice"};
+    if (auto problem = refuse_repeated(query_)) return *problem;
     work_.kind = "view";
     work_.side = view_side_default;
     using Step = std::string (Parameters::*)();
