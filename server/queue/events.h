@@ -50,8 +50,8 @@ class Events final : public JobObserver {
  public:
   /// `write` serializes an event for the listeners; called once for each, from any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
-  /// Reads a job from the store, for its events, where on_described did not tell it lately. Called from any thread; may
-  /// throw StoreFailure, and the events then have its id only.
+  /// Reads a job from the store, for its events, where on_described did not describe it lately. Called from any thread;
+  /// may throw StoreFailure, and the events then have its id only.
   using Describe = std::function<std::optional<JobSummary>(const std::string& id)>;
   Events(Writer write, Clock clock, EventSettings settings = {}, Describe describe = {});
 

@@ -1,4 +1,4 @@
-/** Jobs whose end is told, once in a browser: kept by the program that has the stream. */
+/** Jobs whose end is announced, once in a browser: kept by the program that has the stream. */
 
 /** @typedef {import('./event-stream.js').JobEvent} JobEvent */
 /** @typedef {{id: string, kind: string, name: string, state: string}} Ended */

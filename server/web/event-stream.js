@@ -127,7 +127,7 @@ export class EventStream {
         this.send({type: 'health', health: {ready: false, reason: 'store:', draining: false, disk: {free_bytes: 0, reserve_bytes: 0}, limits: {queued_jobs: Infinity}}});
       }
     } catch {
-      // The stream tells that the service is gone.
+      // The stream reports that the service is gone.
     }
   }
 
@@ -137,7 +137,7 @@ export class EventStream {
       const reply = await fetch('/v1/queue', {headers: this.headers(), signal: this.running?.signal, cache: 'no-store'});
       if (reply.ok) this.send({type: 'queue', queue: await reply.json()});
     } catch {
-      // The stream tells that the service is gone.
+      // The stream reports that the service is gone.
     }
   }
 }

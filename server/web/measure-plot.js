@@ -10,7 +10,7 @@ const LEFT = 52, RIGHT = 20, TOP = 18, BOTTOM = 40, TARGET = 13;
 
 /** @typedef {{parameter: string, value: string, preset: string | null, settings: Record<string, any>, seconds: number, error: number, broken: boolean, claimed: number}} Point */
 
-/** Outlines about the origin and colours, so that neither alone tells the parameter. @type {Record<string, {mark: string, color: string}>} */
+/** Outlines about the origin and colours, so that neither alone identifies the parameter. @type {Record<string, {mark: string, color: string}>} */
 const MARKS = {
   target_error: {mark: 'M5 0A5 5 0 1 1 -5 0A5 5 0 1 1 5 0', color: '--run'},
   samples: {mark: 'M-4.500 -4.500H4.500V4.500H-4.500Z', color: '--brand'},

@@ -1,4 +1,4 @@
-/** What the service tells of itself while the page is open: connection, figures of the queue, events of jobs. */
+/** What the service reports of itself while the page is open: connection, figures of the queue, events of jobs. */
 import {effect, signal} from '@preact/signals';
 import {identify, key, locked} from './api.js';
 import {Bells} from './bells.js';
@@ -16,11 +16,11 @@ export const figures = signal(null);
 export const health = signal(null);
 
 const STORED_BELLS = 'whittle.bells';
-/** Ids of the jobs whose end is told. */
+/** Ids of the jobs whose end is announced. */
 export const bells = signal(/** @type {string[]} */ (JSON.parse(localStorage.getItem(STORED_BELLS) || '[]')));
-/** The last one that ended; this tab tells it. @type {import('@preact/signals').Signal<import('./bells.js').Ended | null>} */
+/** The last one that ended; this tab announces it. @type {import('@preact/signals').Signal<import('./bells.js').Ended | null>} */
 export const rung = signal(null);
-/** Asks for the end of jobs to be told, or no longer. @type {(ids: string[], on: boolean) => void} */
+/** Asks for the end of jobs to be announced, or no longer. @type {(ids: string[], on: boolean) => void} */
 export let setBells = () => undefined;
 
 /** @type {Set<{event: (event: JobEvent) => void, reload: () => void}>} */

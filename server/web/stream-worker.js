@@ -10,7 +10,7 @@ const ANSWER_MS = 300;
 const ports = new Set();
 /** The last state and figures, for tabs that come later. @type {Map<string, any>} */
 const latest = new Map();
-/** Timers by the id of a job that was told. @type {Map<string, any>} */
+/** Timers by the id of a job that was announced. @type {Map<string, any>} */
 const unanswered = new Map();
 let key = '';
 
@@ -20,7 +20,7 @@ function sendAll(message) {
   for (const port of ports) port.postMessage(message);
 }
 
-/** Tells the tab that was visible last; if it does not answer because it is gone, the one before. @param {import('./bells.js').Ended} job */
+/** Notifies the tab that was visible last; if it does not answer because it is gone, the one before. @param {import('./bells.js').Ended} job */
 function ring(job) {
   const port = [...ports].at(-1);
   if (!port) return bells.set([job.id], true);  // until a tab comes

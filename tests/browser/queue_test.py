@@ -108,7 +108,7 @@ class Queue(BrowserTest):
         self.browser.until(lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome")
         self.browser.until(lambda: self.counts().get("cancelled") == 10, "the count")
 
-    def test_tells_the_end_of_a_job_once_over_two_tabs(self):
+    def test_announces_the_end_of_a_job_once_over_two_tabs(self):
         """Acceptance test 18, and a job that ends while no tab is open."""
         jobs = [self.daemon.submit(scene(name=f"rings {index}", job=LATER)) for index in range(2)]
         self.open(f"#/jobs/{jobs[0]}")
@@ -122,7 +122,7 @@ class Queue(BrowserTest):
         self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
         begin = time.monotonic()
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 0: cancelled"), "the visible tab")
-        print(f"told after {time.monotonic() - begin:.2f} s")
+        print(f"announced after {time.monotonic() - begin:.2f} s")
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/jobs/{jobs[0]}"))
         self.browser.one(".bell").click()
         self.browser.until(lambda: jobs[1] in self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "the other bell")

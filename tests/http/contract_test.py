@@ -323,7 +323,7 @@ class Contract(ContractParts, unittest.TestCase):
                 self.check(seen, "/v1/jobs/{id}/events", reply)
                 return reply.status == 204
 
-            # A job seen to have ended before that was an event tells its end once more.
+            # A job seen to have ended before that was, an event reports its end once more.
             wait_until(nothing_is_left_to_tell, "the end of the job's events")
             self.check(seen, "/v1/jobs/{id}/events", daemon.get(f"/v1/jobs/{NOBODY}/events"))
             self.check(seen, "/v1/events", daemon.request("HEAD", "/v1/events"))

@@ -171,7 +171,7 @@ class EachStep(unittest.TestCase):
             page = json_of(daemon.get(f"/v1/jobs?limit=200{cursor}"))
             listed |= {job["id"] for job in page["items"]}
             cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
-        self.assertEqual(listed, known, "none lost, none that nobody was told of")
+        self.assertEqual(listed, known, "none lost, none that was not acknowledged")
         daemon.terminate()
         daemon.start()  # what could not even be deleted goes now
         self.check_files(daemon)
@@ -240,7 +240,7 @@ class WebhookStore(unittest.TestCase):
         broken = disk.control.get("failed") > 0
         disk.control.heal()
         if broken:
-            wait_until(lambda: "disk_io_error" in disk.daemon.log(), "the failure to be told")
+            wait_until(lambda: "disk_io_error" in disk.daemon.log(), "the failure to be logged")
             disk.alive_again()
         disk.submit(f"step-{step}", document)
 

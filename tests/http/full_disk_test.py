@@ -1,5 +1,5 @@
-"""A small disk that is really full, a tmpfs of the test's own: what was accepted ends, what is new is refused and told
-why, and with room all is as before; also when the daemon is killed again and again meanwhile.
+"""A small disk that is really full, a tmpfs of the test's own: what was accepted ends, what is new is refused with the
+reason, and with room all is as before; also when the daemon is killed again and again meanwhile.
 
 Mounting wants root; without it there is nothing to see here.
 """

@@ -105,7 +105,7 @@ class WithKeys(unittest.TestCase):
         for path in ("/healthz", "/metrics"):
             self.assertEqual(self.daemon.health(path).status, 200)
 
-    def test_the_log_tells_whose_request_it_was(self):
+    def test_the_log_names_the_key_of_a_request(self):
         request_id = self.ask("reader").headers["X-Request-Id"]
         rows = wait_until(lambda: [row for row in self.daemon.log_rows() if row.get("request_id") == request_id], "the line")
         self.assertEqual(rows[0]["key"], "reader")
@@ -121,7 +121,7 @@ class WithKeys(unittest.TestCase):
             self.assertNotIn(key, self.daemon.log())
         self.assertEqual(self.path.stat().st_mode & 0o777, 0o600)
 
-    def test_the_file_is_read_again_when_told_and_a_wrong_one_changes_nothing(self):
+    def test_the_file_is_read_again_on_sighup_and_a_wrong_one_changes_nothing(self):
         path = self.folder / "changing"
         old = new_key(path, "old")
         with Daemon("--keys", path) as daemon:
@@ -177,7 +177,7 @@ class WithKeys(unittest.TestCase):
         with Daemon("--keys", path) as daemon:
             self.assertEqual(daemon.get("/v1/jobs", Authorization=f"Bearer {key}").status, 200)
 
-    def test_mistakes_in_the_file_are_told_at_the_start_all_at_once(self):
+    def test_mistakes_in_the_file_are_reported_at_the_start_all_at_once(self):
         path = self.folder / "wrong"
         digits = "0" * 64
         path.write_text(f"# keys\nann jobs:read {digits}\nbob jobs:all {digits}\nb*b admin {digits}\nsue admin 12\nann admin\n"

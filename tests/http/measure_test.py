@@ -93,8 +93,8 @@ class Measuring(OneDaemon):
         self.assertIn("sandbox", svg.headers["Content-Security-Policy"], "a chart runs no scripts")
         chart = self.daemon.get(job["links"]["image"])
         self.assertEqual((chart.headers["Content-Type"], chart.body), ("image/png", self.artifact(job, "measure.png")))
-        told = self.daemon.get(job["links"]["measurement"])
-        self.assertEqual((told.headers["Content-Type"], told.body), ("application/json", self.artifact(job, "measure.json")))
+        reply = self.daemon.get(job["links"]["measurement"])
+        self.assertEqual((reply.headers["Content-Type"], reply.body), ("application/json", self.artifact(job, "measure.json")))
 
     def test_the_chart_has_text_although_the_sandbox_hides_fonts(self):
         chart = read_png(self.artifact(self.measured({"scene": edges(), "settings": EXACT}), "measure.png"))

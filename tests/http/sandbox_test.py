@@ -36,12 +36,12 @@ def sandbox_of(daemon):
 class Sandbox(unittest.TestCase):
     def test_confines_the_worker_and_is_reported(self):
         with Daemon() as daemon:
-            told = sandbox_of(daemon)
+            reported = sandbox_of(daemon)
             if SANITIZED:
-                self.assertEqual(told, "none")
+                self.assertEqual(reported, "none")
                 return
-            self.assertIn(told, ("seccomp", "seccomp, landlock"))
-            self.assertEqual("sandbox_incomplete" in daemon.log(), told != "seccomp, landlock")
+            self.assertIn(reported, ("seccomp", "seccomp, landlock"))
+            self.assertEqual("sandbox_incomplete" in daemon.log(), reported != "seccomp, landlock")
             status = status_of(daemon)
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
             held = {name: int(status[name], 16) for name in ("CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb")}

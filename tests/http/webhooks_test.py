@@ -110,8 +110,8 @@ class Delivery(WithReceiver):
             message = json.loads(body)
             self.assertEqual(set(message), {"type", "timestamp", "data"})
             self.assertEqual(message["type"], f"job.{state}")
-            told, kept = message["data"], daemon.job(job_id)
-            self.assertEqual({name: told[name] for name in JOB_SCHEMA_PARTS}, {name: kept[name] for name in JOB_SCHEMA_PARTS})
+            sent, kept = message["data"], daemon.job(job_id)
+            self.assertEqual({name: sent[name] for name in JOB_SCHEMA_PARTS}, {name: kept[name] for name in JOB_SCHEMA_PARTS})
             delivery = self.wait_for_attempt(daemon, job_id)
             self.assertEqual((delivery["state"], delivery["event"], delivery["attempts"][0]["status"]),
                              ("delivered", f"job.{state}", 204))
@@ -163,9 +163,9 @@ class Delivery(WithReceiver):
         for _ in range(20):
             daemon.wait_for_end(self.submit(daemon, hanging.url()))
         self.assertTrue(came.wait(120))
-        told = self.submit(daemon, quick.url("/told"))
-        self.assertEqual(self.wait_for_attempt(daemon, told)["state"], "delivered")
-        self.assertEqual([path for path, _, _ in quick.seen], ["/told"])
+        delivered = self.submit(daemon, quick.url("/delivered"))
+        self.assertEqual(self.wait_for_attempt(daemon, delivered)["state"], "delivered")
+        self.assertEqual([path for path, _, _ in quick.seen], ["/delivered"])
 
 
 class AddressFilter(WithReceiver):

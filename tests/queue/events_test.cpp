@@ -47,11 +47,11 @@ TEST_F(EventsTest, DeliversTheEventsOfABatchAndHidesDraftsFromAll) {
       written, [this] { return now; }, {.untaken_max = 30}, describe);
   const auto of_batch = described.listen("batch", {}), of_all = described.listen({}, {});
   const auto of_draft = described.listen("draft", {});
-  described.on_described({.id = "told", .batch = "other"});
-  described.on_state_changed("told", JobState::queued);
-  described.on_state_changed("told", JobState::succeeded);
-  EXPECT_EQ(reads, 0) << "a job that was told is not read";
-  EXPECT_EQ(of_all->take(1000).text, "told:queued#1 told:succeeded#2 ");
+  described.on_described({.id = "described", .batch = "other"});
+  described.on_state_changed("described", JobState::queued);
+  described.on_state_changed("described", JobState::succeeded);
+  EXPECT_EQ(reads, 0) << "a job that was described is not read";
+  EXPECT_EQ(of_all->take(1000).text, "described:queued#1 described:succeeded#2 ");
   for (const char* id : {"a", "broken", "draft"}) described.on_state_changed(id, JobState::running);
   now += 1000;
   described.on_progress("a", 0.5);

@@ -20,7 +20,7 @@ PICTURES = 5  # different ones; all jobs for the same one must give the same byt
 
 
 class Submitter(threading.Thread):
-    """Submits until told to stop; keeps what was acknowledged, and only that."""
+    """Submits until stopped; keeps what was acknowledged, and only that."""
 
     def __init__(self, daemon):
         super().__init__()

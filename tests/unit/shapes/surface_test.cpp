@@ -62,7 +62,7 @@ TEST(SphereSurface, BoundsTheErrorOfThePointSoThatLeavingRaysDoNotHitItAgain) {
       ASSERT_LE(length(Vec(at.surface.geometric_normal) - n), 4 * 0x1p-53L * (1 + length(p) / r));
       const Real towards = dot(Vec(at.surface.normal), unit(target - origin));
       ASSERT_LE(towards, 1e-12L) << "the normal is on the ray's side";
-      // At the very silhouette, the ray runs along the surface to the last digits: then either side may be told.
+      // At the very silhouette, the ray runs along the surface to the last digits: then either side may be reported.
       if (std::fabs(dot(n, unit(target - origin))) > 1e-11L * distance) {
         ASSERT_EQ(at.surface.back, inside);
       }
@@ -228,7 +228,7 @@ TEST(TriangleSurface, BoundsTheErrorOfThePointAndInterpolatesNormalsAndCoordinat
       ASSERT_LE(length(Vec(at.surface.geometric_normal) - n), 1e-12L);
       const bool back = dot(target - origin, n) > 0;
       ASSERT_EQ(at.surface.back, back);
-      // The point told is where the barycentric coordinates are; near the line of sight, within their conditioning.
+      // The reported point is where the barycentric coordinates are; near the line of sight, within their conditioning.
       ASSERT_LE(length(p - target), 1e-10L);
       Vec bent = (1 - u - v) * Vec(normals[0]) + u * Vec(normals[1]) + v * Vec(normals[2]);
       if (length(bent) < 0.1L || std::fabs(dot(bent, n)) < 1e-3L) continue;
