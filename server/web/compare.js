@@ -2,11 +2,13 @@
 import {useComputed, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
-import {getJson, request} from './api.js';
+import {getJson, mayWrite} from './api.js';
+import {difference, load} from './compare-source.js';
 import {documentDifference} from './document-difference.js';
+import {upload} from './drop.js';
 import {count, duration, figure} from './format.js';
 import {addKeys} from './keys.js';
-import {Thumbnail} from './parts.js';
+import {attempt, Thumbnail} from './parts.js';
 import {errorText} from './queue.js';
 import {route, setQuery} from './routes.js';
 import {Viewer} from './viewer.js';
@@ -18,16 +20,7 @@ const MODES = /** @type {const} */ (['wipe', 'side', 'blink', 'difference', 'sig
 const SLOWEST_MS = 1000, FASTEST_MS = 334;  // at most three times a second (WCAG 2.3.1)
 
 /** @typedef {Record<string, any>} Job */
-/** @typedef {{job: Job, blob: Blob, url: string, scene: any}} Side */
-
-/** @param {string} id @returns {Promise<Side>} */
-async function load(id) {
-  const job = await getJson(`/v1/jobs/${id}`);
-  const png = job.artifacts.find((/** @type {any} */ each) => each.name === 'image.png');
-  if (!png || job.expired) throw new Error(text.noImage(job.name || id));
-  const [blob, scene] = await Promise.all([request('GET', png.url).then((reply) => reply.blob()), getJson(`/v1/jobs/${id}/scene`)]);
-  return {job, blob, url: URL.createObjectURL(blob), scene};
-}
+/** @typedef {import('./compare-source.js').Side & {url: string}} Side */
 
 export function Compare() {
   const a = route.value.query.get('a') || '', b = route.value.query.get('b') || '';
@@ -41,9 +34,12 @@ function Chooser({other}) {
   useEffect(() => {
     getJson('/v1/jobs?state=succeeded&kind=render&limit=50').then((reply) => { jobs.value = reply.items.filter((/** @type {Job} */ job) => job.id !== other); }, () => { jobs.value = []; });
   }, [other]);
+  const choose = (/** @type {string} */ id) => setQuery(other ? {a: other, b: id} : {a: id});
+  const file = (/** @type {any} */ event) => attempt(async () => { if (event.target.files[0]) choose((await upload(event.target.files[0])).hash); });
   return html`<div class="page"><h1>${words.titles.compare}</h1><p class="dim">${other ? text.chooseOther : text.chooseFirst}</p>
+    ${mayWrite.value && html`<label class="switch">${text.file}<input type="file" accept="image/*,.exr,.hdr" onChange=${file} /></label>`}
     ${jobs.value?.length === 0 ? html`<div class="empty"><h2>${text.nothing}</h2><a class="button" href="#/">${words.toQueue}</a></div>`
-      : html`<ul class="choices">${jobs.value?.map((job) => html`<li><button onClick=${() => setQuery(other ? {a: other, b: job.id} : {a: job.id})}><${Thumbnail} job=${job} />
+      : html`<ul class="choices">${jobs.value?.map((job) => html`<li><button onClick=${() => choose(job.id)}><${Thumbnail} job=${job} />
         <span>${job.name || words.queue.untitled}<br /><span class="dim number">${job.image.width} × ${job.image.height}, ${errorText(job)}</span></span></button></li>`)}</ul>`}</div>`;
 }
 
@@ -57,22 +53,20 @@ function Pair({a, b}) {
   const view = useSignal({zoom: z, x, y});
   const tolerance = useSignal(Number(query.get('tolerance')) || 1);
   useEffect(() => {
-    const worker = new Caller('image-worker.js');
+    const worker = new Caller('image-worker.js'), closing = new AbortController();
     /** @type {string[]} */
     const urls = [];
-    let closed = false;
+    const urlOf = (/** @type {Blob | null | undefined} */ blob) => blob ? urls[urls.push(URL.createObjectURL(blob)) - 1] : '';
     (async () => {
-      const loaded = /** @type {[Side, Side]} */ (await Promise.all([load(a), load(b)]));
-      urls.push(...loaded.map((side) => side.url));
-      if (closed) return;
-      sides.value = loaded;
-      const difference = await worker.call({method: 'compare', a: loaded[0].blob, b: loaded[1].blob});
-      if (closed) return;
-      maps.value = {difference: URL.createObjectURL(difference.heat), sign: URL.createObjectURL(difference.sign)};
-      urls.push(maps.value.difference, maps.value.sign);
-      found.value = difference;
-    })().catch((error) => { if (!closed) problem.value = error.message; });
-    return () => { closed = true; worker.stop(); urls.forEach((url) => URL.revokeObjectURL(url)); };
+      const [first, second] = await Promise.all([load(a, worker, closing.signal), load(b, worker, closing.signal)]);
+      if (closing.signal.aborted) return;
+      sides.value = [{...first, url: urlOf(first.shown)}, {...second, url: urlOf(second.shown)}];
+      const differs = await difference([first, second], worker);
+      if (closing.signal.aborted) return;
+      maps.value = {difference: urlOf(differs.heat), sign: urlOf(differs.sign)};
+      found.value = differs;
+    })().catch((error) => { if (!closing.signal.aborted) problem.value = error.message; });
+    return () => { closing.abort(); worker.stop(); urls.forEach((url) => URL.revokeObjectURL(url)); };
   }, [a, b]);
   useEffect(() => {
     const timer = setTimeout(() => {
@@ -84,26 +78,27 @@ function Pair({a, b}) {
   useEffect(() => addKeys(Object.fromEntries(MODES.map((name, index) => [String(index + 1), () => setQuery({mode: name})]))), []);
   if (!sides.value) return html`<div class="page"><h1>${words.titles.compare}</h1>${problem.value ? html`<p class="note bad" role="alert">${problem.value}</p>` : html`<p class="dim">${words.loading}</p>`}</div>`;
   const [first, second] = sides.value, still = matchMedia('(prefers-reduced-motion: reduce)').matches;
-  const name = (/** @type {Side} */ side) => side.job.name || words.queue.untitled;
+  const name = (/** @type {Side} */ side) => side.job ? html`<a href=${`#/jobs/${side.job.id}`}>${side.name}</a>` : side.name;
   const goTo = () => { const {x: column, y: row} = found.value.worst; view.value = {zoom: 16, x: 300 - column * 16, y: 200 - row * 16}; };
-  const viewer = {size: first.job.image, view};
+  const size = found.value || first.job?.image || second.job?.image || null, viewer = {size, view};
+  const isOff = (/** @type {string} */ each) => (each === 'blink' && still) || (each === 'sign' && !!found.value && !maps.value.sign);
   return html`<div class="job compare">
-    <header class="bar"><h1>${words.titles.compare}</h1><span><a href=${`#/jobs/${a}`}>A: ${name(first)}</a> · <a href=${`#/jobs/${b}`}>B: ${name(second)}</a></span><span class="spring"></span>
-      <div class="buttons" role="group" aria-label=${text.mode}>${MODES.map((each) => html`<button aria-pressed=${mode === each} disabled=${each === 'blink' && still} onClick=${() => setQuery({mode: each})}>${text.modes[each]}</button>`)}</div></header>
-    ${mode === 'blink' && !still ? html`<${Blink} first=${first} second=${second} view=${view} />`
-      : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A" /><${Viewer} ...${viewer} url=${second.url} alt="B" /></div>`
-      : mode === 'difference' || mode === 'sign' ? html`<${Viewer} ...${viewer} url=${maps.value[mode]} alt=${text.modes[mode]}>${words.loading}</${Viewer}>`
-      : html`<${Viewer} ...${viewer} url=${first.url} alt="A" cover=${second.url} coverAlt="B" />`}
+    <header class="bar"><h1>${words.titles.compare}</h1><span>A: ${name(first)} · B: ${name(second)}</span><span class="spring"></span>
+      <div class="buttons" role="group" aria-label=${text.mode}>${MODES.map((each) => html`<button aria-pressed=${mode === each} disabled=${isOff(each)} onClick=${() => setQuery({mode: each})}>${text.modes[each]}</button>`)}</div></header>
+    ${mode === 'blink' && !still ? html`<${Blink} first=${first} second=${second} viewer=${viewer} />`
+      : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A">${text.notShown}</${Viewer}><${Viewer} ...${viewer} url=${second.url} alt="B">${text.notShown}</${Viewer}></div>`
+      : mode === 'difference' || mode === 'sign' ? html`<${Viewer} ...${viewer} url=${maps.value[mode]} alt=${text.modes[mode]}>${problem.value || words.loading}</${Viewer}>`
+      : html`<${Viewer} ...${viewer} url=${first.url || second.url} alt=${first.url ? 'A' : 'B'} cover=${first.url && second.url} coverAlt="B">${text.notShown}</${Viewer}>`}
     <div class="tabs"><div class="tab">
       ${problem.value && html`<p class="note bad" role="alert">${problem.value}</p>`}
       ${found.value && html`<${Numbers} found=${found.value} tolerance=${tolerance} goTo=${goTo} />`}
-      <${Documents} first=${first} second=${second} />
+      ${first.job && second.job && html`<${Documents} first=${first} second=${second} />`}
     </div></div>
   </div>`;
 }
 
-/** @param {{first: Side, second: Side, view: any}} properties */
-function Blink({first, second, view}) {
+/** @param {{first: Side, second: Side, viewer: any}} properties */
+function Blink({first, second, viewer}) {
   const showsFirst = useSignal(true), plays = useSignal(true), interval = useSignal(500);
   useEffect(() => {
     if (!plays.value) return;
@@ -112,7 +107,7 @@ function Blink({first, second, view}) {
   }, [plays.value, interval.value]);
   useEffect(() => addKeys({' ': () => { plays.value = !plays.value; }}), []);
   const side = showsFirst.value ? first : second;
-  return html`<div class="blink"><${Viewer} url=${side.url} alt=${showsFirst.value ? 'A' : 'B'} size=${first.job.image} view=${view} />
+  return html`<div class="blink"><${Viewer} ...${viewer} url=${side.url} alt=${showsFirst.value ? 'A' : 'B'}>${text.notShown}</${Viewer}>
     <div class="buttons"><strong>${showsFirst.value ? 'A' : 'B'}</strong><button onClick=${() => { plays.value = !plays.value; }}>${plays.value ? text.pause : text.play}</button>
       <label class="switch">${text.speed}<input type="range" min=${FASTEST_MS} max=${SLOWEST_MS} value=${interval.value} onInput=${(/** @type {any} */ event) => { interval.value = Number(event.target.value); }} /></label></div></div>`;
 }
@@ -120,29 +115,30 @@ function Blink({first, second, view}) {
 /** @param {{found: any, tolerance: import('@preact/signals').Signal<number>, goTo: () => void}} properties */
 function Numbers({found, tolerance, goTo}) {
   const passes = useComputed(() => found.rmse <= tolerance.value).value;
-  const most = Math.max(...found.histogram);
+  const most = Math.max(...found.histogram || []);
   const label = (/** @type {number} */ i) => i < 2 ? String(i) : i === 2 ? '2–3' : `${2 ** (i - 1)}–${2 ** i - 1}`;
   return html`<section><h2>${text.numbers}</h2>
     <dl class="facts-list"><dt>RMS</dt><dd class="number" data-value=${found.rmse}>${found.rmse.toFixed(3)} ${words.queue.levels}</dd>
       <dt>${text.bias}</dt><dd class="number" data-value=${found.bias}>${found.bias.toFixed(3)} ${words.queue.levels}</dd>
       <dt>PSNR</dt><dd class="number" data-value=${found.psnr}>${Number.isFinite(found.psnr) ? found.psnr.toFixed(2) + ' dB' : text.equal}</dd>
       <dt>${text.beyond}</dt><dd class="number">${(100 * found.share).toFixed(2)} %</dd>
-      <dt>${text.worst}</dt><dd class="number"><button class="link" onClick=${goTo}>x ${found.worst.x}, y ${found.worst.y}: ${found.worst.levels} ${words.queue.levels}</button></dd></dl>
+      <dt>${text.worst}</dt><dd class="number"><button class="link" onClick=${goTo}>x ${found.worst.x}, y ${found.worst.y}: ${figure(found.worst.levels)} ${words.queue.levels}</button></dd></dl>
     <div class="buttons"><label class="switch">${text.tolerance}<input class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${(/** @type {any} */ event) => { tolerance.value = Number(event.target.value); setQuery({tolerance: event.target.value}); }} /></label>
       <strong class="verdict">${passes ? text.pass : text.fail}</strong></div>
-    <table class="plain"><caption class="visually-hidden">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>
+    ${found.formats && html`<p class="dim">${text.byService(found.formats)}</p>`}
+    ${found.histogram && html`<table class="plain"><caption class="visually-hidden">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>`}
   </section>`;
 }
 
 /** @param {{first: Side, second: Side}} properties */
 function Documents({first, second}) {
   const rows = documentDifference({...first.scene, job: undefined}, {...second.scene, job: undefined});
-  const rays = (/** @type {Side} */ {job}) => Object.values(job.report?.rays || {}).reduce((sum, each) => sum + Number(each), 0);
-  const seconds = (/** @type {Side} */ {job}) => (job.report?.time_ms.trace || 0) / 1000;
+  const rays = (/** @type {Side} */ {job}) => Object.values(job?.report?.rays || {}).reduce((sum, each) => sum + Number(each), 0);
+  const seconds = (/** @type {Side} */ {job}) => (job?.report?.time_ms.trace || 0) / 1000;
   return html`<section><h2>${text.differs}</h2><table class="plain"><thead><tr><th></th><th>A</th><th>B</th></tr></thead><tbody>
     ${rows.slice(0, 100).map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a.slice(0, 60)}</td><td class="number">${b.slice(0, 60)}</td></tr>`)}
     ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.sameDocument}</td></tr>`}
     <tr><td>${words.job.time}</td><td class="number">${duration(seconds(first))}</td><td class="number">${duration(seconds(second))}</td></tr>
     <tr><td>${words.job.rays}</td><td class="number">${count(rays(first))}</td><td class="number">${count(rays(second))}</td></tr>
-    <tr><td>${words.queue.columns.error}</td><td class="number">${figure(first.job.report?.error.estimate)}</td><td class="number">${figure(second.job.report?.error.estimate)}</td></tr></tbody></table></section>`;
+    <tr><td>${words.queue.columns.error}</td><td class="number">${figure(first.job?.report?.error.estimate)}</td><td class="number">${figure(second.job?.report?.error.estimate)}</td></tr></tbody></table></section>`;
 }

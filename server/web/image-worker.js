@@ -1,5 +1,6 @@
 /** Work on bytes apart from the page: layers of EXR files, heat maps, differences of images, SHA-256. */
 import {compare} from './diff.js';
+import {developExr} from './develop.js';
 import {readExr} from './exr.js';
 import {heatPixels} from './heat.js';
 import {sha256} from './sha256.js';
@@ -9,6 +10,7 @@ const methods = {
   sha256: async ({bytes}) => sha256(bytes),
   compare: async ({a, b}) => compare(a, b),
   exr: async ({bytes, channels}) => readExr(bytes, channels),
+  develop: async ({bytes}) => developExr(bytes),
   heat: async ({values, width, height, white}) => {
     const canvas = new OffscreenCanvas(width, height);
     /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d')).putImageData(new ImageData(heatPixels(values, white), width, height), 0, 0);

@@ -43,13 +43,13 @@ export function Measure({id}) {
     ${isRunning && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
     ${value.problem && html`<p class="note bad"><strong>${value.problem.code}</strong>: ${value.problem.detail}</p>`}
     ${measurement && !measurement.alone && html`<p class="note">${text.notAlone}</p>`}
-    ${hasPoints ? html`<${Result} id=${id} measurement=${/** @type {Measurement} */ (measurement)} scene=${scene.value} />`
+    ${hasPoints ? html`<${Result} job=${value} measurement=${/** @type {Measurement} */ (measurement)} scene=${scene.value} />`
       : html`<div class="empty"><h2>${isRunning ? text.reference : words.job.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.state === 'queued' || isRunning ? text.soon : ''}</p></div>`}
   </div>`;
 }
 
-/** @param {{id: string, measurement: Measurement, scene: string}} properties */
-function Result({id, measurement, scene}) {
+/** @param {{job: Record<string, any>, measurement: Measurement, scene: string}} properties */
+function Result({job, measurement, scene}) {
   const named = Number(route.value.query.get('point') ?? NaN);
   const {points, pareto_front, reference, advice} = measurement;
   const selected = points[named] ? named : cheapest(measurement, 'error', 1);
@@ -58,7 +58,7 @@ function Result({id, measurement, scene}) {
     <section class="panel"><${Plot} measurement=${measurement} selected=${selected} select=${select} />
       <p class="dim">${text.of(points.length, measurement.width, measurement.height)} ${text.referenceIs(reference.samples, figure(reference.error))}</p></section>
     <section class="panel choice"><${Wishes} measurement=${measurement} select=${select} />
-      ${points[selected] ? html`<${Chosen} id=${id} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
+      ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
     <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} selected=${selected} select=${select} /></section>
     ${advice.length > 0 && html`<section class="panel"><h2>${text.advice}</h2><ul class="advice">${advice.map((sentence) => html`<li>${sentence}</li>`)}</ul></section>`}
   </div>`;
@@ -77,13 +77,16 @@ function Wishes({measurement, select}) {
   return html`<div class="wishes">${field('seconds')} ${field('error')}</div><p class="dim" role="status">${answer.value}</p>`;
 }
 
-/** A setting: its numbers, what it changes, and what to do with it. @param {{id: string, point: Point, scene: string}} properties */
-function Chosen({id, point, scene}) {
+/** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, scene: string}} properties */
+function Chosen({job, point, scene}) {
   const parsed = scene ? JSON.parse(scene) : {};
   const rows = documentDifference({accuracy: parsed.accuracy ?? {}}, {accuracy: point.settings}).filter(({a, b}) => (a || '{}') !== (b || '{}'));
-  const render = () => attempt(async () => {
-    const changed = changesTo(scene, ['accuracy'], point.settings).reduceRight((before, {from, to, insert}) => before.slice(0, from) + insert + before.slice(to), scene);
-    go(`#/jobs/${(await postJson('/v1/jobs', changed)).id}`);
+  const changed = (/** @type {string} */ document, /** @type {string[]} */ path, /** @type {any} */ to) => changesTo(document, path, to).reduceRight((before, change) => before.slice(0, change.from) + change.insert + before.slice(change.to), document);
+  const render = () => attempt(async () => { go(`#/jobs/${(await postJson('/v1/jobs', changed(scene, ['accuracy'], point.settings))).id}`); });
+  const reference = job.artifacts.find((/** @type {any} */ each) => each.name === 'reference.exr');
+  const compare = () => attempt(async () => {  // linear like the reference, whatever the exposure
+    const document = changed(changed(scene, ['accuracy'], point.settings), ['output', 'formats'], [...new Set([...parsed.output?.formats ?? ['png'], 'exr'])]);
+    go(`#/compare?a=${job.id}/reference.exr&b=${(await postJson('/v1/jobs', document)).id}/image.exr`);
   });
   return html`<div class="chosen"><strong>${nameOf(point)}</strong>
     <dl class="facts-list"><dt>${text.time}</dt><dd class="number">${time(point.seconds)}</dd><dt>${text.error}</dt><dd class="number">${text.levels(figure(point.error))}</dd>
@@ -92,7 +95,8 @@ function Chosen({id, point, scene}) {
       ${rows.map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a}</td><td class="number">${b}</td></tr>`)}
       ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.same}</td></tr>`}</tbody></table>
     ${mayWrite.value && scene && html`<div class="buttons"><button class="primary" onClick=${render}>${text.render}</button>
-      <a class="button" href=${`#/edit/${id}?accuracy=${encodeURIComponent(JSON.stringify(point.settings))}`}>${text.use}</a></div>`}</div>`;
+      ${reference && html`<button onClick=${compare}>${text.compare}</button>`}
+      <a class="button" href=${`#/edit/${job.id}?accuracy=${encodeURIComponent(JSON.stringify(point.settings))}`}>${text.use}</a></div>`}</div>`;
 }
 
 /** The points of the plot as a table. @param {{points: Point[], front: number[], selected: number, select: (index: number) => void}} properties */

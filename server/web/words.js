@@ -93,9 +93,10 @@ export const words = {
   compare: {
     mode: 'Mode', modes: {wipe: 'Wipe', side: 'Side by side', blink: 'Blink', difference: 'Difference', sign: 'Sign'},
     chooseOther: 'Choose the image to compare with.', chooseFirst: 'Choose the first image.', nothing: 'There is no other image',
-    noImage: (/** @type {string} */ name) => `${name} has no PNG.`, numbers: 'B against A', bias: 'Bias', equal: 'equal', beyond: 'Above 1 level', worst: 'Worst pixel',
+    noImage: (/** @type {string} */ name) => `${name} has no image.`, numbers: 'B against A', bias: 'Bias', equal: 'equal', beyond: 'Above 1 level', worst: 'Worst pixel',
     tolerance: 'Tolerance', pass: 'Pass', fail: 'Fail', histogram: 'Pixels by their greatest difference in levels', differs: 'What differs', sameDocument: 'The documents are equal.',
-    pause: 'Pause', play: 'Play', speed: 'Slower',
+    pause: 'Pause', play: 'Play', speed: 'Slower', file: 'Or a file:', upload: (/** @type {string} */ hash) => `upload ${hash}…`, notShown: 'A browser cannot show this image.',
+    byService: (/** @type {string[]} */ formats) => `Compared by the service (${formats.join(', ')}).`,
   },
   measure: {
     notMeasured: 'This job is a render. Only a measurement has a trade-off.', reference: 'The reference is computed', soon: 'The first settings appear here as soon as they are measured.',
@@ -109,7 +110,7 @@ export const words = {
     wish: {seconds: 'I have', error: 'I need'}, unit: {seconds: 's', error: 'levels'},
     none: {seconds: 'No setting is that fast.', error: 'No setting is that exact.'}, choose: 'Choose a point.',
     time: 'Time', error: 'True error', claimed: 'Claimed error', broken: 'below the true one', setting: 'Setting', onFront: 'best', points: 'Settings', advice: 'Advice',
-    change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document asks for this already.', render: 'Render with it', use: 'Put into the document',
+    change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document asks for this already.', render: 'Render with it', use: 'Put into the document', compare: 'Compare with the reference',
   },
   batches: {
     empty: 'No batches yet', emptyText: 'A batch renders one scene with different values: of the camera, of materials, of the accuracy.', create: 'New batch', jobs: 'Jobs', more: 'Show more', toList: 'All batches',

@@ -1,4 +1,5 @@
 """Compare: numbers against the command line, modes, links, the way there."""
+import hashlib
 import json
 import pathlib
 import re
@@ -6,10 +7,13 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 
 from tests.browser.browser import BrowserTest
-from tests.http.daemon import scene
+from tests.http.daemon import json_of, scene
+from tests.http.page_test import CACHE
+from tests.support.images import read_png
 from tests.support.whittle import BIN
 
 
@@ -19,13 +23,13 @@ class Compare(BrowserTest):
         self.assertEqual(self.daemon.wait_for_end(job)["state"], "succeeded")
         return job
 
-    def by_command(self, first, second):
-        """`whittle diff --json` of the two PNGs."""
+    def by_command(self, first, second, name="image.png"):
+        """`whittle diff --json` of the files of two jobs."""
         with tempfile.TemporaryDirectory() as folder:
             paths = []
             for index, job in enumerate((first, second)):
-                paths.append(pathlib.Path(folder, f"{index}.png"))
-                paths[-1].write_bytes(self.daemon.get(f"/v1/jobs/{job}/image.png").body)
+                paths.append(pathlib.Path(folder, f"{index}-{name}"))
+                paths[-1].write_bytes(self.daemon.get(f"/v1/jobs/{job}/{name}").body)
             done = subprocess.run([BIN / "whittle", "diff", *paths, "--json"], check=False, capture_output=True, text=True)
         return json.loads(done.stdout)
 
@@ -34,25 +38,84 @@ class Compare(BrowserTest):
         values = self.browser.until(lambda: self.browser.all(".facts-list dd[data-value]"), "the numbers")
         return [float(each.get_attribute("data-value").replace("Infinity", "inf")) for each in values]
 
+    def assert_shows(self, expected):
+        """The numbers of the command on the page, and its greatest difference."""
+        rms, bias, psnr = self.figures()
+        self.assertAlmostEqual(rms, expected["rmse"], delta=0.001)
+        self.assertAlmostEqual(bias, expected["bias"], delta=0.001)
+        if expected["psnr_db"] is not None:
+            self.assertAlmostEqual(psnr, expected["psnr_db"], delta=0.001)
+        x, y, levels = (float(part) for part in numbers(self.browser.text(".facts-list .link")))
+        self.assertAlmostEqual(levels, expected["greatest"], delta=0.05 * expected["greatest"])  # two digits are shown
+        if expected["worst"] and len(expected["worst"]) < 5:
+            self.assertIn((x, y), [(each["x"], each["y"]) for each in expected["worst"]])
+
     def test_has_the_numbers_of_the_command(self):
         """Acceptance test 35."""
         base = self.rendered(name="base")
         for changes in ({"samples": 4}, {"ambient": 0.3}, {"background": {"color": [0.2, 0.1, 0.4]}}, {"output": {"exposure": 1.2}},
                         {"camera": {"position": [0, 1, 6], "look_at": [0, 0.5, 0], "fov": 42}}, {"accuracy": {"samples": [1, 1], "seed": 3}},
-                        {"lights": [{"type": "point", "position": [-4, 6, 5]}]}, {"samples": 9}, {"ambient": [0.1, 0.4, 0.2]}):
+                        {"lights": [{"type": "point", "position": [-4, 6, 5]}]}, {"samples": 9}, {"ambient": [0.1, 0.4, 0.2]}, {"samples": 3}):
             other = self.rendered(**changes)
             expected = self.by_command(base, other)
             self.open(f"#/compare?a={base}&b={other}&tolerance={expected['rmse'] + 0.001}")
-            rms, bias, psnr = self.figures()
-            self.assertAlmostEqual(rms, expected["rmse"], delta=0.001)
-            self.assertAlmostEqual(bias, expected["bias"], delta=0.001)
-            if expected["psnr_db"] is not None:
-                self.assertAlmostEqual(psnr, expected["psnr_db"], delta=0.001)
+            self.assert_shows(expected)
             self.assertEqual(self.browser.text(".verdict"), "Pass")
             if expected["rmse"] > 0.002:
                 self.browser.execute_script("const field = document.querySelector('.tolerance'); field.value = arguments[0];"
                                             "field.dispatchEvent(new Event('input', {bubbles: true}))", str(expected["rmse"] - 0.001))
                 self.browser.until(lambda: self.browser.text(".verdict") == "Fail", "the verdict")
+
+    def test_lets_the_service_compare_what_it_cannot(self):
+        """Acceptance test 35 for jobs without a PNG; the view.png of each is shown, and the service's heat map."""
+        jobs = [self.rendered(name="linear", output={"formats": ["exr"]}, **changes) for changes in ({}, {"ambient": 0.2})]
+        expected = self.by_command(*jobs, "image.exr")
+        self.assertGreater(expected["rmse"], 1)
+        self.browser.requests()
+        self.open(f"#/compare?a={jobs[0]}&b={jobs[1]}&tolerance={expected['rmse'] - 0.001}")
+        self.assert_shows(expected)
+        self.assertEqual(self.browser.text(".verdict"), "Fail")
+        self.assertIn("Compared by the service (OpenEXR, OpenEXR)", self.browser.text(".tab"))
+        self.assertIn(("POST", self.address("v1/compare")), self.browser.requests())
+        self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")
+        self.assertFalse(self.browser.button("Sign").is_enabled())
+        self.browser.button("Difference").click()
+        self.browser.until(lambda: self.widths(".canvas img") == [96], "the heat map")
+
+    def widths(self, selector):
+        return self.browser.execute_script("return [...document.querySelectorAll(arguments[0])].map((each) => each.naturalWidth)", selector)
+
+    def test_compares_with_a_file_of_the_user(self):
+        """A reference by its hash: uploaded once, linear images are shown as sRGB."""
+        job, other = self.rendered(name="tried"), self.rendered(name="reference", ambient=0.2, output={"formats": ["png", "exr"]})
+        for name in ("image.png", "image.exr"):
+            with tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder, name)
+                path.write_bytes(self.daemon.get(f"/v1/jobs/{other}/{name}").body)
+                self.open(f"#/compare?a={job}")
+                self.browser.one("input[type=file]").send_keys(str(path))
+                sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+                self.browser.until(lambda sha256=sha256: f"b={sha256}" in self.browser.current_url, "the hash in the address")
+            expected = json_of(self.daemon.request("POST", "/v1/compare", {"a": job, "b": sha256}))
+            self.assert_shows(expected)
+            self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")
+            self.assertEqual(self.browser.all(".tab thead"), [])  # a file has no document
+        drawn = self.browser.execute_script("const canvas = new OffscreenCanvas(96, 72), context = canvas.getContext('2d');"
+                                            "context.drawImage(document.querySelectorAll('.canvas img')[1], 0, 0); return [...context.getImageData(0, 0, 96, 72).data]")
+        exact = read_png(self.daemon.get(f"/v1/jobs/{other}/image.png").body)
+        difference = numpy.abs(numpy.array(drawn).reshape(72, 96, 4)[:, :, :3] - exact[:, :, :3].astype(int))
+        self.assertLessEqual(difference.max(), 1)  # the PNG is of the values before they were rounded to halves
+
+    def test_compares_small_pngs_only_itself(self):
+        script = """globalThis.sessionStorage = globalThis.localStorage = {getItem: () => ''};
+          globalThis.location = {hash: ''};
+          globalThis.addEventListener = () => undefined;
+          const {ownPng} = await import('./compare-source.js');
+          const job = (width, height, ...names) => ({image: {width, height}, artifacts: names.map((name) => ({name}))});
+          console.log(JSON.stringify([ownPng(job(8000, 8000, 'image.png'), ''), ownPng(job(8000, 8001, 'image.png'), ''), ownPng(job(8, 8, 'image.exr'), ''),
+                                      ownPng(job(8, 8, 'image.png', 'image.exr'), 'image.exr'), ownPng({image: null, artifacts: []}, '')].map((each) => !!each)));"""
+        done = subprocess.run(["node", "--input-type=module", "--eval", script], cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
+        self.assertEqual(json.loads(done.stdout), [True, False, False, False, False])
 
     def test_equal_images_differ_by_nothing(self):
         job = self.rendered()

@@ -79,6 +79,16 @@ class TradeOff(BrowserTest):
         self.assertEqual(edited["accuracy"], self.points[index]["settings"])
         self.assertEqual(edited["name"], "tiny")
 
+    def test_compares_a_setting_with_the_reference(self):
+        """The new render against reference.exr: the error that the measurement found for the setting."""
+        index = next(i for i, each in enumerate(self.points) if each["parameter"] == "samples" and each["value"] == "4")
+        self.open(f"#/measure/{self.job['id']}?point={index}")
+        self.browser.button("Compare with the reference").click()
+        rms = self.browser.until(lambda: self.browser.all(".facts-list dd[data-value]"), "the numbers")[0].get_attribute("data-value")
+        self.assertIn(f"#/compare?a={self.job['id']}/reference.exr&b=", self.browser.current_url)
+        self.assertAlmostEqual(float(rms), self.points[index]["error"], delta=0.1 * self.points[index]["error"] + self.job["measurement"]["reference"]["error"])
+        self.browser.until(lambda: self.browser.execute_script("return [...document.querySelectorAll('.canvas img')].map((each) => each.naturalWidth)") == [48, 48], "both images")
+
     def test_is_where_a_measurement_of_a_job_leads(self):
         self.open(f"#/jobs/{self.rendered}")
         self.browser.button("Measure").click()
