@@ -1,12 +1,14 @@
-"""A page for people: examples, the fields of scene documents, every operation with its parameters and replies, and all problems. No
+"""A page for people: the fields of scene documents, every operation with its parameters, examples and replies, and all problems. No
 script, no link elsewhere."""
 import html
 import json
 import re
 
+import docs_examples
+
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
 pre{overflow-x:auto}h2{margin-top:2.5rem;font-size:1.1rem}code{background:#f0f0f0;padding:0 .25em}table{border-collapse:collapse;width:100%}
-td{border-top:1px solid #ddd;padding:.25rem .75rem .25rem 0;vertical-align:top}td:first-child{white-space:nowrap}
+td{border-top:1px solid #ddd;padding:.25rem .75rem .25rem 0;vertical-align:top}td:first-child{white-space:nowrap}details{margin:0 0 1rem}
 @media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}code{background:#303030}td{border-color:#444}}"""
 
 
@@ -32,15 +34,12 @@ def operation_html(method, path, item, operation, document):
     if body:
         named.append((f"body: {', '.join(body['content'])}", body.get("description", "")))
     replies = [(status, resolved(reply, document)["description"]) for status, reply in operation["responses"].items()]
+    example = docs_examples.example_of(method, path, item, operation, document)
+    examples = (f"<pre>{html.escape(docs_examples.curl_of(example), quote=False)}</pre>"
+                f"<details><summary>Python</summary><pre>{html.escape(docs_examples.python_of(example), quote=False)}</pre></details>")
     title = f"<h2 id=\"{operation['operationId']}\"><code>{method.upper()} {html.escape(path)}</code></h2>"
     text = " ".join(html.escape(operation[part]) for part in ("summary", "description") if part in operation)
-    return f"{title}<p>{text}</p>{table(named)}<p>Replies:</p>{table(replies)}"
-
-
-EXAMPLES = (
-    ("An image from a scene document", "curl -s --fail --json @scene.json -H 'Accept: image/png' -o image.png http://127.0.0.1:8080/v1/render"),
-    ("A job, and its end within a minute", "curl -s --fail --json @scene.json -H 'Prefer: wait=60' http://127.0.0.1:8080/v1/jobs"),
-    ("All errors of a document", "curl -s --fail --json @scene.json http://127.0.0.1:8080/v1/jobs/validate"))
+    return f"{title}<p>{text}</p>{table(named)}{examples}<p>Replies:</p>{table(replies)}"
 
 
 def field_text(field):
@@ -85,8 +84,13 @@ def problems_html(contract):
     return f"<h2 id=\"problems\">Problems</h2>{table(plain)}"
 
 
+ABOUT_EXAMPLES = """<p>Each operation has an example for curl and one for Python 3, which needs no package. Start with
+<a href="#render">an image from a scene document</a>, <a href="#submitJob">a job and its end within a minute</a> or
+<a href="#validateJob">all errors of a document</a>. Words in capitals stand for values of earlier replies, such as JOB for the
+<code>id</code> of a job. A service with keys needs the header <code>Authorization: Bearer KEY</code> in each request.</p>"""
+
+
 def page(document, schema, contract):
-    examples = "".join(f"<p>{html.escape(title)}:</p><pre>{html.escape(command)}</pre>" for title, command in EXAMPLES)
     operations = "\n".join(operation_html(method, path, item, item[method], document)
                            for path, item in document["paths"].items()
                            for method in ("get", "post", "put", "patch", "delete") if method in item)
@@ -94,5 +98,5 @@ def page(document, schema, contract):
     return (f"<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Whittle: the HTTP interface</title>"
             f"<meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style></head><body>"
             f"<h1>Whittle over HTTP</h1><p>{about}</p><p>For machines: <a href=\"/openapi.json\">openapi.json</a>, with all "
-            f"schemas.</p>\n<h2 id=\"examples\">Examples</h2>{examples}{scene_html(schema)}{operations}\n{problems_html(contract)}"
+            f"schemas.</p>\n<h2 id=\"examples\">Examples</h2>{ABOUT_EXAMPLES}{scene_html(schema)}{operations}\n{problems_html(contract)}"
             "</body></html>\n")

@@ -1,0 +1,131 @@
+"""Every example of the page /docs runs as it stands there: the curl command and the Python program of each operation."""
+import hashlib
+import html
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from api.docs_examples import EXAMPLES
+from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene
+from tests.http.webhooks_test import SECRET_TEXT, Receiver
+from tests.support.sources import SOURCE
+
+FORMATS = ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]
+TEXTURE = SOURCE / "scenes/assets/tile.png"
+BLOCKS = re.compile(r'<h2 id="(\w+)">(?:(?!<h2).)*?<pre>(.*?)</pre><details><summary>Python</summary><pre>(.*?)</pre></details>', re.DOTALL)
+ENDLESS = "getEvents"
+
+
+class ApiExamples(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        (cls.directory / "secret").write_text(SECRET_TEXT, encoding="ascii")
+        (cls.directory / "scene.json").write_text(json.dumps(scene()), encoding="utf-8")
+        (cls.directory / "texture.png").write_bytes(TEXTURE.read_bytes())
+        cls.sha256 = hashlib.sha256(TEXTURE.read_bytes()).hexdigest()
+        cls.receiver = Receiver()
+        cls.addClassCleanup(cls.receiver.server_close)
+        cls.addClassCleanup(cls.receiver.shutdown)
+        cls.daemon = cls.enterClassContext(Daemon("--webhook-secret-file", cls.directory / "secret", "--webhook-networks", "127.0.0.0/8"))
+        cls.daemon.request("PUT", f"/v1/assets/{cls.sha256}", TEXTURE.read_bytes())
+        page = cls.daemon.get("/docs").body.decode()
+        cls.examples = {name: [html.unescape(text) for text in texts] for name, *texts in BLOCKS.findall(page)}
+        cls.values = cls.values_of_replies()
+
+    @classmethod
+    def values_of_replies(cls):
+        """Values for the words in capitals."""
+        output = {"formats": FORMATS, "layers": ["depth"]}
+        job = cls.daemon.submit(scene(output=output, job={"webhook": {"url": cls.receiver.url()}}))
+        other, batch = cls.daemon.submit(scene(samples=2)), cls.batch(scene())
+        for each in (job, other):
+            assert cls.daemon.wait_for_end(each)["state"] == "succeeded"
+        delivery = json_of(cls.daemon.get(f"/v1/jobs/{job}/deliveries"))["items"][0]["id"]
+        test = cls.daemon.request("POST", "/v1/webhooks/test", {"url": cls.receiver.url()}).headers["Location"].rsplit("/", 1)[1]
+        tree, file = re.search(r'"/ui/([^"/]+)/([^"]+\.js)"', cls.daemon.get("/", Accept="text/html").body.decode()).groups()
+        return {"JOB": job, "OTHER_JOB": other, "BATCH": batch, "DELIVERY": delivery, "TEST": test, "TREE": tree, "FILE": file,
+                "SHA256": cls.sha256, "https://example.com/done": cls.receiver.url()}
+
+    @classmethod
+    def batch(cls, document, end=True):
+        batch = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": document, "sweep": {"/camera/fov": [30, 40]}}))
+        if end:
+            for job in json_of(cls.daemon.get(batch["links"]["jobs"]))["items"]:
+                cls.daemon.wait_for_end(job["id"])
+        return batch["id"]
+
+    @classmethod
+    def measurement(cls):
+        job = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"]}}))
+        assert cls.daemon.wait_for_end(job["id"])["state"] == "succeeded"
+        return job["id"]
+
+    @classmethod
+    def values_for(cls, operation):
+        """The values for an operation that needs another job or batch than a finished render, or changes it."""
+        waiting = scene(job={"run_after": "2099-01-01T00:00:00Z"})
+        if operation in ("changeJob", "cancelJob", "removeJob"):
+            return {"JOB": cls.daemon.submit(waiting)}
+        if operation == "cancelBatch":
+            return {"BATCH": cls.batch(waiting, end=False)}
+        if operation == "removeBatch":
+            return {"BATCH": cls.batch(scene())}
+        if operation == "retryJob":
+            job = cls.daemon.submit(waiting)
+            cls.daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            return {"JOB": job}
+        if operation == "getPreviewPng":
+            return {"JOB": cls.daemon.job_with_last_preview(lambda: cls.daemon.cancel_in_work(long_scene()))["id"]}
+        if operation == "retryBatch":
+            batch = cls.batch(waiting, end=False)
+            cls.daemon.request("POST", f"/v1/batches/{batch}/cancel")
+            return {"BATCH": batch}
+        if operation.startswith("getMeasure") or operation == "getReferenceExr":
+            return {"JOB": cls.measured}
+        return {}
+
+    def run_example(self, operation, command, text):
+        for word, value in {**self.values, **self.values_for(operation)}.items():
+            text = re.sub(rf"(?<![\w]){re.escape(word)}(?!\w)", value, text)
+        text = text.replace("127.0.0.1:8080", f"127.0.0.1:{self.daemon.port}").replace("127.0.0.1:8081", f"127.0.0.1:{self.daemon.health_port}")
+        arguments = {"args": [*command, text], "cwd": self.directory, "env": {**os.environ, "no_proxy": "*"}, "text": True}
+        if operation == ENDLESS:
+            with subprocess.Popen(**arguments, stdout=subprocess.PIPE) as process:
+                self.daemon.submit(scene())
+                self.assertTrue(process.stdout.readline())
+                process.kill()
+            return ""
+        done = subprocess.run(**arguments, check=False, timeout=PATIENCE_S, capture_output=True)
+        self.assertEqual(done.returncode, 0, f"{text}\n{done.stdout}\n{done.stderr}")
+        written = re.search(r'-o (\S+)|Path\("(\S+)"\)\.write_bytes', text)
+        return (self.directory / (written[1] or written[2])).read_bytes() if written else done.stdout
+
+    def test_every_operation_has_examples_and_they_run(self):
+        document = json_of(self.daemon.get("/openapi.json"))
+        operations = {operation["operationId"] for item in document["paths"].values() for operation in item.values()
+                      if "operationId" in operation}
+        self.assertEqual(set(self.examples), operations)
+        self.assertLessEqual(set(EXAMPLES), operations)
+        type(self).measured = self.measurement()
+        for operation, (curl, python) in self.examples.items():
+            with self.subTest(operation=operation):
+                shown = self.run_example(operation, ["bash", "-c"], curl)
+                again = self.run_example(operation, [sys.executable, "-c"], python)
+                self.assertEqual(bool(shown.strip()), bool(again.strip()))
+                if "-o " in curl and operation != "getPreviewPng":
+                    self.assertEqual(shown, again)
+
+    def test_python_needs_only_its_standard_library(self):
+        for operation, (_, python) in self.examples.items():
+            imported = set(re.findall(r"^(?:import|from) (\w+)", python, re.MULTILINE))
+            self.assertLessEqual(imported, sys.stdlib_module_names, operation)
+
+
+if __name__ == "__main__":
+    unittest.main()
