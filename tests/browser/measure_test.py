@@ -1,6 +1,7 @@
 """The trade-off page: the points of a measurement as a plot and as a table, choices, and what follows from them."""
 import json
 import unittest
+import urllib.parse
 
 from tests.browser.browser import BrowserTest
 from tests.http.daemon import json_of, scene
@@ -85,7 +86,7 @@ class TradeOff(BrowserTest):
         self.open(f"#/measure/{self.job['id']}?point={index}")
         self.browser.button("Compare with the reference").click()
         rms = self.browser.until(lambda: self.browser.all(".facts-list dd[data-value]"), "the numbers")[0].get_attribute("data-value")
-        self.assertIn(f"#/compare?a={self.job['id']}/reference.exr&b=", self.browser.current_url)
+        self.assertIn(f"#/compare?a={self.job['id']}/reference.exr&b=", urllib.parse.unquote(self.browser.current_url))
         self.assertAlmostEqual(float(rms), self.points[index]["error"], delta=0.1 * self.points[index]["error"] + self.job["measurement"]["reference"]["error"])
         self.browser.until(lambda: self.browser.execute_script("return [...document.querySelectorAll('.canvas img')].map((each) => each.naturalWidth)") == [48, 48], "both images")
 
