@@ -5,7 +5,7 @@ import {json} from '@codemirror/lang-json';
 import {bracketMatching, codeFolding, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting} from '@codemirror/language';
 import {lintGutter, lintKeymap, setDiagnostics} from '@codemirror/lint';
 import {highlightSelectionMatches, searchKeymap} from '@codemirror/search';
-import {Compartment, EditorState, Transaction} from '@codemirror/state';
+import {EditorState, Transaction} from '@codemirror/state';
 import {drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers} from '@codemirror/view';
 import {tags} from '@lezer/highlight';
 import {rangeOf} from './pointers.js';
@@ -78,6 +78,7 @@ function schemaCompletions(service) {
   };
 }
 
+/** A read-only editor has no completion, no notes and no worker for them. */
 export class Editor {
   /**
    * @param {HTMLElement} host
@@ -86,19 +87,18 @@ export class Editor {
   constructor(host, {text, readOnly = false, onChange, onSubmit, onDrop}) {
     const root = host.shadowRoot || host.attachShadow({mode: 'open'});
     root.replaceChildren();
-    this.service = new Caller('schema-worker.js');
-    this.editable = new Compartment();
+    this.service = readOnly ? undefined : new Caller('schema-worker.js');
     this.onChange = onChange;
     const extensions = [
       lineNumbers(), foldGutter(), codeFolding(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(),
       highlightActiveLine(), highlightSelectionMatches(), json(), indentUnit.of('  '), theme, syntaxHighlighting(colors), lintGutter(),
       EditorView.lineWrapping, EditorView.contentAttributes.of({'aria-label': words.editor.label}),
-      this.editable.of([EditorState.readOnly.of(readOnly), EditorView.editable.of(!readOnly)]),
+      EditorState.readOnly.of(readOnly),
       keymap.of([{key: 'Mod-Enter', run: () => { onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                  ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
       EditorView.updateListener.of((update) => { if (update.docChanged) this.changed(); }),
     ];
-    if (!readOnly) {
+    if (this.service) {
       extensions.push(
         swatches(),
         autocompletion({override: [schemaCompletions(this.service)], activateOnTyping: true}),
@@ -109,7 +109,7 @@ export class Editor {
   }
 
   /** @param {object} schema */
-  setSchema(schema) { this.service.worker.postMessage({schema}); }
+  setSchema(schema) { this.service?.worker.postMessage({schema}); }
 
   changed() { this.onChange?.(this.text()); }
 
@@ -129,7 +129,7 @@ export class Editor {
   async lint() {
     const text = this.text();
     /** @type {{from: number, to: number, message: string, severity: number}[]} */
-    const found = await this.service.call({method: 'lint', text});
+    const found = await this.service?.call({method: 'lint', text}) || [];
     if (text === this.text()) this.show(found.map((each) => ({...each, severity: each.severity === 1 ? 'error' : 'warning'})));
     return [];
   }
@@ -159,7 +159,7 @@ export class Editor {
 
   /** @param {EditorView} view @param {number} at */
   async hover(view, at) {
-    const text = await this.service.call({method: 'hover', text: view.state.doc.toString(), offset: at});
+    const text = await this.service?.call({method: 'hover', text: view.state.doc.toString(), offset: at});
     if (!text) return null;
     return {pos: at, create: () => {
       const dom = document.createElement('div');
@@ -180,6 +180,6 @@ export class Editor {
 
   destroy() {
     this.view.destroy();
-    this.service.stop();
+    this.service?.stop();
   }
 }

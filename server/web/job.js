@@ -1,7 +1,7 @@
 /** One job: its image, error, cost, document, history and webhooks. */
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
-import {useEffect} from 'preact/hooks';
+import {useEffect, useRef} from 'preact/hooks';
 import {getJson, mayWrite, postJson} from './api.js';
 import {commands} from './commands.js';
 import {ErrorTab, HeatMap} from './error-tab.js';
@@ -125,11 +125,21 @@ function Cost({job}) {
 /** @param {{job: Job}} properties */
 function Document({job}) {
   const document = useSignal(''), problem = useSignal(/** @type {any} */ (null));
-  useEffect(() => { documentOf(job.id).then((value) => { document.value = value; }, (error) => { problem.value = error; }); }, [job.id]);
+  const host = useRef(/** @type {HTMLElement | null} */ (null));
+  useEffect(() => {
+    let left = false, close = () => {};
+    Promise.all([documentOf(job.id), import('./editor.js')]).then(([value, {Editor}]) => {
+      if (left || !host.current) return;
+      const editor = new Editor(host.current, {text: value, readOnly: true});
+      close = () => editor.destroy();
+      document.value = value;
+    }, (error) => { problem.value = error; });
+    return () => { left = true; close(); };
+  }, [job.id]);
   return html`<${Failure} problem=${problem.value} />
     <div class="buttons"><a class="button" href=${`#/edit/${job.id}`}>${text.edit}</a><button onClick=${() => copy(document.value)}>${text.copyDocument}</button>
       ${document.value && Object.entries(commands).map(([name, command]) => html`<button onClick=${() => copy(command(document.value))}>${text.copyAs(words.playground.commands[/** @type {'curl'} */ (name)])}</button>`)}</div>
-    <pre class="document" tabindex="0">${document.value.slice(0, 100_000)}</pre>`;
+    <div class="document"><div class="editor" ref=${host}></div></div>`;
 }
 
 /** The moves of the job between states. @param {{job: Job}} properties */

@@ -220,6 +220,20 @@ class Life(JobPage):
             parsed, _ = json.JSONDecoder().raw_decode(text[at:])
             self.assertEqual(parsed, value, pointer)
 
+    def test_the_document_is_shown_whole_in_an_editor_that_changes_nothing(self):
+        """Of a document that is larger than the 100,000 characters that were once shown."""
+        document = example("tiny", accuracy={"samples": [1, 1]})
+        document["objects"] += [{**document["objects"][0], "radius": 0.5 + index / 10_000} for index in range(800)]
+        text = json.dumps(document, indent=2)
+        self.assertGreater(len(text), 100_000)
+        job = self.finished(text.encode())
+        self.open(f"#/jobs/{job['id']}?tab=document")
+        self.browser.until(lambda: self.browser.all(".document .editor"), "the editor")
+        self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor').shadowRoot?.querySelector('.cm-content')"), "its text").send_keys("x")
+        self.assertEqual(self.editor("return view.state.doc.toString()"), text)
+        scripts = self.browser.execute_script("return performance.getEntriesByType('resource').map((each) => each.name)")
+        self.assertFalse([each for each in scripts if "schema" in each])
+
     def test_the_copied_commands_render_the_same_image(self):
         """Acceptance test 26, also for Python and the command line."""
         job = self.finished(example("tiny", accuracy={"samples": [2, 2]}))
