@@ -193,9 +193,11 @@ function Bar({editor, drafts, names, choose}) {
   });
   const copyAs = (/** @type {string} */ name) => { if (name in commands) copy(commands[/** @type {'curl'} */ (name)](editor.current?.text() || '')); };
   const invalid = made?.validation.value?.valid === false;
+  // Not at the choice: an arrow key chooses, and the next one goes on from there.
+  const reset = (/** @type {any} */ event) => { event.target.value = ''; };
   return html`<div class="bar">
     <h1>${words.titles.new}</h1>
-    <select aria-label=${text.examples} value="" onChange=${(/** @type {any} */ event) => { if (event.target.value) choose(event.target.value); event.target.value = ''; }}>
+    <select aria-label=${text.examples} onChange=${(/** @type {any} */ event) => { if (event.target.value) choose(event.target.value); }} onBlur=${reset}>
       <option value="">${text.choose}</option>
       ${names.value.map((name) => html`<option value=${name}>${name}</option>`)}
     </select>
@@ -204,7 +206,7 @@ function Bar({editor, drafts, names, choose}) {
       <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
       ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => made.now()}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
     <span class="spring"></span>
-    <select aria-label=${text.copyAs} value="" onChange=${(/** @type {any} */ event) => { copyAs(event.target.value); event.target.value = ''; }}>
+    <select aria-label=${text.copyAs} onChange=${(/** @type {any} */ event) => copyAs(event.target.value)} onBlur=${reset}>
       <option value="">${text.copyAs}</option>
       ${Object.keys(commands).map((name) => html`<option value=${name}>${text.commands[/** @type {'curl'} */ (name)]}</option>`)}
     </select>

@@ -1,0 +1,103 @@
+"""The page without a pointer: Tab, Enter and the arrow keys reach every step from an example to its removal."""
+import json
+import unittest
+
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+from tests.browser.browser import BrowserTest
+from tests.http.daemon import json_of, scene
+from tests.support.sources import SOURCE
+
+MAX_STEPS = 80
+FOCUSED = """
+  let at = document.activeElement;
+  while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+  if (!at || at === document.body) return null;
+  const box = at.getBoundingClientRect();
+  let ring = at, rings = 0;  // an editor draws the ring around itself
+  for (; ring && rings < 4; ring = ring.parentElement, ++rings) {
+    const style = getComputedStyle(ring);
+    if (style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) > 0) break;
+  }
+  const inView = box.width > 0 && box.height > 0 && box.right > 0 && box.bottom > 0 && box.left < innerWidth && box.top < innerHeight;
+  return {tag: at.tagName, name: (at.getAttribute('aria-label') || at.textContent).trim(), visible: inView && !!ring && rings < 4,
+          editing: at.isContentEditable};
+"""
+
+
+class Keyboard(BrowserTest):
+    def press(self, *keys):
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def tab_to(self, name, tag):
+        """Presses Tab until a control of this name has the focus. Each stop on the way shows that it has it."""
+        passed = []
+        for _ in range(MAX_STEPS):
+            self.press(Keys.TAB)
+            at = self.browser.execute_script(FOCUSED)
+            if at is None:
+                continue
+            passed.append(at["name"][:30])
+            self.assertTrue(at["visible"], f"the focus is not visible at {at['tag']} {at['name'][:60]}")
+            if at["tag"] == tag and at["name"].startswith(name):
+                return
+            if at["editing"]:
+                self.press(Keys.ESCAPE)  # Tab indents in an editor until Escape
+        self.fail(f"Tab does not reach {tag} {name}: {passed}")
+
+    def activate(self, name, tag="BUTTON"):
+        self.tab_to(name, tag)
+        self.press(Keys.ENTER)
+
+    def wait_for_route(self, part):
+        self.browser.until(lambda: part in self.browser.current_url, f"the route {part}")
+
+    def state(self, job):
+        return json_of(self.daemon.get(f"/v1/jobs/{job}"))["state"]
+
+    def test_leads_from_an_example_to_its_removal(self):
+        """Acceptance test 44."""
+        example = (SOURCE / "scenes/tiny.json").read_text(encoding="utf-8")
+        other = self.daemon.wait_for_end(self.daemon.submit(json.loads(example)))
+        self.open("#/")
+        self.activate("Playground", "A")
+        self.wait_for_route("#/new")
+        self.browser.until(lambda: self.browser.all(".canvas img"), "the first draft")
+        self.tab_to("Examples", "SELECT")
+        self.press("tiny")
+        self.press(Keys.ENTER)
+        self.browser.until(lambda: self.editor("return view.state.doc.toString()") == example, "the example")
+        self.activate("Render")
+        self.wait_for_route("#/jobs/")
+        job = self.browser.current_url.split("#/jobs/")[1].split("?")[0]
+        self.browser.until(lambda: self.state(job) == "succeeded", "the image")
+        self.browser.until(lambda: "succeeded" in self.browser.text(".job .bar"), "the end of the job")
+        self.activate("Error", "A")
+        self.browser.until(lambda: self.browser.all(".parts-bar"), "the parts of the error")
+        self.activate("Compare", "A")
+        self.browser.until(lambda: self.browser.all(".choices button"), "the choices")
+        self.activate("tiny")
+        self.wait_for_route(other["id"])
+        self.browser.until(lambda: self.browser.all(".facts-list dd[data-value]"), "the numbers")
+
+        self.expected.append("/preview?max=")  # may be asked for in the moment of the cancellation
+        running = self.daemon.submit(scene(2048, 2048, samples=256, name="long"))
+        self.open("#/")
+        self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{running}"]'), "the row")
+        self.activate("long", "A")
+        self.wait_for_route(running)
+        self.activate("Cancel")
+        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.activate("Cancel")
+        self.browser.until(lambda: self.state(running) == "cancelled", "the end")
+        self.browser.until(lambda: "cancelled" in self.browser.text(".job .bar"), "the state")
+        self.activate("Remove")
+        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.activate("Remove")
+        self.browser.until(lambda: self.daemon.get(f"/v1/jobs/{running}").status == 404, "the removal")
+        self.browser.until(lambda: not self.browser.all(f'.rows tr[data-id="{running}"]'), "the list without it")
+
+
+if __name__ == "__main__":
+    unittest.main()
