@@ -6,7 +6,7 @@ import {getJson, mayWrite, postJson, request} from './api.js';
 import {NewBatch} from './batch-form.js';
 import {age, count, duration} from './format.js';
 import {JobList} from './job-list.js';
-import {attempt, Dialog, download, Failure, State, Thumbnail} from './parts.js';
+import {attempt, Bell, Dialog, download, Failure, State, Thumbnail} from './parts.js';
 import {go} from './routes.js';
 import {listen} from './store.js';
 import {indexOf} from './sweep.js';
@@ -97,7 +97,8 @@ function Actions({batch, list}) {
   const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/batches/${id}`); go('#/batches'); });
   const tar = () => attempt(() => download(links.artifacts, `${name || id}.tar`));
   const total = Object.values(jobs).reduce((sum, each) => sum + Number(each), 0);
-  return html`${links.artifacts && html`<button onClick=${tar}>${text.tar}</button>`}
+  return html`${open > 0 && html`<${Bell} ids=${[`batch/${id}`]} label=${words.bell.ringBatch} />`}
+    ${links.artifacts && html`<button onClick=${tar}>${text.tar}</button>`}
     ${mayWrite.value && html`${links.retry && html`<button onClick=${() => post(links.retry)}>${text.retry}</button>`}
       ${links.cancel && html`<button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
       ${open === 0 && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}

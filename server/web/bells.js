@@ -1,15 +1,20 @@
-/** Jobs whose end is announced, once in a browser: kept by the program that has the stream. */
+/** Jobs and batches whose end is announced, once in a browser: kept by the program that has the stream. */
+
+const BATCH_MS = 500;
 
 /** @typedef {import('./event-stream.js').JobEvent} JobEvent */
 /** @typedef {{id: string, kind: string, name: string, state: string}} Ended */
 
 export class Bells {
-  /** @param {(job: Ended) => void} ring @param {(ids: string[]) => void} changed */
-  constructor(ring, changed) {
+  /** @param {(ended: Ended) => void} ring @param {(ids: string[]) => void} changed @param {() => Record<string, string>} headers of requests */
+  constructor(ring, changed, headers) {
     this.ring = ring;
     this.changed = changed;
-    /** @type {Set<string>} */
+    this.headers = headers;
+    /** Of jobs, and "batch/" with those of batches. @type {Set<string>} */
     this.ids = new Set();
+    /** Batches that are read soon. @type {Set<string>} */
+    this.soon = new Set();
   }
 
   /** @param {string[]} ids @param {boolean} on */
@@ -19,20 +24,35 @@ export class Bells {
   }
 
   /** @param {JobEvent} event */
-  event({type, id, state, kind = 'render', name = ''}) {
-    if (!this.ids.has(id) || (type !== 'done' && state !== 'removed')) return;
+  event({type, id, state, kind = 'render', name = '', batch}) {
+    if (type !== 'done' && state !== 'removed') return;
+    if (batch && this.ids.has(`batch/${batch}`)) this.checkSoon(`batch/${batch}`);
+    if (!this.ids.has(id)) return;
     this.set([id], false);
     if (type === 'done') this.ring({id, kind, name, state});
   }
 
-  /** Looks for jobs that ended while there was no stream. @param {Record<string, string>} headers */
-  async check(headers) {
-    for (const id of [...this.ids]) {
-      const reply = await fetch(`/v1/jobs/${id}`, {headers, cache: 'no-store'}).catch(() => null);
-      if (reply?.status === 404) this.set([id], false);
-      if (!reply?.ok) continue;
-      const job = await reply.json();
-      if (['succeeded', 'failed', 'cancelled'].includes(job.state)) this.event({...job, type: 'done'});
-    }
+  /** Reads a batch, at most twice a second. @param {string} bell */
+  checkSoon(bell) {
+    if (this.soon.has(bell)) return;
+    this.soon.add(bell);
+    setTimeout(() => { this.soon.delete(bell); this.checkOne(bell); }, BATCH_MS);
+  }
+
+  /** Looks for what ended while there was no stream. */
+  async check() {
+    for (const bell of [...this.ids]) await this.checkOne(bell);
+  }
+
+  /** @param {string} bell */
+  async checkOne(bell) {
+    const [id, isBatch] = bell.startsWith('batch/') ? [bell.slice(6), true] : [bell, false];
+    const reply = await fetch(`/v1/${isBatch ? 'batches' : 'jobs'}/${id}`, {headers: this.headers(), cache: 'no-store'}).catch(() => null);
+    if (reply?.status === 404) this.set([bell], false);
+    if (!reply?.ok) return;
+    const {kind = 'batch', name, state} = await reply.json();
+    if (!this.ids.has(bell) || !['succeeded', 'failed', 'cancelled'].includes(state)) return;
+    this.set([bell], false);
+    this.ring({id, kind, name, state});
   }
 }

@@ -13,8 +13,8 @@ export function parseRoute(hash) {
 export const route = signal(parseRoute(location.hash));
 addEventListener('hashchange', () => { route.value = parseRoute(location.hash); });
 
-/** Where a job is shown. @param {{id: string, kind: string}} job */
-export const routeOf = ({id, kind}) => `#/${kind === 'measure' ? 'measure' : 'jobs'}/${id}`;
+/** Where a job or a batch is shown. @param {{id: string, kind: string}} shown */
+export const routeOf = ({id, kind}) => `#/${kind === 'measure' ? 'measure' : kind === 'batch' ? 'batches' : 'jobs'}/${id}`;
 
 /** @param {string} hash */
 export function go(hash) { location.hash = hash; }

@@ -16,7 +16,7 @@ export const figures = signal(null);
 export const health = signal(null);
 
 const STORED_BELLS = 'whittle.bells';
-/** Ids of the jobs whose end is announced. */
+/** Ids of the jobs, and "batch/" with those of the batches, whose end is announced. */
 export const bells = signal(/** @type {string[]} */ (JSON.parse(localStorage.getItem(STORED_BELLS) || '[]')));
 /** The last one that ended; this tab announces it. @type {import('@preact/signals').Signal<import('./bells.js').Ended | null>} */
 export const rung = signal(null);
@@ -70,7 +70,7 @@ function shareStream() {
 
 /** Without a shared worker a tab has its own stream, while it is visible. */
 function ownStream() {
-  const own = new Bells((job) => { rung.value = job; }, keepBells);
+  const own = new Bells((job) => { rung.value = job; }, keepBells, () => stream.headers());
   const stream = new EventStream((message) => {
     receive(message);
     if (message.type === 'event') own.event(message.event);
@@ -80,7 +80,7 @@ function ownStream() {
     if (document.visibilityState !== 'visible') return stream.stop();
     stream.start(key.value);
     own.set(bells.value, true);
-    own.check(stream.headers());
+    own.check();
   };
   document.addEventListener('visibilitychange', follow);
   return {enter: follow, leave: () => stream.stop()};

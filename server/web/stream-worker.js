@@ -23,16 +23,16 @@ function sendAll(message) {
 /** Notifies the tab that was visible last; if it does not answer because it is gone, the one before. @param {import('./bells.js').Ended} job */
 function ring(job) {
   const port = [...ports].at(-1);
-  if (!port) return bells.set([job.id], true);  // until a tab comes
+  if (!port) return bells.set([job.kind === 'batch' ? `batch/${job.id}` : job.id], true);  // until a tab comes
   port.postMessage({type: 'bell', job});
   unanswered.set(job.id, setTimeout(() => { ports.delete(port); ring(job); }, ANSWER_MS));
 }
 
-const bells = new Bells(ring, (ids) => sendAll({type: 'bells', ids}));
+const bells = new Bells(ring, (ids) => sendAll({type: 'bells', ids}), () => stream.headers());
 const stream = new EventStream((message) => {
   sendAll(message);
   if (message.type === 'event') bells.event(message.event);
-  if (message.type === 'reload') bells.check(stream.headers());
+  if (message.type === 'reload') bells.check();
 });
 
 addEventListener('connect', (event) => {
@@ -54,6 +54,6 @@ addEventListener('connect', (event) => {
     for (const message of latest.values()) port.postMessage(message);
     if (alone || data.key !== key || latest.get('state')?.state === 'locked') stream.start(key = data.key);
     if (alone) bells.set(data.ids, true);
-    bells.check(stream.headers());
+    bells.check();
   };
 });

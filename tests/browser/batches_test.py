@@ -1,6 +1,7 @@
 """Batches: the list, a new sweep, the contact sheet by axes, failed jobs, cancel and remove."""
 import json
 import subprocess
+import time
 import unittest
 
 from tests.browser.browser import BrowserTest
@@ -79,6 +80,22 @@ class Batches(BrowserTest):
         self.browser.until(lambda: self.browser.current_url.endswith("#/batches"), "the list")
         self.browser.until(lambda: self.browser.all("h1") and not self.browser.all(f'tr[data-id="{batch_id}"]'), "without it")
         self.assertEqual(self.daemon.get(f"/v1/batches/{batch_id}").status, 404)
+
+    def test_rings_when_the_last_job_ends(self):
+        batch_id = self.submitted(name="rings", scene=scene(job=LATER), frames=[{}, {}])
+        self.open(f"#/batches/{batch_id}")
+        self.browser.one(".bell").click()
+        self.browser.until(lambda: self.browser.one(".bell").get_attribute("aria-pressed") == "true", "the bell")
+        jobs = [job["id"] for job in json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}"))["items"]]
+        self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
+        self.browser.until(lambda: "cancelled" in self.cells().values(), "the first one")
+        time.sleep(1)  # longer than the page waits before it reads the batch
+        self.assertEqual(self.browser.text("[aria-live]"), "")
+        self.daemon.request("POST", f"/v1/jobs/{jobs[1]}/cancel")
+        self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings: cancelled"), "the end")
+        self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/batches/{batch_id}"))
+        self.assertEqual(self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "[]")
+
 
     def test_cancels_what_waits(self):
         batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})
