@@ -1,18 +1,18 @@
 /** Batches: the list, and one batch as a contact sheet along the axes of its sweep. */
-import {signal, useSignal} from '@preact/signals';
+import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useMemo} from 'preact/hooks';
 import {getJson, mayWrite, postJson, request} from './api.js';
 import {NewBatch} from './batch-form.js';
-import {age, count, duration} from './format.js';
+import {jobsByIndex, Sheet} from './batch-sheet.js';
+import {age, count} from './format.js';
 import {JobList} from './job-list.js';
-import {attempt, Bell, Dialog, download, Failure, State, Thumbnail} from './parts.js';
+import {attempt, Bell, Dialog, download, Failure, State} from './parts.js';
 import {go} from './routes.js';
 import {listen} from './store.js';
-import {indexOf} from './sweep.js';
 import {words} from './words.js';
 
-const READ_MS = 1000, THUMBNAIL_SIDE = 256, CELLS = 400;
+const READ_MS = 1000;
 const text = words.batches;
 
 /** @typedef {Record<string, any>} Batch */
@@ -80,7 +80,7 @@ function One({id}) {
     ${isOpen && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
     <p class="dim shares">${text.created(count(value.size), age(value.created_at, Date.now()))} ${shares.map(([name, n]) => html`<a href=${`#/?batch=${id}&state=${name}`}><${State} state=${name} /> <span class="number">${count(Number(n))}</span></a>`)}</p>
     <${Failure} problem=${problem.value || list.problem.value} />
-    <${Sheet} batch=${value} list=${list} />
+    <${Sheet} batch=${value} list=${list} jobs=${jobsByIndex(list)} />
   </div>`;
 }
 
@@ -105,54 +105,4 @@ function Actions({batch, list}) {
       <${Dialog} open=${asked.value !== ''} onClose=${() => { asked.value = ''; }} title=${words.job.sure}>${asked.value && html`<div class="stack"><h2>${words.queue.confirm[asked.value](asked.value === 'cancel' ? open : total)}</h2>
         <div class="row"><button onClick=${() => { asked.value = ''; }}>${words.queue.back}</button>
           <button class="primary" onClick=${asked.value === 'cancel' ? () => post(links.cancel) : remove}>${words.queue.doIt[asked.value]}</button></div></div>`}</${Dialog}>`}`;
-}
-
-/** How many cells are shown; more on request. */
-const shownCells = signal(CELLS);
-
-/** The jobs by their place in the batch. @param {{batch: Batch, list: JobList}} properties */
-function Sheet({batch, list}) {
-  const places = useSignal(/** @type {number[]} */ ([]));
-  list.version.value;
-  /** @type {Map<number, Job>} */
-  const jobs = new Map();
-  for (const id of list.order) {
-    const job = list.jobs.get(id);
-    if (job?.variation) jobs.set(job.variation.index, job);
-  }
-  useEffect(() => { list.refresh(list.order); });
-  const axes = Object.keys(batch.sweep || {});
-  if (axes.length < 2) {
-    const cells = Math.min(batch.size, shownCells.value), axis = axes[0];
-    return html`<ul class="sheet">${Array.from({length: cells}, (_, index) => html`<li key=${index}><${Cell} job=${jobs.get(index)} index=${index} label=${axis ? valueText(batch.sweep[axis][index]) : frameText(jobs.get(index), index)} /></li>`)}</ul>
-      ${axis && html`<p class="dim"><code>${axis}</code></p>`}
-      ${cells < batch.size && html`<button onClick=${() => { shownCells.value += CELLS; }}>${text.moreJobs(count(batch.size - cells))}</button>`}`;
-  }
-  const [rows, columns] = axes.slice(-2), others = axes.slice(0, -2);
-  const at = (/** @type {number} */ row, /** @type {number} */ column) => indexOf(batch.sweep, [...others.map((_, axis) => places.value[axis] || 0), row, column]);
-  return html`${others.length > 0 && html`<div class="wishes">${others.map((axis, place) => html`<label><code>${axis}</code> <select value=${places.value[place] || 0}
-      onChange=${(/** @type {any} */ event) => { const next = [...places.value]; next[place] = Number(event.target.value); places.value = next; }}>
-      ${batch.sweep[axis].map((/** @type {any} */ each, /** @type {number} */ i) => html`<option value=${i}>${valueText(each)}</option>`)}</select></label>`)}</div>`}
-    <div class="panel axes" tabindex="0" role="region" aria-label=${text.sheet}><table>
-      <thead><tr><td><code>${rows}</code> ↓ <code>${columns}</code> →</td>${batch.sweep[columns].map((/** @type {any} */ each) => html`<th scope="col" class="number">${valueText(each)}</th>`)}</tr></thead>
-      <tbody>${batch.sweep[rows].map((/** @type {any} */ each, /** @type {number} */ row) => html`<tr><th scope="row" class="number">${valueText(each)}</th>
-        ${batch.sweep[columns].map((/** @type {any} */ _, /** @type {number} */ column) => html`<td><${Cell} job=${jobs.get(at(row, column))} index=${at(row, column)} label="" /></td>`)}</tr>`)}</tbody></table></div>`;
-}
-
-/** @param {any} value */
-const valueText = (value) => JSON.stringify(value).slice(0, 40);
-
-/** What a frame changes. @param {Job | undefined} job @param {number} index */
-const frameText = (job, index) => job?.variation?.values?.name ? job.name : job?.variation?.values ? JSON.stringify(job.variation.values).slice(1, -1).slice(0, 60) : text.frame(index);
-
-/** One job of the sheet, or its empty place. @param {{job: Job | undefined, index: number, label: string}} properties */
-function Cell({job, index, label}) {
-  if (!job) return html`<span class="cell" data-index=${index}><span class="thumb"></span><span class="dim">${label || text.gone}</span></span>`;
-  const failed = job.state === 'failed', retry = () => attempt(async () => { await postJson(`/v1/jobs/${job.id}/retry`, undefined); });
-  const name = `${text.frame(index)}, ${words.states[/** @type {'failed'} */ (job.state)]}`;
-  return html`<span class="cell" data-index=${index} data-id=${job.id} data-state=${job.state}><a href=${`#/jobs/${job.id}`} aria-label=${label ? `${label}, ${name}` : name}><${Thumbnail} job=${job} side=${THUMBNAIL_SIDE} /></a>
-    ${label && html`<span class="number">${label}</span>`}
-    ${job.state === 'running' ? html`<progress max="1" value=${job.progress} aria-label=${words.queue.columns.progress}></progress>`
-      : job.state === 'succeeded' ? html`<span class="dim number">${job.report ? duration(job.report.time_ms.trace / 1000) : ''}</span>` : html`<${State} state=${job.state} />`}
-    ${failed && html`<span class="reason">${job.problem?.detail}</span>${mayWrite.value && html`<button onClick=${retry}>${words.queue.retry}</button>`}`}</span>`;
 }

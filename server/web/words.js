@@ -115,7 +115,7 @@ export const words = {
   batches: {
     empty: 'No batches yet', emptyText: 'A batch renders one scene with different values: of the camera, of materials, of the accuracy.', create: 'New batch', jobs: 'Jobs', more: 'Show more', toList: 'All batches',
     created: (/** @type {string} */ jobs, /** @type {string} */ age) => `${jobs} jobs, submitted ${age} ago.`, tar: 'Download all', retry: 'Retry what failed', sheet: 'Images by the values of the sweep',
-    frame: (/** @type {number} */ index) => `Image ${index}`, gone: 'removed', moreJobs: (/** @type {string} */ n) => `Show ${n} more`,
+    frame: (/** @type {number} */ index) => `Image ${index}`, gone: 'removed',
     noScene: 'No scene yet', noSceneText: 'Write or choose a scene in the playground, then make a batch of it.', scene: 'Scene:', edit: 'Edit', pointer: 'Value at', values: 'Values',
     valuesHelp: 'A range from..to:step, or values with commas. Every combination becomes a job.', addAxis: 'Vary another value',
     total: (/** @type {number} */ jobs, /** @type {string} */ time) => `${jobs} ${jobs === 1 ? 'job' : 'jobs'}${time ? `, about ${time}` : ''}`, submit: (/** @type {string} */ jobs) => `Render ${jobs}`, sweep: 'Sweep', sweepHelp: 'Render with many values as a batch',

@@ -81,6 +81,47 @@ class Batches(BrowserTest):
         self.browser.until(lambda: self.browser.all("h1") and not self.browser.all(f'tr[data-id="{batch_id}"]'), "without it")
         self.assertEqual(self.daemon.get(f"/v1/batches/{batch_id}").status, 404)
 
+    def test_retries_one_cell_of_a_sweep_alone(self):
+        """Acceptance test 38: 3 x 4 cells, the row that is too late has failed."""
+        times = ["2020-01-01T00:00:00Z", "2098-01-01T00:00:00Z", "2099-01-01T00:00:00Z"]
+        batch_id = self.ended(self.submitted(sweep={"/job/deadline": times, "/camera/fov": [30, 40, 50, 60]}))
+        self.open(f"#/batches/{batch_id}")
+        self.browser.until(lambda: self.cells() == {index: "failed" if index < 4 else "succeeded" for index in range(12)}, "the cells")
+        self.browser.button("Retry", '.cell[data-index="2"]').click()
+        self.browser.until(lambda: self.cells() == {index: "failed" if index in (0, 1, 3) else "succeeded" for index in range(12)}, "the retry of one")
+        self.assertEqual(self.batch(batch_id)["jobs"]["failed"], 3)
+
+
+    def test_shows_few_cells_of_many_jobs(self):
+        """2,500 jobs in rows and columns, and 450 images in sequence: what is in view exists, and is loaded."""
+        batch_id = self.submitted(scene=scene(job=LATER), sweep={"/camera/fov": list(range(20, 70)), "/image/width": list(range(8, 58))})
+        self.open(f"#/batches/{batch_id}")
+        self.browser.until(lambda: len(self.cells()) > 20, "cells")
+        self.browser.execute_script("const axes = document.querySelector('.axes'), main = document.querySelector('main');"
+                                    "axes.scrollLeft = axes.scrollWidth; main.scrollTop = main.scrollHeight;")
+        self.browser.until(lambda: self.cells().get(2499) == "queued" and 0 not in self.cells(), "the last cell")
+        self.assertLessEqual(len(self.browser.all(".cell")), 100)
+        self.assertEqual(self.browser.all(".axes tbody tr th")[-1].text, "69")
+        self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
+        batch_id = self.ended(self.submitted(scene=scene(128, 96), frames=[{"camera": {"fov": 30 + index / 15}} for index in range(450)]))
+        self.browser.requests()
+        self.open(f"#/batches/{batch_id}")
+        self.browser.until(lambda: len(self.browser.all(".cell img")) > 20, "images")
+        self.browser.execute_script("const main = document.querySelector('main'); main.scrollTop = main.scrollHeight;")
+        self.browser.until(lambda: self.cells().get(449) == "succeeded" and 0 not in self.cells(), "the last image")
+        self.browser.until(lambda: self.browser.all('.cell[data-index="449"] img'), "its image")
+        self.assertLessEqual(len(self.browser.all(".cell")), 100)
+        previews = {url for _, url in self.browser.requests() if "/preview?max=" in url}
+        total = sum(len(self.daemon.get(url.split(str(self.daemon.port))[1]).body or self.image_of(url)) for url in previews)
+        print(f"{len(previews)} thumbnails, {total / 1000:.0f} kB, in two views of 450")
+        self.assertLessEqual(total, 2 * 400_000)
+
+
+    def image_of(self, preview):
+        """The image that a preview leads to."""
+        return self.daemon.get(preview.split(str(self.daemon.port))[1].split("/preview")[0] + "/image.png").body
+
+
     def test_rings_when_the_last_job_ends(self):
         batch_id = self.submitted(name="rings", scene=scene(job=LATER), frames=[{}, {}])
         self.open(f"#/batches/{batch_id}")
