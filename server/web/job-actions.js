@@ -35,7 +35,7 @@ export function Actions({job, etag}) {
     }
   });
   useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
-  const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name === 'image.png') && !job.value.expired;
+  const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name.startsWith('image.')) && !job.value.expired;
   const tradeOff = job.value.kind === 'measure' && route.value.page === 'jobs';
   const edit = html`${tradeOff && html`<a class="button" href=${`#/measure/${id}`}>${text.tradeOff}</a>`}<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
   const bell = isOpen && html`<${Bell} ids=${[id]} label=${words.bell.ring} />`;
