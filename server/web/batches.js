@@ -1,4 +1,4 @@
-/** Batches: the list, and one batch as a contact sheet along the axes of its sweep. */
+/** Batches: the list, and one batch as a contact sheet or an animation. */
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useMemo} from 'preact/hooks';
@@ -7,12 +7,13 @@ import {NewBatch} from './batch-form.js';
 import {jobsByIndex, Sheet} from './batch-sheet.js';
 import {age, count} from './format.js';
 import {JobList} from './job-list.js';
-import {attempt, Bell, Dialog, download, Failure, State} from './parts.js';
-import {go} from './routes.js';
+import {attempt, Bell, copy, Dialog, download, Failure, State} from './parts.js';
+import {Player} from './player.js';
+import {go, route, setQuery} from './routes.js';
 import {listen} from './store.js';
 import {words} from './words.js';
 
-const READ_MS = 1000;
+const READ_MS = 1000, FPS = 24;
 const text = words.batches;
 
 /** @typedef {Record<string, any>} Batch */
@@ -68,24 +69,31 @@ function One({id}) {
   useEvents(() => getJson(`/v1/batches/${id}`).then((body) => { batch.value = body; problem.value = null; }, (error) => { problem.value = error; }), id);
   const list = useMemo(() => new JobList({batch: id}), [id]);
   useEffect(() => () => list.close(), [list]);
+  const fps = useSignal(FPS);
   list.version.value;
   useEffect(() => { list.more(); });  // until all jobs are known
   const value = batch.value;
   if (!value) return html`<div class="page">${problem.value ? html`<div class="empty"><h1>${words.titles.batches}</h1><p>${problem.value.message}</p><a class="button" href="#/batches">${text.toList}</a></div>` : html`<p class="dim">${words.loading}</p>`}</div>`;
   const isOpen = value.state === 'queued' || value.state === 'running';
+  const jobs = jobsByIndex(list), plays = route.value.query.get('view') === 'player';
+  const images = [...jobs].sort(([a], [b]) => a - b).flatMap(([, job]) => !job.expired && job.state === 'succeeded' && job.artifacts.find((/** @type {any} */ each) => each.name === 'image.png') || []);
   const shares = Object.entries(value.jobs).filter(([, n]) => n > 0);
   return html`<div class="page batch">
     <header class="heading"><h1>${value.name || words.queue.untitled}</h1> <${State} state=${value.state} />${isOpen && html`<span class="number">${Math.floor(value.progress * 100)} %</span>`}
-      <span class="spring"></span><${Actions} batch=${batch} list=${list} /></header>
+      <span class="spring"></span><${Actions} batch=${batch} list=${list} fps=${fps} images=${images.length} /></header>
     ${isOpen && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
     <p class="dim shares">${text.created(count(value.size), age(value.created_at, Date.now()))} ${shares.map(([name, n]) => html`<a href=${`#/?batch=${id}&state=${name}`}><${State} state=${name} /> <span class="number">${count(Number(n))}</span></a>`)}</p>
     <${Failure} problem=${problem.value || list.problem.value} />
-    <${Sheet} batch=${value} list=${list} jobs=${jobsByIndex(list)} />
+    <div class="buttons" role="group" aria-label=${text.view}><button aria-pressed=${!plays} onClick=${() => setQuery({view: null})}>${text.images}</button>
+      <button aria-pressed=${plays} onClick=${() => setQuery({view: 'player'})}>${text.animation}</button></div>
+    ${!plays ? html`<${Sheet} batch=${value} list=${list} jobs=${jobs} />`
+      : images.length > 0 ? html`<${Player} urls=${images.map((each) => each.url)} fps=${fps} size=${jobs.get(0)?.image || {width: 4, height: 3}} />`
+      : html`<div class="empty"><h2>${text.noImages}</h2></div>`}
   </div>`;
 }
 
-/** @param {{batch: import('@preact/signals').Signal<Batch | null>, list: JobList}} properties */
-function Actions({batch, list}) {
+/** @param {{batch: import('@preact/signals').Signal<Batch | null>, list: JobList, fps: import('@preact/signals').Signal<number>, images: number}} properties */
+function Actions({batch, list, fps, images}) {
   const asked = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
   const {id, name, links, jobs} = /** @type {Batch} */ (batch.value);
   const open = (jobs.queued || 0) + (jobs.running || 0);
@@ -95,10 +103,16 @@ function Actions({batch, list}) {
     list.scheduleReload();
   });
   const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/batches/${id}`); go('#/batches'); });
-  const tar = () => attempt(() => download(links.artifacts, `${name || id}.tar`));
+  const loading = useSignal('');
+  const save = (/** @type {string} */ path, /** @type {string} */ kind) => attempt(async () => {
+    loading.value = kind;
+    await download(path, `${name || id}.${kind}`).finally(() => { loading.value = ''; });
+  });
+  const button = (/** @type {string} */ path, /** @type {'tar' | 'apng'} */ kind) => html`<button disabled=${loading.value !== ''} aria-busy=${loading.value === kind} onClick=${() => save(path, kind)}>${loading.value === kind ? text.preparing : text[kind]}</button>`;
+  const video = `mkdir frames && tar -xf '${(name || id).replaceAll("'", '_')}.tar' -C frames && ffmpeg -framerate ${fps.value} -pattern_type glob -i 'frames/*.png' -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p video.mp4`;
   const total = Object.values(jobs).reduce((sum, each) => sum + Number(each), 0);
   return html`${open > 0 && html`<${Bell} ids=${[`batch/${id}`]} label=${words.bell.ringBatch} />`}
-    ${links.artifacts && html`<button onClick=${tar}>${text.tar}</button>`}
+    ${links.artifacts && images > 0 && html`${button(links.artifacts, 'tar')}${button(`/v1/batches/${id}/animation.apng?fps=${fps.value}`, 'apng')}<button onClick=${() => copy(video)} title=${video}>${text.video}</button>`}
     ${mayWrite.value && html`${links.retry && html`<button onClick=${() => post(links.retry)}>${text.retry}</button>`}
       ${links.cancel && html`<button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
       ${open === 0 && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}

@@ -109,7 +109,7 @@ function KeyHelp() {
   return html`<${Dialog} open=${helpOpen.value} onClose=${close} title=${words.keys.title}><div class="stack">
     <h2>${words.keys.title}</h2>
     <p class="dim">${words.keys.help}</p>
-    <div class="key-list">${words.keys.list.map(([name, what]) => html`<kbd>${name}</kbd><span>${what}</span>
+    <div class="key-list">${words.keys.list.map(([name, what]) => html`<kbd>${name === ' ' ? words.keys.space : name}</kbd><span>${what}</span>
       <input type="checkbox" aria-label=${`${what}: ${words.keys.enabled}`} checked=${!disabled.value.has(name)} onChange=${(/** @type {any} */ event) => setEnabled(name, event.target.checked)} />`)}</div>
     <div class="row"><button onClick=${close}>${words.close}</button></div>
   </div></${Dialog}>`;

@@ -114,11 +114,15 @@ export const words = {
   },
   batches: {
     empty: 'No batches yet', emptyText: 'A batch renders one scene with different values: of the camera, of materials, of the accuracy.', create: 'New batch', jobs: 'Jobs', more: 'Show more', toList: 'All batches',
-    created: (/** @type {string} */ jobs, /** @type {string} */ age) => `${jobs} jobs, submitted ${age} ago.`, tar: 'Download all', retry: 'Retry what failed', sheet: 'Images by the values of the sweep',
+    created: (/** @type {string} */ jobs, /** @type {string} */ age) => `${jobs} jobs, submitted ${age} ago.`, tar: 'Download all', apng: 'Download animation', video: 'Copy as ffmpeg command', preparing: 'Preparing …', view: 'View', images: 'Images', animation: 'Animation', noImages: 'No image is ready yet', retry: 'Retry what failed', sheet: 'Images by the values of the sweep',
     frame: (/** @type {number} */ index) => `Image ${index}`, gone: 'removed',
     noScene: 'No scene yet', noSceneText: 'Write or choose a scene in the playground, then make a batch of it.', scene: 'Scene:', edit: 'Edit', pointer: 'Value at', values: 'Values',
     valuesHelp: 'A range from..to:step, or values with commas. Every combination becomes a job.', addAxis: 'Vary another value',
     total: (/** @type {number} */ jobs, /** @type {string} */ time) => `${jobs} ${jobs === 1 ? 'job' : 'jobs'}${time ? `, about ${time}` : ''}`, submit: (/** @type {string} */ jobs) => `Render ${jobs}`, sweep: 'Sweep', sweepHelp: 'Render with many values as a batch',
+  },
+  player: {
+    title: 'Animation', image: (/** @type {number} */ index) => `Image ${index}`, place: 'Place in the animation', previous: 'Previous image ( , )', next: 'Next image ( . )', first: 'First', middle: 'Middle', last: 'Last', fps: 'images per second',
+    dropped: (/** @type {number} */ n) => n === 1 ? '1 image was skipped: it was late.' : `${n} images were skipped: they were late.`,
   },
   editor: {
     label: 'Scene document', color: (/** @type {string} */ value) => `Colour ${value}`, drag: 'Drag to change the number',
@@ -140,12 +144,12 @@ export const words = {
     uploaded: (/** @type {string} */ name) => `${name} is uploaded and named at the cursor`, known: (/** @type {string} */ name) => `${name} was known already and is named at the cursor`,
   },
   keys: {
-    title: 'Keyboard', enabled: 'On',
+    title: 'Keyboard', enabled: 'On', space: 'Space',
     help: 'Single keys work outside of text fields. Each can be switched off.',
     list: /** @type {[string, string][]} */ ([
       ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g b', 'Batches'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
       ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
-      ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['Esc', 'Close, or clear the selection'],
+      ['0', 'Zoom to 1:1'], ['f', 'Fit'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Close, or clear the selection'],
     ]),
   },
 };

@@ -1,12 +1,19 @@
-"""Batches: the list, a new sweep, the contact sheet by axes, failed jobs, cancel and remove."""
+"""Batches: the list, a new sweep, the contact sheet by axes, the animation, failed jobs, cancel and remove."""
 import json
+import pathlib
 import subprocess
+import tempfile
 import time
 import unittest
 
+import numpy
+from selenium.webdriver.common.action_chains import ActionChains
+
 from tests.browser.browser import BrowserTest
+from tests.http.animation_test import frames
 from tests.http.daemon import json_of, scene, wait_until
 from tests.http.page_test import CACHE
+from tests.support.images import read_png
 
 LATER = {"run_after": "2099-01-01T00:00:00Z", "cache": "off"}
 
@@ -91,7 +98,6 @@ class Batches(BrowserTest):
         self.browser.until(lambda: self.cells() == {index: "failed" if index in (0, 1, 3) else "succeeded" for index in range(12)}, "the retry of one")
         self.assertEqual(self.batch(batch_id)["jobs"]["failed"], 3)
 
-
     def test_shows_few_cells_of_many_jobs(self):
         """2,500 jobs in rows and columns, and 450 images in sequence: what is in view exists, and is loaded."""
         batch_id = self.submitted(scene=scene(job=LATER), sweep={"/camera/fov": list(range(20, 70)), "/image/width": list(range(8, 58))})
@@ -116,11 +122,62 @@ class Batches(BrowserTest):
         print(f"{len(previews)} thumbnails, {total / 1000:.0f} kB, in two views of 450")
         self.assertLessEqual(total, 2 * 400_000)
 
-
     def image_of(self, preview):
         """The image that a preview leads to."""
         return self.daemon.get(preview.split(str(self.daemon.port))[1].split("/preview")[0] + "/image.png").body
 
+    def shown(self):
+        return self.browser.execute_script("return document.querySelector('.player canvas')?.dataset.shown ?? ''")
+
+    def test_plays_the_images(self):
+        """Acceptance test 40; the number of late images is printed."""
+        batch_id = self.ended(self.submitted(scene=scene(640, 360), frames=[{"camera": {"fov": 30 + index / 5}} for index in range(100)]))
+        self.open(f"#/batches/{batch_id}")
+        self.browser.button("Animation").click()
+        self.browser.until(lambda: self.shown() == "0", "the first image")
+        for label, place in (("Last", "99"), ("First", "0"), ("Middle", "49")):
+            self.browser.button(label, ".player").click()
+            self.browser.until(lambda place=place: self.shown() == place, label)
+        ActionChains(self.browser).send_keys(".").send_keys(".").send_keys(",").perform()
+        self.browser.until(lambda: self.shown() == "50", "steps by key")
+        self.browser.execute_script("const place = document.querySelector('.player input[type=range]'); place.value = 0; place.dispatchEvent(new Event('input', {bubbles: true}));"
+                                    "window.seen = []; new MutationObserver(() => seen.push(Number(document.querySelector('.player canvas').dataset.shown)))"
+                                    ".observe(document.querySelector('.player canvas'), {attributeFilter: ['data-shown']})")
+        self.browser.until(lambda: self.shown() == "0", "the begin")
+        self.browser.button("Play", ".player").click()
+        self.browser.until(lambda: len(self.browser.execute_script("return seen")) >= 99, "a turn")
+        self.browser.button("Pause", ".player").click()
+        seen = self.browser.execute_script("return seen")
+        late = int(self.browser.one(".player canvas").get_attribute("data-dropped"))
+        print(f"{late} of {len(seen) + late} images were late at 24 images/s")
+        steps = [(b - a) % 100 for a, b in zip(seen, seen[1:], strict=False)]
+        self.assertGreaterEqual(min(steps), 1)
+        self.assertLessEqual(sum(step - 1 for step in steps), late)
+        place = int(self.browser.until(self.shown, "an image"))
+        drawn = self.browser.execute_script("const canvas = document.querySelector('.player canvas'); return [...canvas.getContext('2d').getImageData(0, 180, 640, 1).data]")
+        jobs = json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}&limit=200"))["items"]
+        exact = read_png(self.daemon.get(f"/v1/jobs/{jobs[99 - place]['id']}/image.png").body)
+        numpy.testing.assert_array_equal(numpy.array(drawn).reshape(640, 4)[:, :3], exact[180, :, :3])
+
+    def test_downloads_the_animation(self):
+        """Acceptance test 39 through the page; images of two sizes are refused in words."""
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
+        batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
+        self.open(f"#/batches/{batch_id}")
+        self.browser.button("Download animation").click()
+        self.browser.until((folder / "turn.apng").exists, "the file")
+        found = frames((folder / "turn.apng").read_bytes())
+        self.assertEqual(len(found), 24)
+        jobs = json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}&limit=200"))["items"][::-1]
+        for (_, png), job in zip(found, jobs, strict=True):
+            numpy.testing.assert_array_equal(read_png(png), read_png(self.daemon.get(f"/v1/jobs/{job['id']}/image.png").body))
+        sizes = self.ended(self.submitted(sweep={"/image/width": [16, 24]}))
+        self.open(f"#/batches/{sizes}")
+        self.expected.append("409")
+        self.browser.button("Download animation").click()
+        self.browser.until(lambda: "images of one size" in self.browser.text("[aria-live]"), "the refusal")
+        self.assertIn("-framerate 24 ", self.browser.button("Copy as ffmpeg command").get_attribute("title"))
 
     def test_rings_when_the_last_job_ends(self):
         batch_id = self.submitted(name="rings", scene=scene(job=LATER), frames=[{}, {}])
@@ -136,7 +193,6 @@ class Batches(BrowserTest):
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings: cancelled"), "the end")
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/batches/{batch_id}"))
         self.assertEqual(self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "[]")
-
 
     def test_cancels_what_waits(self):
         batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})

@@ -26,7 +26,7 @@ class Everywhere(BrowserTest):
         measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         cls.daemon.wait_for_end(measured)
         swept = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": scene(), "sweep": {"/ambient": [0, 0.1], "/camera/fov": [30, 40]}}))["id"]
-        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}", "#/batches", f"#/batches/{swept}", f"#/batches/new?job={done}",
+        cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}", "#/batches", f"#/batches/{swept}", f"#/batches/{swept}?view=player", f"#/batches/new?job={done}",
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 
     def shown(self, view):
