@@ -5,7 +5,7 @@ import {json} from '@codemirror/lang-json';
 import {bracketMatching, codeFolding, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting} from '@codemirror/language';
 import {lintGutter, lintKeymap, setDiagnostics} from '@codemirror/lint';
 import {highlightSelectionMatches, searchKeymap} from '@codemirror/search';
-import {EditorState, Transaction} from '@codemirror/state';
+import {Compartment, EditorState, Transaction} from '@codemirror/state';
 import {drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers} from '@codemirror/view';
 import {tags} from '@lezer/highlight';
 import {rangeOf} from './pointers.js';
@@ -54,6 +54,12 @@ const colors = HighlightStyle.define([
   {tag: [tags.bool, tags.null], color: 'var(--code-word)'},
 ]);
 
+/** Longer texts have no colours, wrapped lines or other work of every key: those took 0.1 s a key at 6 MB. */
+export const LARGE_TEXT = 1_000_000;
+const LARGE_PAUSE_MS = 300;
+/** @param {import('@codemirror/state').Text} text */
+const isLarge = (text) => text.length > LARGE_TEXT;
+
 /** Kinds of the language server protocol. @type {Record<number, string>} */
 const COMPLETION_KINDS = {10: 'property', 12: 'constant', 13: 'enum', 14: 'keyword', 16: 'variable'};
 
@@ -64,7 +70,7 @@ const snippetOf = (text) => text.replace(/\$(\d+)/g, (_, index) => '${' + index 
 function schemaCompletions(service) {
   return async (context) => {
     const typed = context.matchBefore(/[\w$"./-]+/);
-    if (!typed && !context.explicit) return null;
+    if (!context.explicit && (!typed || isLarge(context.state.doc))) return null;
     const items = await service.call({method: 'complete', text: context.state.doc.toString(), offset: context.pos});
     if (context.aborted || items.length === 0) return null;
     const from = Math.min(...items.map((/** @type {Found} */ item) => item.from));
@@ -88,30 +94,48 @@ export class Editor {
     const root = host.shadowRoot || host.attachShadow({mode: 'open'});
     root.replaceChildren();
     this.service = readOnly ? undefined : new Caller('schema-worker.js');
+    this.pause = 0;
     this.onChange = onChange;
     const extensions = [
-      lineNumbers(), foldGutter(), codeFolding(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(),
-      highlightActiveLine(), highlightSelectionMatches(), json(), indentUnit.of('  '), theme, syntaxHighlighting(colors), lintGutter(),
-      EditorView.lineWrapping, EditorView.contentAttributes.of({'aria-label': words.editor.label}),
+      lineNumbers(), history(), drawSelection(), closeBrackets(), highlightActiveLine(), indentUnit.of('  '), theme, lintGutter(),
+      this.helps(text.length > LARGE_TEXT, readOnly), EditorView.contentAttributes.of({'aria-label': words.editor.label}),
       EditorState.readOnly.of(readOnly),
-      keymap.of([{key: 'Mod-Enter', run: () => { onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
+      keymap.of([{key: 'Mod-Enter', run: () => { this.flush(); onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                  ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
       EditorView.updateListener.of((update) => { if (update.docChanged) this.changed(); }),
     ];
     if (this.service) {
       extensions.push(
-        swatches(),
         autocompletion({override: [schemaCompletions(this.service)], activateOnTyping: true}),
-        hoverTooltip(async (view, at) => this.hover(view, at)),
         EditorView.domEventHandlers({drop: (event, view) => this.dropped(event, view, onDrop)}));
     }
     this.view = new EditorView({state: EditorState.create({doc: text, extensions}), parent: root, root});
   }
 
+  /** Extensions that a large text goes without, from the change on that makes it large. @param {boolean} large @param {boolean} readOnly @returns {import('@codemirror/state').Extension} */
+  helps(large, readOnly) {
+    const compartment = new Compartment();
+    const own = readOnly ? [] : [swatches(), hoverTooltip(async (view, at) => this.hover(view, at))];
+    const all = [foldGutter(), codeFolding(), indentOnInput(), bracketMatching(), highlightSelectionMatches(), json(), syntaxHighlighting(colors), EditorView.lineWrapping, ...own];
+    return [compartment.of(large ? [] : all), EditorState.transactionExtender.of(({docChanged, newDoc, startState}) =>
+      docChanged && isLarge(newDoc) !== isLarge(startState.doc) ? {effects: compartment.reconfigure(isLarge(newDoc) ? [] : all)} : null)];
+  }
+
   /** @param {object} schema */
   setSchema(schema) { this.service?.worker.postMessage({schema}); }
 
-  changed() { this.onChange?.(this.text()); }
+  changed() {
+    clearTimeout(this.pause);
+    this.pause = isLarge(this.view.state.doc) ? window.setTimeout(() => this.flush(), LARGE_PAUSE_MS) : 0;
+    if (this.pause === 0) this.onChange?.(this.text());
+  }
+
+  /** Passes on a change of a large text, which otherwise waits for a pause. */
+  flush() {
+    if (this.pause) this.onChange?.(this.text());
+    clearTimeout(this.pause);
+    this.pause = 0;
+  }
 
   text() { return this.view.state.doc.toString(); }
 
@@ -179,6 +203,7 @@ export class Editor {
   }
 
   destroy() {
+    this.flush();
     this.view.destroy();
     this.service?.stop();
   }

@@ -204,7 +204,7 @@ function Bar({editor, drafts, names, choose}) {
     ${made && mayWrite.value && html`
       <label class="switch" title=${text.autoHelp}><input type="checkbox" checked=${made.auto.value} onChange=${() => { made.auto.value = !made.auto.value; }} />${text.auto}</label>
       <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
-      ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => made.now()}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
+      ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => { editor.current?.flush(); made.now(); }}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
     <span class="spring"></span>
     <select aria-label=${text.copyAs} onChange=${(/** @type {any} */ event) => copyAs(event.target.value)} onBlur=${reset}>
       <option value="">${text.copyAs}</option>

@@ -144,6 +144,30 @@ class Drafts(Playground):
         self.assertIn('"shapes!"', self.document())
 
 
+class LargeDocuments(Playground):
+    def test_are_opened_and_edited(self):
+        """Acceptance test 33: the times are printed; that no key waits for a draft, and that one is made on request, is asserted."""
+        document = text("scenes/mountain.json").replace('"name": "mountain"', '"name": "mountain", "job": {"run_after": "2099-01-01T00:00:00Z"}')
+        self.assertGreater(len(document), 5_700_000)
+        job = json_of(self.daemon.request("POST", "/v1/jobs", document.encode()))["id"]
+        begin = time.monotonic()
+        self.open(f"#/edit/{job}")
+        self.browser.until(lambda: "on request" in self.browser.text(".banner"), "the banner")
+        print(f"{len(document) / 1e6:.1f} MB are open after {time.monotonic() - begin:.1f} s")
+        self.put_cursor_after('"name": "mountain')
+        self.browser.requests()
+        self.editor("window.keys = []; view.contentDOM.addEventListener('keydown', (event) => { const channel = new MessageChannel();"
+                    "channel.port1.onmessage = () => keys.push(performance.now() - event.timeStamp); requestAnimationFrame(() => channel.port2.postMessage(0)); }, true)")
+        self.type(*"abcdefghijklmnopqrst")
+        self.browser.until(lambda: len(self.browser.execute_script("return keys")) == 20, "every key")
+        delays = sorted(self.browser.execute_script("return keys"))
+        print(f"key to glyph: median {delays[10]:.0f} ms, longest {delays[-1]:.0f} ms")
+        self.assertIn('"mountainabcdefghijklmnopqrst"', self.document())
+        self.assertEqual([url for method, url in self.browser.requests() if method == "POST"], [])
+        self.browser.button("Draft").click()
+        self.shown("draft")
+
+
 class Assistance(Playground):
     def completions(self):
         return self.browser.until(lambda: self.browser.execute_script(
