@@ -65,9 +65,9 @@ function Rail() {
 }
 
 function Header() {
-  const queue = figures.value;
+  const isLost = connection.value === 'lost', queue = isLost ? null : figures.value;
   const jobs = queue?.jobs || {};
-  const {word, help, isBad} = serviceState(queue, health.value);
+  const {word, help, isBad} = serviceState(queue, health.value, isLost);
   const state = connection.value === 'locked' ? 'lost' : connection.value;
   return html`<header class="top">
     <span class=${`service ${isBad ? 'bad' : ''}`} role="status"><strong>${word}</strong> ${help}</span>

@@ -7,11 +7,13 @@ import {words} from './words.js';
 /**
  * @param {any} queue GET /v1/queue; null: not known yet
  * @param {Health | null} health
+ * @param {boolean} [isLost] the service does not answer
  * @returns {{word: string, help: string, isBad: boolean}}
  */
-export function serviceState(queue, health) {
+export function serviceState(queue, health, isLost = false) {
   const {service, serviceHelp} = words;
   const bad = (/** @type {string} */ word, /** @type {string} */ help) => ({word, help, isBad: true});
+  if (isLost) return bad(service.lost, serviceHelp.lost);
   if (health?.draining) return bad(service.draining, serviceHelp.draining);
   if (health && !health.ready) {
     if (health.reason.startsWith('disk:')) return bad(service.disk, serviceHelp.disk(size(health.disk.free_bytes), size(health.disk.reserve_bytes)));

@@ -21,11 +21,11 @@ export const words = {
     live: 'Changes arrive as they happen.', connecting: 'Catching up with the service.',
     polling: 'Event streams are not available; the page asks every 5 seconds.', lost: 'The service does not answer; the page keeps trying.',
   },
-  service: {idle: 'Idle', busy: 'Busy', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready'},
+  service: {idle: 'Idle', busy: 'Busy', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready', lost: 'Unreachable'},
   serviceHelp: {
     full: 'New jobs are refused until others have ended. Cancel what is not needed.',
     disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `${free} free, new jobs are refused below ${reserve}. Remove jobs, or free space on the server.`,
-    store: 'Jobs cannot be stored. The log of the service says why.', draining: 'Running jobs end; new ones are refused until the service is back.',
+    store: 'Jobs cannot be stored. The log of the service says why.', draining: 'Running jobs end; new ones are refused until the service is back.', lost: 'The service does not answer. What the page shows may be old.',
   },
   bell: {
     ring: 'Tell me when it ends', ringAll: 'Tell me when they end', ringBatch: 'Tell me when the batch ends',

@@ -107,6 +107,9 @@ class Queue(BrowserTest):
         self.browser.button("Cancel them", "dialog[open]").click()
         self.browser.until(lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome")
         self.browser.until(lambda: self.counts().get("cancelled") == 10, "the count")
+        self.browser.all(".rows .c-check input")[12].click()
+        toast, bar = (self.browser.one(each).rect for each in (".toast", ".bulk"))
+        self.assertLessEqual(toast["y"] + toast["height"], bar["y"])  # no button is covered
 
     def test_announces_the_end_of_a_job_once_over_two_tabs(self):
         """Acceptance test 18, and a job that ends while no tab is open."""
@@ -161,12 +164,15 @@ class Connection(BrowserTest):
         self.daemon.kill()
         self.browser.until(lambda: self.browser.text(".light") == "No connection", "the light")
         print(f"noticed after {time.monotonic() - begin:.1f} s")
+        self.assertTrue(self.browser.text(".service").startswith("Unreachable The service does not answer"))
+        self.assertEqual(self.browser.all(".top dl"), [])
         self.daemon.listen = f"127.0.0.1:{port}"
         self.daemon.start()
         begin = time.monotonic()
         job = self.daemon.submit(scene(name="after the restart"))
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"]'), "the new job")
         print(f"list right after {time.monotonic() - begin:.1f} s")
+        self.browser.until(lambda: self.browser.text(".service") == "Idle", "the word")
 
     def test_has_one_stream_for_all_tabs(self):
         """Acceptance test 16."""
