@@ -1,6 +1,8 @@
 """The system page: the state in words, the last hour, limits against use."""
+import contextlib
 import json
 import signal
+import sqlite3
 import subprocess
 import time
 import unittest
@@ -55,10 +57,7 @@ class Header(unittest.TestCase):
     def test_says_that_the_disk_is_full_and_that_the_service_stops(self):
         """Acceptance test 41; the times are printed."""
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
-            self.browser = Browser()
-            self.addCleanup(self.browser.quit)
-            self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
-            self.browser.until(lambda: self.header() == "Idle", "the word")
+            self.opened(daemon)
             for step, shown in ((disk.fill, "Disk full"), (disk.make_room, "Idle")):
                 begin = time.monotonic()
                 step()
@@ -69,6 +68,29 @@ class Header(unittest.TestCase):
             daemon.wait_for_state(daemon.submit(long_scene()), "running")
             daemon.process.send_signal(signal.SIGTERM)
             self.browser.until(lambda: self.header().startswith("Stopping Running jobs end"), "the word while the daemon drains")
+
+    def opened(self, daemon):
+        self.browser = Browser()
+        self.addCleanup(self.browser.quit)
+        self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
+        self.browser.until(lambda: self.header() == "Idle", "the word")
+
+    def test_says_that_the_queue_is_full_and_that_nothing_can_be_stored(self):
+        """The times are printed."""
+        with Daemon("--queued-jobs", "2") as daemon:
+            self.opened(daemon)
+            jobs = [daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"})) for _ in range(2)]
+            self.assertEqual(daemon.request("POST", "/v1/jobs", scene()).status, 503)
+            self.browser.until(lambda: self.header().startswith("Queue full New jobs are refused"), "that the queue is full")
+            for job in jobs:
+                daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            self.browser.until(lambda: self.header() == "Idle", "the end of that")
+            begin = time.monotonic()
+            with contextlib.closing(sqlite3.connect(daemon.data / "whittle.db", isolation_level=None)) as other:
+                other.execute("BEGIN IMMEDIATE")  # no one else writes now
+                self.browser.until(lambda: self.header().startswith("Store down Jobs cannot be stored"), "that the store is down")
+                print(f"Store down after {time.monotonic() - begin:.1f} s")
+            self.browser.until(lambda: self.header() == "Idle", "the store")
 
     def test_has_a_word_for_every_state(self):
         jobs = {"running": 0, "queued": 3}
