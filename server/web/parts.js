@@ -79,8 +79,9 @@ export async function copy(text) {
     area.value = text;
     document.body.append(area);
     area.select();
-    document.execCommand('copy');
+    const isCopied = document.execCommand('copy');
     area.remove();
+    if (!isCopied) return say(words.playground.notCopied);
   }
   say(words.playground.copied);
 }

@@ -130,7 +130,7 @@ export const words = {
   playground: {
     examples: 'Examples', choose: 'Choose an example', auto: 'Live', autoHelp: 'Render while you type', refine: 'Refine',
     refineHelp: 'Render the document as it is when typing stops', draftNow: 'Draft', draftKey: 'Ctrl + Enter',
-    render: 'Render', renderHelp: 'Submit as a job', copyAs: 'Copy as', commands: {curl: 'curl', python: 'Python', whittle: 'whittle command'}, copied: 'Copied', measure: 'Measure',
+    render: 'Render', renderHelp: 'Submit as a job', copyAs: 'Copy as', commands: {curl: 'curl', python: 'Python', whittle: 'whittle command'}, copied: 'Copied', notCopied: 'The browser does not let this page copy.', measure: 'Measure',
     measureHelp: 'Measure time against error at many settings',
     manual: {size: 'The document is large: drafts on request only.', time: 'A draft would take more than 2 s: drafts on request only.'},
     draft: 'draft', refining: 'refining', refined: 'as the document asks', error: 'error ≤',

@@ -1,13 +1,21 @@
 """What holds for every view: accessibility, narrow screens, sizes, no other host."""
+import hashlib
+import http.client
 import json
 import os
+import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
 from tests.browser.browser import Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene
+from tests.http.keys_test import new_key
 from tests.http.page_test import CACHE
 from tests.support.sources import SOURCE
 
@@ -96,27 +104,78 @@ class Everywhere(BrowserTest):
         self.assertEqual(hosts, {f"127.0.0.1:{self.daemon.port}"})
 
 
+@unittest.skipUnless(os.geteuid() == 0, "makes a namespace of its own")
 class Alone(unittest.TestCase):
-    @unittest.skipUnless(os.geteuid() == 0, "makes a namespace of its own")
-    def test_works_without_network(self):
-        """Acceptance test 3: in a network namespace with loopback only."""
-        script = "from tests.browser.everywhere_test import look; look()"
-        done = subprocess.run(["unshare", "--net", "bash", "-c", 'ip link set lo up && exec "$@"', "bash", sys.executable, "-c", script],
+    """In a network namespace with loopback only, which also has the address 192.0.2.1 (RFC 5737)."""
+
+    def inside(self, function):
+        """Runs a function of this module there."""
+        script = f"from tests.browser import everywhere_test; everywhere_test.{function}()"
+        done = subprocess.run(["unshare", "--net", "bash", "-c", 'ip link set lo up && ip address add 192.0.2.1/32 dev lo && exec "$@"', "bash", sys.executable, "-c", script],
                               cwd=SOURCE, check=False, capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_works_without_network(self):
+        """Acceptance test 3."""
+        self.inside("look")
+
+    def test_works_without_a_secure_context(self):
+        """Acceptance test 12: over plain HTTP at another address than loopback there is neither crypto.subtle nor a clipboard."""
+        self.inside("use_from_afar")
 
 
 def look():
     """Opens views and ends with an exception if one shows nothing or logs an error."""
-    with Daemon() as daemon:
-        browser = Browser()
-        try:
-            for view, selector in (("#/", ".empty h2"), ("#/new", ".canvas img")):
-                browser.get(f"http://127.0.0.1:{daemon.port}/{view}")
-                browser.one(selector)
-            assert not browser.errors()
-        finally:
-            browser.quit()
+    with Daemon() as daemon, Browser() as browser:
+        for view, selector in (("#/", ".empty h2"), ("#/new", ".canvas img")):
+            browser.get(f"http://127.0.0.1:{daemon.port}/{view}")
+            browser.one(selector)
+        assert not browser.errors()
+
+
+class FarDaemon(Daemon):
+    """At 192.0.2.1, where it needs keys; its requests have one."""
+
+    def __init__(self, folder):
+        keys = pathlib.Path(folder) / "keys"
+        self.key = new_key(keys, "ann", "jobs:read,jobs:write")
+        super().__init__("--keys", str(keys), listen="192.0.2.1:0")
+
+    def connection(self, port):
+        return http.client.HTTPConnection("192.0.2.1", port, timeout=60)
+
+    def request(self, method, path, body=None, headers=None, port=None):
+        return super().request(method, path, body, {"Authorization": f"Bearer {self.key}", **(headers or {})}, port)
+
+
+def use_from_afar():
+    """Upload, copy, compare."""
+    with tempfile.TemporaryDirectory() as folder, FarDaemon(folder) as daemon, Browser() as browser:
+        job = daemon.submit(scene(96, 72))
+        daemon.wait_for_end(job)
+        image = pathlib.Path(folder) / "reference.png"
+        other = daemon.submit(scene(96, 72, ambient=0.2))
+        daemon.wait_for_end(other)
+        image.write_bytes(daemon.get(f"/v1/jobs/{other}/image.png").body)
+        browser.get(f"http://192.0.2.1:{daemon.port}/#/compare?a={job}")
+        browser.one("dialog[open] input[type=password]").send_keys(daemon.key, Keys.ENTER)
+        assert browser.execute_script("return [isSecureContext, typeof crypto.subtle, typeof navigator.clipboard]") == [False, "undefined", "undefined"]
+        browser.one("input[type=file]").send_keys(str(image))
+        browser.until(lambda: f"b={hashlib.sha256(image.read_bytes()).hexdigest()}" in browser.current_url, "the upload")
+        values = browser.until(lambda: browser.all(".facts-list dd[data-value]"), "the comparison")
+        assert float(values[0].get_attribute("data-value")) > 1
+        browser.get("about:blank")
+        browser.get(f"http://192.0.2.1:{daemon.port}/#/new")
+        browser.until(lambda: browser.all(".canvas img[data-kind]"), "the draft")
+        browser.all(".bar select")[-1].send_keys("c")  # a key of the user, as a copy needs one
+        browser.until(lambda: browser.text("[aria-live]"), "the copy")
+        assert browser.text("[aria-live]") == "Copied"
+        browser.execute_script("document.querySelector('.editor').shadowRoot.querySelector('.cm-content').focus()")
+        ActionChains(browser).key_down(Keys.CONTROL).send_keys("a").send_keys("v").key_up(Keys.CONTROL).perform()
+        browser.until(lambda: "curl" in browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent"), "the pasted command")
+        # 401 before the key was entered; and a policy that is for HTTPS.
+        errors = [error for error in browser.errors() if "401" not in error and "Cross-Origin-Opener-Policy header has been ignored" not in error]
+        assert not errors, errors
 
 
 if __name__ == "__main__":

@@ -136,7 +136,7 @@ class Daemon(Served):
 
     worker_may_speak = False  # its libraries, of what is wrong with a file
 
-    def __init__(self, *options, data=None, environment=None, wrapper=()):
+    def __init__(self, *options, data=None, environment=None, wrapper=(), listen="127.0.0.1:0"):
         self.wrapper = wrapper  # a command that starts another one
         self.options = options
         self.environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
@@ -144,7 +144,7 @@ class Daemon(Served):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-http-"))
         self.data = pathlib.Path(data) if data else self.folder / "data"
         self.process = None
-        self.listen = "127.0.0.1:0"
+        self.listen = listen
         self.start()
 
     def start(self):
@@ -163,7 +163,7 @@ class Daemon(Served):
 
     def read_port(self, what):
         line = self.process.stdout.readline().decode()
-        found = re.fullmatch(r'\{"' + what + r'":"http://127\.0\.0\.1:(\d+)"\}\n', line)
+        found = re.fullmatch(r'\{"' + what + r'":"http://[\d.]+:(\d+)"\}\n', line)
         if not found:
             self.process.kill()
             self.process.wait(PATIENCE_S)
