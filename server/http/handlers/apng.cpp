@@ -83,10 +83,16 @@ class Animation {
   }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) {
-    std::size_t done = 0;
-    while (done < size && offset + done < size_) done += read_piece(offset + done, into + done, size - done);
-    return done;
+  std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
+    const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), offset,
+                                        [](std::uint64_t at, const Piece& piece) { return at < piece.begin; });
+    const Piece& piece = *std::prev(after);
+    const std::uint64_t within = offset - piece.begin;
+    if (piece.bytes == 0) return piece.text.copy(into, size, within);
+    const std::size_t wanted = std::min<std::uint64_t>(size, piece.bytes - within);
+    const std::size_t count = reader_of(piece.image).read(piece.offset + within, into, wanted);
+    if (count == 0) throw std::runtime_error(name_of(piece.image) + " is shorter than before");
+    return count;
   }
 
  private:
@@ -153,18 +159,6 @@ class Animation {
     return bytes;
   }
 
-  std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
-    const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), offset,
-                                        [](std::uint64_t at, const Piece& piece) { return at < piece.begin; });
-    const Piece& piece = *std::prev(after);
-    const std::uint64_t within = offset - piece.begin;
-    if (piece.bytes == 0) return piece.text.copy(into, size, within);
-    const std::size_t wanted = std::min<std::uint64_t>(size, piece.bytes - within);
-    const std::size_t count = reader_of(piece.image).read(piece.offset + within, into, wanted);
-    if (count == 0) throw std::runtime_error(name_of(piece.image) + " is shorter than before");
-    return count;
-  }
-
   queue::ArtifactReader& reader_of(std::size_t index) {
     if (reader_ == nullptr || opened_ != index) {
       reader_ = open_(index);
@@ -192,9 +186,7 @@ class Animation {
 std::optional<BodySource> apng_of(std::size_t images, OpenFrame open, int frames_per_second) {
   const auto animation = std::make_shared<Animation>(images, std::move(open), frames_per_second);
   if (!animation->plan()) return std::nullopt;
-  return BodySource{animation->size(), [animation](std::uint64_t offset, char* into, std::size_t size) {
-                      return animation->read(offset, into, size);
-                    }};
+  return body_in_pieces(animation);
 }
 
 }  // namespace http::handlers

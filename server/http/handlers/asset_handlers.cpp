@@ -13,14 +13,8 @@ static constexpr const char* asset_name_rule =
 
 /// Existing assets are marked as used, so that they are kept until the client submits its job.
 Answer find_missing_assets(Request& request, const ApiContext& context) {
-  const auto body = take_json(request, "the hashes");
-  if (!body) return body.error();
-  const auto hashes = api::parse_asset_hashes(*body, context.limits.document);
-  if (!hashes) {
-    Problem problem = problem_of(hashes.error());
-    if (problem.failure == failures::bad_scene) problem.failure = failures::invalid_request;
-    return problem;
-  }
+  const auto hashes = take_request(request, "the hashes", api::parse_asset_hashes, context.limits.document);
+  if (!hashes) return hashes.error();
   std::vector<std::string> missing;
   for (const std::string& sha256 : *hashes) {
     if (!context.assets.use(sha256)) missing.push_back(sha256);

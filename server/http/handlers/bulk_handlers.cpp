@@ -76,14 +76,8 @@ bool apply(const api::BulkRequest& bulk, const std::string& id, queue::JobLifecy
 }  // namespace
 
 Answer change_jobs(Request& request, const ApiContext& context) {
-  const auto body = take_json(request, "a bulk request");
-  if (!body) return body.error();
-  const auto bulk = api::parse_bulk(*body, context.limits.document);
-  if (!bulk) {
-    Problem problem = problem_of(bulk.error());
-    if (problem.failure != failures::bad_scene) return problem;
-    return with_errors(failures::invalid_request, "in the request", std::move(problem.errors));
-  }
+  const auto bulk = take_request(request, "a bulk request", api::parse_bulk, context.limits.document);
+  if (!bulk) return bulk.error();
   if (bulk->action == Action::retry) {
     if (auto problem = refuse_if_draining(context)) return *problem;
   }

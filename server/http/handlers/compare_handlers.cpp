@@ -34,20 +34,13 @@ tracer::Result<NamedImage, Problem> find_image(const std::string& text, const Ap
   return image;
 }
 
-const queue::Artifact* find_artifact(const NamedImage& image, const std::string& name) {
-  if (!image.job) return nullptr;
-  const auto& artifacts = image.job->artifacts;
-  const auto found = std::find_if(artifacts.begin(), artifacts.end(), [&](const auto& a) { return a.name == name; });
-  return found == artifacts.end() ? nullptr : &*found;
-}
-
 /// Chooses images of jobs that are named without one: in the first format that both have, or else in their own first.
 void choose_formats(std::array<NamedImage, 2>& images) {
   const auto is_open = [](const NamedImage& image) { return image.job && image.name.empty(); };
   for (const bool common : {true, false}) {
     for (const tracer::Format format : tracer::all_formats) {
       const std::string name = "image." + std::string(tracer::extension(format));
-      const auto has = [&](const NamedImage& image) { return find_artifact(image, name) != nullptr; };
+      const auto has = [&](const NamedImage& image) { return image.job && find_artifact(*image.job, name) != nullptr; };
       const bool both = std::all_of(images.begin(), images.end(), [&](const auto& i) { return !is_open(i) || has(i); });
       for (NamedImage& image : images)
         if (is_open(image) && has(image) && (both || !common)) image.name = name;
@@ -60,7 +53,7 @@ tracer::Result<std::shared_ptr<queue::ArtifactReader>, Problem> open_image(const
   std::shared_ptr<queue::ArtifactReader> reader;
   if (image.job) {
     const std::string name = image.name.empty() ? "image.png" : image.name;
-    const queue::Artifact* const artifact = find_artifact(image, name);
+    const queue::Artifact* const artifact = find_artifact(*image.job, name);
     if (artifact == nullptr) return image_not_found(*image.job, name);
     reader = context.queue.queries.open(*artifact);
     if (!reader) return Problem{failures::image_damaged, name + " of job " + image.job->id + " is missing or damaged"};
@@ -94,14 +87,8 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
 }  // namespace
 
 Answer compare_images(Request& request, const ApiContext& context) {
-  const auto body = take_json(request, "a comparison");
-  if (!body) return body.error();
-  const auto wanted = api::parse_compare(*body, context.limits.document);
-  if (!wanted) {
-    Problem problem = problem_of(wanted.error());
-    if (problem.failure != failures::bad_scene) return problem;
-    return with_errors(failures::invalid_request, "in the request", std::move(problem.errors));
-  }
+  const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits.document);
+  if (!wanted) return wanted.error();
   if (const queue::DiskSpace space = context.room(); wanted->heat && space.state != queue::DiskSpace::State::enough)
     return disk_full(space);
   std::array<NamedImage, 2> images;

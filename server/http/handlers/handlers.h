@@ -88,6 +88,17 @@ Answer cancel_batch(Request& request, const ApiContext& context);
 Answer retry_batch(Request& request, const ApiContext& context);
 Answer get_batch_artifacts(Request& request, const ApiContext& context);
 
+/// The body of a reply that is produced while it is sent: size() bytes of read_piece(), which reads at least a byte.
+template <class Pieces>
+BodySource body_in_pieces(const std::shared_ptr<Pieces>& pieces) {
+  return {pieces->size(), [pieces](std::uint64_t offset, char* into, std::size_t size) {
+            std::size_t done = 0;
+            while (done < size && offset + done < pieces->size())
+              done += pieces->read_piece(offset + done, into + done, size - done);
+            return done;
+          }};
+}
+
 // ---- tar.cpp
 /// A file of a tar archive (POSIX.1-1988, ustar).
 struct TarEntry {
@@ -131,6 +142,7 @@ std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& conte
 Answer get_me(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
 Answer get_scene_schema(Request& request);
+Answer get_scene_docs(Request& request);
 Answer get_docs(Request& request);
 Answer get_liveness(Request& request);
 /// Readiness of the service. A probe costs a durable write, so its result is kept for a second.
@@ -161,6 +173,18 @@ struct Scene {
 /// 415.
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what,
                                                std::string_view other_type = {});
+/// As problem_of, for a body that is no scene document.
+Problem request_problem(const api::Refusal& refusal);
+/// Takes a body that is no scene document and parses it with a function of api/requests.h. Problems: 400, 411, 413,
+/// 415, 422.
+template <class Parse, class Limits>
+auto take_request(Request& request, std::string_view what, Parse parse, const Limits& limits) {
+  using Taken = tracer::Result<std::remove_cvref_t<decltype(*parse({}, limits))>, Problem>;
+  const auto body = take_json(request, what);
+  if (!body) return Taken(body.error());
+  auto parsed = parse(*body, limits);
+  return parsed ? Taken(*std::move(parsed)) : Taken(request_problem(parsed.error()));
+}
 /// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);
 /// The problem of a valid scene that cannot be rendered here: missing files, or too much memory. `memory_bytes` is the
@@ -179,6 +203,7 @@ tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::
                                                  const ApiContext& context);
 
 // ---- replies.cpp
+const queue::Artifact* find_artifact(const queue::Job& job, std::string_view name);  ///< null if it has none
 bool is_id(const std::string& text);  ///< has the form of queue::IdSource; other texts are not passed to the store
 /// The job with this id. Problem: 404.
 std::optional<Problem> refuse_repeated(const Pairs& query);  ///< 400 where a parameter is given twice

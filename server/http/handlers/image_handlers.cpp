@@ -56,9 +56,8 @@ void add_format(Scene& scene, tracer::Format format) {
 
 tracer::Result<Reply, Problem> rendered_image(const queue::Job& job, tracer::Format format, const ApiContext& context) {
   const std::string name = "image." + std::string(tracer::extension(format));
-  const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                     [&](const queue::Artifact& candidate) { return candidate.name == name; });
-  if (artifact == job.artifacts.end()) throw std::runtime_error("job " + job.id + " has no " + name);
+  const queue::Artifact* const artifact = find_artifact(job, name);
+  if (artifact == nullptr) throw std::runtime_error("job " + job.id + " has no " + name);
   auto reply = image_reply(job, *artifact, context);
   if (reply) reply->headers.emplace_back("Content-Location", "/v1/jobs/" + job.id + "/" + name);
   return reply;
@@ -232,9 +231,8 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
   const auto view = find_job(request.parameters.front(), context);
   if (!view) return view.error();
   const queue::Job& job = view->job;
-  const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                     [&](const queue::Artifact& candidate) { return candidate.name == name; });
-  if (artifact == job.artifacts.end()) return image_not_found(job, name);
+  const queue::Artifact* const artifact = find_artifact(job, name);
+  if (artifact == nullptr) return image_not_found(job, name);
 
   auto image = image_reply(job, *artifact, context);
   if (!image) return image.error();

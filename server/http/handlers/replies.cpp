@@ -1,5 +1,6 @@
 /// Replies about jobs, deferred ones, and problems of documents and of the queue.
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -12,6 +13,12 @@
 #include "server/resources/resource_json.h"
 
 namespace http::handlers {
+const queue::Artifact* find_artifact(const queue::Job& job, std::string_view name) {
+  const auto found = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                  [&](const queue::Artifact& artifact) { return artifact.name == name; });
+  return found == job.artifacts.end() ? nullptr : &*found;
+}
+
 bool is_id(const std::string& text) {
   if (text.size() != 36) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -150,6 +157,12 @@ Problem problem_of(const api::Refusal& refusal) {
       break;
   }
   return with_errors(failures::bad_scene, "in the document", refusal.issues);
+}
+
+Problem request_problem(const api::Refusal& refusal) {
+  Problem problem = problem_of(refusal);
+  if (problem.failure != failures::bad_scene) return problem;
+  return with_errors(failures::invalid_request, "in the request", std::move(problem.errors));
 }
 
 Problem problem_of(const queue::Rejection& rejection) {

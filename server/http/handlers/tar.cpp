@@ -56,14 +56,7 @@ class Archive {
   }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) {
-    std::size_t done = 0;
-    while (done < size && offset + done < size_) done += read_piece(offset + done, into + done, size - done);
-    return done;
-  }
-
- private:
-  /// Reads at least a byte: the rest of a header, of an artifact or of its padding.
+  /// Reads the rest of a header, of an artifact or of its padding.
   std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
     const auto after = std::upper_bound(begins_.begin(), begins_.end(), offset);
     if (after == begins_.begin()) return zeros(into, size, size_ - offset);
@@ -87,6 +80,7 @@ class Archive {
     return count;
   }
 
+ private:
   /// Hashes the bytes of an artifact in their order; a part may be read twice. At the end the hash is its name.
   void verify(const TarEntry& entry, std::uint64_t at, const char* bytes, std::size_t count) {
     const std::uint64_t done = hash_.size_bytes();
@@ -124,9 +118,7 @@ class Archive {
 }  // namespace
 
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open) {
-  const auto archive = std::make_shared<Archive>(std::move(entries), std::move(open));
-  return {archive->size(),
-          [archive](std::uint64_t offset, char* into, std::size_t size) { return archive->read(offset, into, size); }};
+  return body_in_pieces(std::make_shared<Archive>(std::move(entries), std::move(open)));
 }
 
 }  // namespace http::handlers

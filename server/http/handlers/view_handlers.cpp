@@ -119,15 +119,10 @@ class Parameters {
 
 /// OpenEXR, which has all layers and is not clamped, or for the color any other image; null if there is none.
 const queue::Artifact* source_of_layer(const queue::Job& job, tracer::ViewedLayer layer) {
-  const auto find = [&](const std::string& name) -> const queue::Artifact* {
-    const auto found = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                    [&](const queue::Artifact& candidate) { return candidate.name == name; });
-    return found == job.artifacts.end() ? nullptr : &*found;
-  };
-  const queue::Artifact* artifact = find("image.exr");
+  const queue::Artifact* artifact = find_artifact(job, "image.exr");
   if (layer != tracer::ViewedLayer::color) return artifact;
   for (const tracer::Format format : tracer::all_formats)
-    if (artifact == nullptr) artifact = find("image." + std::string(tracer::extension(format)));
+    if (artifact == nullptr) artifact = find_artifact(job, "image." + std::string(tracer::extension(format)));
   return artifact;
 }
 

@@ -38,14 +38,8 @@ Answer redeliver(Request& request, const ApiContext& context) {
 
 Answer test_webhook(Request& request, const ApiContext& context) {
   if (!context.send_test_webhook) return webhooks_disabled;
-  const auto body = take_json(request, "a webhook");
-  if (!body) return body.error();
-  const auto webhook = api::parse_webhook(*body, context.limits);
-  if (!webhook) {
-    Problem problem = problem_of(webhook.error());
-    if (problem.failure == failures::bad_scene) problem.failure = failures::invalid_request;
-    return problem;
-  }
+  const auto webhook = take_request(request, "a webhook", api::parse_webhook, context.limits);
+  if (!webhook) return webhook.error();
   const std::string id = context.send_test_webhook(webhook->url);
   Reply reply = deliveries_reply(202, id, context);
   reply.headers.emplace_back("Location", "/v1/webhooks/test/" + id);
