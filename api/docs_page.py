@@ -1,10 +1,10 @@
-"""A page for people: the fields of scene documents, every operation with its parameters, examples and replies, and all problems. No
+"""Pages for people: every operation with its parameters, examples and replies, and all problems; the fields of scene documents. No
 script, no link elsewhere."""
 import html
-import json
 import re
 
 import docs_examples
+import scene_page
 
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
 pre{overflow-x:auto}h2{margin-top:2.5rem;font-size:1.1rem}code{background:#f0f0f0;padding:0 .25em}table{border-collapse:collapse;width:100%}
@@ -42,40 +42,6 @@ def operation_html(method, path, item, operation, document):
     return f"{title}<p>{text}</p>{table(named)}{examples}<p>Replies:</p>{table(replies)}"
 
 
-def field_text(field):
-    parts = [field.get("description", "")]
-    for key, before in (("type", ""), ("enum", "one of "), ("const", ""), ("default", "default ")):
-        if key in field:
-            value = field[key]
-            words = value if isinstance(value, list) and key != "default" else [value]
-            parts.append(before + ", ".join(word if key == "type" else json.dumps(word) for word in words))
-    parts += [f"see {name}" for name in re.findall(r'"#/\$defs/(\w+)"', json.dumps({**field, "properties": None}))]
-    return "; ".join(part.rstrip(".") for part in dict.fromkeys(parts) if part)
-
-
-def fields(schema, prefix=""):
-    """Rows (name, text) of all properties, those of inner objects as "outer.inner"."""
-    rows = []
-    for name, field in schema.get("properties", {}).items():
-        rows.append((prefix + name, field_text(field)))
-        rows += fields(field, prefix + name + ".")
-        if isinstance(field.get("items"), dict):
-            rows += fields(field["items"], prefix + name + "[].")
-    for kind in ("oneOf", "anyOf", "allOf"):
-        for part in schema.get(kind, []):
-            rows += fields(part, prefix)
-    return list(dict.fromkeys(rows))
-
-
-def scene_html(schema):
-    parts = [f"<h2 id=\"scene\">Scene documents</h2><p>{html.escape(schema['description'])} For programs: "
-             f"<a href=\"/schemas/scene.schema.json\">scene.schema.json</a>.</p>{table(fields(schema))}"]
-    for name, part in schema["$defs"].items():
-        about = html.escape(field_text({key: value for key, value in part.items() if key not in ("properties", "oneOf", "anyOf", "allOf")}))
-        parts.append(f"<h3 id=\"scene-{name}\"><code>{name}</code></h3><p>{about}</p>{table(fields(part))}")
-    return "".join(parts)
-
-
 def problems_html(contract):
     """The table of problems in api/docs/http.md."""
     rows = re.findall(r"^\| (\d{3}) \| ([^|]+) \| ([^|]+) \|[^|]*\|$", contract, re.MULTILINE)
@@ -90,13 +56,21 @@ ABOUT_EXAMPLES = """<p>Each operation has an example for curl and one for Python
 <code>id</code> of a job. A service with keys needs the header <code>Authorization: Bearer KEY</code> in each request.</p>"""
 
 
-def page(document, schema, contract):
+def framed(title, style, body):
+    return (f"<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>"
+            f"<meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}{style}</style></head><body>{body}</body></html>\n")
+
+
+def page(document, contract):
     operations = "\n".join(operation_html(method, path, item, item[method], document)
                            for path, item in document["paths"].items()
                            for method in ("get", "post", "put", "patch", "delete") if method in item)
     about = html.escape(document["info"]["description"])
-    return (f"<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Whittle: the HTTP interface</title>"
-            f"<meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style></head><body>"
-            f"<h1>Whittle over HTTP</h1><p>{about}</p><p>For machines: <a href=\"/openapi.json\">openapi.json</a>, with all "
-            f"schemas.</p>\n<h2 id=\"examples\">Examples</h2>{ABOUT_EXAMPLES}{scene_html(schema)}{operations}\n{problems_html(contract)}"
-            "</body></html>\n")
+    return framed("Whittle: the HTTP interface", "",
+                  f"<h1>Whittle over HTTP</h1><p>{about}</p><p>For machines: <a href=\"/openapi.json\">openapi.json</a>, with all "
+                  f"schemas. All fields of scene documents: <a href=\"/docs/scene\">/docs/scene</a>.</p>\n"
+                  f"<h2 id=\"examples\">Examples</h2>{ABOUT_EXAMPLES}{operations}\n{problems_html(contract)}")
+
+
+def scene(schema):
+    return framed("Whittle: scene documents", scene_page.STYLE, scene_page.ScenePage(schema).body())

@@ -1,4 +1,4 @@
-"""Turns openapi.yaml, the schema of scenes and the table of problems into C++ source that holds them as JSON and as a page:
+"""Turns openapi.yaml, the schema of scenes and the table of problems into C++ source that holds them as JSON and as pages:
 embed_openapi.py openapi.yaml scene.schema.json CONTRACT openapi.cpp"""
 
 import json
@@ -31,7 +31,8 @@ def main():
         file.write(function("openapi_json", text.encode()))
         file.write(function("scene_schema_json", json.dumps(schema, ensure_ascii=True, indent=1).encode()))
         # As references: bytes beyond ASCII are no char everywhere.
-        file.write(function("docs_html", docs_page.page(document, schema, contract).encode("ascii", "xmlcharrefreplace")))
+        file.write(function("docs_html", docs_page.page(document, contract).encode("ascii", "xmlcharrefreplace")))
+        file.write(function("scene_docs_html", docs_page.scene(schema).encode("ascii", "xmlcharrefreplace")))
         file.write("}  // namespace api\n")
 
 

@@ -131,7 +131,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.assertEqual(described - seen - bugs, NEED_A_BROKEN_MACHINE)
 
     def check_service(self, seen):
-        for path in ("/", "/docs", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me", "/v1/status"):
+        for path in ("/", "/docs", "/docs/scene", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me", "/v1/status"):
             self.check(seen, path, self.daemon.get(path))
         page = self.daemon.get("/", Accept="text/html")
         self.check(seen, "/", page)
@@ -139,8 +139,11 @@ class Contract(ContractParts, unittest.TestCase):
         script = re.search(r'"(/ui/[^"]+\.js)"', page.body.decode()).group(1)
         for path, headers in ((script, {}), (script, {"If_None_Match": "*"}), ("/ui/0/main.js", {})):
             self.check(seen, "/ui/{tree}/{file}", self.daemon.get(path, **headers))
-        page = self.daemon.get("/docs").body.decode()
-        xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed
+        for path in ("/docs/scene", "/docs"):
+            reply = self.daemon.get(path)
+            self.check(seen, path, self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
+            page = reply.body.decode()
+            xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed
         for method, path in self.operations:
             self.assertIn(f"{method} {path}<", page)
         self.check(seen, "/healthz", self.daemon.health("/healthz"))

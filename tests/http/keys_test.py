@@ -100,7 +100,7 @@ class WithKeys(unittest.TestCase):
         self.assertEqual(self.ask("reader", path=job["links"]["self"]).status, 200)
 
     def test_what_the_service_is_and_how_it_does_needs_no_key(self):
-        for path in ("/", "/docs", "/openapi.json"):
+        for path in ("/", "/docs", "/docs/scene", "/openapi.json"):
             self.assertEqual(self.ask(None, path=path).status, 200)
         for path in ("/healthz", "/metrics"):
             self.assertEqual(self.daemon.health(path).status, 200)

@@ -1,6 +1,6 @@
 #pragma once
-/// The HTTP contract: api/openapi.yaml as JSON, the JSON schema of scene documents, and a page for people with both;
-/// all built into the program.
+/// The HTTP contract: api/openapi.yaml as JSON, the JSON schema of scene documents, and pages for people of
+/// both; all built into the program.
 
 #include <string_view>
 
@@ -10,5 +10,6 @@ namespace api {
 std::string_view openapi_json();
 std::string_view scene_schema_json();
 std::string_view docs_html();
+std::string_view scene_docs_html();
 
 }  // namespace api

@@ -32,7 +32,7 @@ std::string_view token_of(const RequestHead& head) {
 }
 
 bool is_open(const RequestHead& head) {
-  return head.path == "/" || head.path == "/docs" || head.path == "/openapi.json" ||
+  return head.path == "/" || head.path == "/docs" || head.path == "/docs/scene" || head.path == "/openapi.json" ||
          head.path == "/schemas/scene.schema.json" || head.path.starts_with("/ui/");
 }
 
@@ -128,19 +128,19 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [context, handler](Request& request) { return handler(request, *context); };
   };
+  const std::vector<std::string> listed{"state",         "label",          "batch", "kind",  "owner",
+                                        "created_after", "created_before", "q",     "limit", "cursor"};
   std::vector<Route> routes{
       {"GET", "/", with_context(get_root), {}},
       {"GET", "/ui/{tree}/{file}", with_context(get_page_file), {}},
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/docs", get_docs, {}},
+      {"GET", "/docs/scene", get_scene_docs, {}},
       {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},
       {"GET", "/v1/version", with_context(get_version), {}},
       {"GET", "/v1/me", with_context(get_me), {}},
       {"POST", "/v1/jobs", with_context(submit_job), {}},
-      {"GET",
-       "/v1/jobs",
-       with_context(list_jobs),
-       {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"}},
+      {"GET", "/v1/jobs", with_context(list_jobs), listed},
       {"POST", "/v1/jobs/validate", with_context(validate_job), {}},
       {"POST", "/v1/jobs/bulk", with_context(change_jobs), {}, true},
       {"POST", "/v1/compare", with_context(compare_images), {}},

@@ -5,7 +5,9 @@
 
 #include "api/openapi.h"
 #include "server/http/handlers/handlers.h"
+#include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
+#include "tracer/sha256.h"
 #include "tracer/version.h"
 
 namespace http::handlers {
@@ -23,6 +25,7 @@ constexpr const char* index_text =
     "  POST /v1/measure              measures time against accuracy in a scene\n"
     "  POST /v1/batches              submits variations of a scene\n"
     "  GET  /docs                    documentation of all routes\n"
+    "  GET  /docs/scene              documentation of scene documents\n"
     "  GET  /openapi.json            OpenAPI document\n"
     "  GET  /schemas/scene.schema.json  JSON schema of scene documents\n";
 
@@ -34,6 +37,17 @@ Reply document_reply(std::string content_type, std::string body) {
 }
 
 Reply text_reply(std::string body) { return document_reply("text/plain; charset=utf-8", std::move(body)); }
+
+/// A page that has its own style, no script and no external content; or 304.
+Reply documentation_reply(const Request& request, std::string_view page, const std::string& etag) {
+  const bool known = none_match_names(request.head.header("if-none-match"), etag);
+  Reply reply = document_reply("text/html; charset=utf-8", known ? "" : std::string(page));
+  if (known) reply.status = 304;
+  reply.headers = {{"ETag", etag},
+                   {"Cache-Control", "no-cache"},
+                   {"Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"}};
+  return reply;
+}
 
 }  // namespace
 
@@ -66,11 +80,14 @@ Answer get_scene_schema(Request&) {
   return document_reply("application/schema+json", std::string(api::scene_schema_json()));
 }
 
-Answer get_docs(Request&) {
-  Reply reply = document_reply("text/html; charset=utf-8", std::string(api::docs_html()));
-  // The page has its own style, no script and no external content.
-  reply.headers.emplace_back("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'");
-  return reply;
+Answer get_docs(Request& request) {
+  static const std::string etag = '"' + tracer::sha256_hex(api::docs_html()) + '"';
+  return documentation_reply(request, api::docs_html(), etag);
+}
+
+Answer get_scene_docs(Request& request) {
+  static const std::string etag = '"' + tracer::sha256_hex(api::scene_docs_html()) + '"';
+  return documentation_reply(request, api::scene_docs_html(), etag);
 }
 
 /// The daemon is alive if the event loop and the handlers run.
