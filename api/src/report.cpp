@@ -119,7 +119,7 @@ bool is_report(std::string_view text) {
   return tape && tape->root()->kind == json::Kind::object;
 }
 
-std::optional<ReportFigures> read_report(const std::string& report) {
+std::optional<ReportFigures> read_report(std::string_view report) {
   auto tape = parse_report(report);
   if (!tape) return std::nullopt;
   const auto member = [&](json::Node* object, const char* name) {

@@ -169,8 +169,7 @@ JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log
       queue(storage.stores, storage.artifacts, ids, queue::system_clock(), log, queue_settings(config, storage)),
       events(http::event_text, queue::system_clock(), {.listeners_max = config.streams},
              [&store = storage.stores.jobs](const std::string& id) { return store.summary(id); }),
-      job_metrics(
-          registry, [&store = storage.stores.jobs](const std::string& id) { return store.find(id); }, events) {
+      job_metrics(registry, events) {
   queue.notifications.observe(&job_metrics);
 }
 

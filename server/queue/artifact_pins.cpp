@@ -21,16 +21,19 @@ void ArtifactPins::collect(const std::string& sha256) noexcept {
   const std::lock_guard lock(mutex_);
   if (pins_.contains(sha256)) return;  // collected at the end of the pin
   try {
-    if (!references_.is_artifact_referenced(sha256)) artifacts_.remove(sha256);
+    if (references_.is_artifact_referenced(sha256)) return;
+    artifacts_.remove(sha256);
   } catch (const std::exception& failure) {
     log_(LogLevel::warning, "artifact_not_collected", {{"sha256", sha256}, {"detail", failure.what()}});
   }
+  ++removals_;
 }
 
 ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
+  const std::uint64_t removals = pins_.removals_;
   ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
   pin(stored.sha256);
-  if (pins_.artifacts_.open(stored.sha256)) return stored;
+  if (pins_.removals_ == removals || pins_.artifacts_.open(stored.sha256)) return stored;
   return pins_.artifacts_.put(fd, durable);  // it was removed between put and pin; the pin prevents a second time
 }
 

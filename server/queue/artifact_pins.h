@@ -1,6 +1,8 @@
 #pragma once
 /// Artifacts that may not be deleted at present.
 
+#include <atomic>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -59,6 +61,7 @@ class ArtifactPins {
   Log log_;
   std::mutex mutex_;  ///< held over the check for references and the deletion, so that no pin falls between
   std::map<std::string, int> pins_;
+  std::atomic<std::uint64_t> removals_ = 0;  ///< changed within the mutex, after a removal
 };
 
 }  // namespace queue

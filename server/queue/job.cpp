@@ -34,7 +34,9 @@ void end(Job& job, JobState state, std::int64_t now) {
   if (!job.expires_at && job.expires_in_s) job.expires_at = now + *job.expires_in_s * 1000;
 }
 
-JobSummary summary_of(const Job& job) { return {job.id, job.kind, job.name, job.batch, job.owner, job.keep}; }
+JobSummary summary_of(const Job& job) {
+  return {job.id, job.kind, job.name, job.batch, job.owner, job.keep, job.state};
+}
 
 Problem deadline_exceeded() { return {"deadline_exceeded", "The job had not ended by its deadline.", {}}; }
 

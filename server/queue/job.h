@@ -118,6 +118,7 @@ struct JobSummary {
   JobKind kind = JobKind::render;
   std::string name = {}, batch = {}, owner = {};  ///< as Job's
   bool keep = true;
+  JobState state = JobState::queued;  ///< at the time of the call or reading
 };
 JobSummary summary_of(const Job& job);
 

@@ -36,7 +36,7 @@ class RunningJobs {
       if (leader != leaders_.end()) return true;
     }
     if (!job.content_key.empty()) leaders_.try_emplace(job.content_key, Leader{job.id, {}});
-    running_.insert_or_assign(job.id, Running{0.0, job.work, job.started_at.value()});
+    running_.insert_or_assign(job.id, Running{0.0, job.work, job.created_at, job.started_at.value()});
     return false;
   }
   struct Followers {
@@ -99,6 +99,14 @@ class RunningJobs {
     const auto found = running_.find(id);
     if (found != running_.end()) found->second.measurement = std::move(summary);
   }
+  /// The run of a job that ends at `now`; none if it does not run.
+  std::optional<EndedJob::Run> run_until(const std::string& id, std::int64_t now) {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(id);
+    if (found == running_.end()) return std::nullopt;
+    const std::int64_t started_at = found->second.started_at;
+    return EndedJob::Run{found->second.created_at, started_at, std::max(now, started_at)};
+  }
   void clear_progress(const std::string& id) {
     const std::lock_guard lock(mutex_);
     running_.erase(id);
@@ -139,7 +147,7 @@ class RunningJobs {
  private:
   struct Running {
     double progress = 0;
-    std::int64_t work = 0, started_at = 0;
+    std::int64_t work = 0, created_at = 0, started_at = 0;
     std::string measurement = {};  ///< results so far
   };
   struct Leader {
@@ -196,10 +204,10 @@ class JobNotifications {
     notify_state(claim.job.id, JobState::running);
     return follows;
   }
-  void notify_end(const std::string& id, JobState state) {
-    notify_state(id, state);
-    finish(id);
-    if (observer_ != nullptr) observer_->on_waiters_notified(id);
+  void notify_end(const EndedJob& job) {
+    notify_state(job.id, job.state);
+    finish(job.id);
+    if (observer_ != nullptr) observer_->on_waiters_notified(job);
   }
   void notify_removed(const JobSummary& job) {
     if (observer_ != nullptr) observer_->on_removed(job);

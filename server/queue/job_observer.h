@@ -1,12 +1,28 @@
 #pragma once
 /// The interfaces of the queue to observers: of all jobs, and of the ends of jobs with webhooks.
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "api/document.h"
 #include "server/queue/job.h"
 
 namespace queue {
+
+/// The end of a job, as far as the daemon that ran it knows it.
+struct EndedJob {
+  /// Unix ms. `started_at` is that of the last attempt.
+  struct Run {
+    std::int64_t created_at = 0, started_at = 0, ended_at = 0;
+  };
+  std::string id;
+  JobState state = JobState::succeeded;
+  /// None where no worker ran it: cancelled before, or the images of an equal job.
+  std::optional<Run> run = std::nullopt;
+  std::string_view report = {};  ///< that of a job that succeeded in this run; valid during the call
+};
 
 /// Called from any thread, after the change is durable. The calls return at once and do not call the queue.
 class JobObserver {
@@ -17,7 +33,7 @@ class JobObserver {
   /// Also to queued, when the job is new.
   virtual void on_state_changed(const std::string& id, JobState to) noexcept = 0;
   /// After on_state_changed to an end, when all waiters for the job were called: the place for slower work.
-  virtual void on_waiters_notified(const std::string& /*id*/) noexcept {}
+  virtual void on_waiters_notified(const EndedJob& /*job*/) noexcept {}
   virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
   virtual void on_removed(const JobSummary& job) noexcept = 0;
   /// That number of ended jobs lost their documents and images; `reason`: "expires_at", "age" or "artifact_bytes".

@@ -127,7 +127,7 @@ NewJob JobSubmission::new_job(Submission submission, ArtifactPins::Pinned& pinne
 
 void JobSubmission::notify_stored(const Job& job) {
   if (!ended(job.state)) return context_.notifications.notify_queued(job.id);
-  context_.notifications.notify_end(job.id, job.state);
+  context_.notifications.notify_end({job.id, job.state});
 }
 
 void JobSubmission::make_durable(const std::string& id) {

@@ -93,7 +93,7 @@ std::uint64_t JobWaiters::when_ended(const std::string& id, std::function<void()
   }
   // Read after the waiter is in place: an end in between calls it exactly once.
   try {
-    const std::optional<Job> job = jobs_.find(id);
+    const std::optional<JobSummary> job = jobs_.summary(id);
     if (!job || ended(job->state)) on_ended(id);
   } catch (...) {
     cancel(token);

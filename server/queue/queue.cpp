@@ -82,7 +82,7 @@ bool JobLifecycle::finish_like_equal(const Lease& lease, const std::string& cont
   if (!pinned.hold(equal->artifacts, durable && !equal->artifacts_synced)) return false;
   const bool ended = context_.stores.transitions.succeed(lease.job_id, lease.fence, context_.clock(), equal->report,
                                                          equal->artifacts, durable, false);
-  finish(lease.job_id, lease.fence, ended, JobState::succeeded);
+  finish(lease, ended, {lease.job_id, JobState::succeeded});
   return true;
 }
 
@@ -114,7 +114,7 @@ bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std:
   if (ended) context_.running.add_duration(id, now, context_.throughput);
   // make_durable was called meanwhile, and its caller may have read the job as running.
   if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
-  return finish(id, fence, ended, JobState::succeeded);
+  return finish({id, fence}, ended, {id, JobState::succeeded, context_.running.run_until(id, now), report});
 }
 
 std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images,
@@ -128,14 +128,16 @@ std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, c
 }
 
 bool JobLifecycle::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
-  const bool ended = context_.stores.transitions.fail(id, fence, context_.clock(), problem);
-  if (finish(id, fence, ended, JobState::failed)) cancel_failing_batch(id);
+  const std::int64_t now = context_.clock();
+  const bool ended = context_.stores.transitions.fail(id, fence, now, problem);
+  if (finish({id, fence}, ended, {id, JobState::failed, context_.running.run_until(id, now)})) cancel_failing_batch(id);
   return ended;
 }
 
 bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
-  const bool ended = context_.stores.transitions.finish_cancel(id, fence, context_.clock());
-  return finish(id, fence, ended, JobState::cancelled);
+  const std::int64_t now = context_.clock();
+  const bool ended = context_.stores.transitions.finish_cancel(id, fence, now);
+  return finish({id, fence}, ended, {id, JobState::cancelled, context_.running.run_until(id, now)});
 }
 
 bool JobLifecycle::keep_preview(const std::string& id, std::int64_t fence, int fd) {
@@ -145,11 +147,11 @@ bool JobLifecycle::keep_preview(const std::string& id, std::int64_t fence, int f
 }
 
 /// `ended`: the transition of the store took place.
-bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended, JobState state) {
-  context_.running.end_lease(id, fence);
+bool JobLifecycle::finish(const Lease& lease, bool ended, const EndedJob& job) {
+  context_.running.end_lease(lease.job_id, lease.fence);
   if (!ended) return false;
-  context_.notifications.notify_end(id, state);
-  end_followers(id);
+  context_.notifications.notify_end(job);
+  end_followers(job.id);
   return true;
 }
 
@@ -160,7 +162,7 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, const Rele
   const ReleaseOutcome outcome = context_.stores.transitions.release(id, fence, context_.clock(), release);
   context_.running.end_lease(id, fence);
   if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued
-  if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
+  if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end({id, JobState::cancelled});
   if (outcome == ReleaseOutcome::queued) context_.notifications.notify_queued(id);
   end_followers(id);
   return outcome != ReleaseOutcome::stale;
@@ -185,7 +187,7 @@ void JobLifecycle::renew_leases() {
 
 CancelOutcome JobLifecycle::cancel(const std::string& id, bool durable) {
   const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock(), durable);
-  if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
+  if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end({id, JobState::cancelled});
   if (outcome == CancelOutcome::cancelling && !cancel_follower(id))
     context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
   return outcome;
@@ -243,7 +245,7 @@ ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& chang
 
 void JobLifecycle::cancel_batch(const std::string& id) {
   const BatchCancel changed = context_.stores.batches.cancel(id, context_.clock());
-  for (const std::string& job : changed.cancelled) context_.notifications.notify_end(job, JobState::cancelled);
+  for (const std::string& job : changed.cancelled) context_.notifications.notify_end({job, JobState::cancelled});
   for (const std::string& job : changed.cancelling) {
     if (!cancel_follower(job)) context_.runner.call([&](JobRunner& runner) { runner.cancel(job); });
   }
@@ -309,8 +311,8 @@ bool JobLifecycle::run_maintenance() {
       return job && job->state == JobState::queued;
     });
   }
-  for (const std::string& id : result.cancelled) context_.notifications.notify_end(id, JobState::cancelled);
-  for (const std::string& id : result.overdue) context_.notifications.notify_end(id, JobState::failed);
+  for (const std::string& id : result.cancelled) context_.notifications.notify_end({id, JobState::cancelled});
+  for (const std::string& id : result.overdue) context_.notifications.notify_end({id, JobState::failed});
   for (const std::string& id : result.overdue) cancel_failing_batch(id);
   collect(result.artifacts);
   context_.notifications.notify_expired("expires_at", result.expired);

@@ -159,7 +159,7 @@ class JobLifecycle {
   void on_disk_space_available() { context_.runner.notify(true); }
 
  private:
-  bool finish(const std::string& id, std::int64_t fence, bool ended, JobState state);
+  bool finish(const Lease& lease, bool ended, const EndedJob& job);
   bool finish_like_equal(const Lease& lease, const std::string& content_key);
   void end_followers(const std::string& id);
   bool cancel_follower(const std::string& id);

@@ -117,7 +117,7 @@ std::string metrics_text(const prometheus::Registry& registry, const GaugeValues
   return prometheus::TextSerializer().Serialize(families);
 }
 
-JobMetrics::JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobObserver& next)
+JobMetrics::JobMetrics(prometheus::Registry& registry, queue::JobObserver& next)
     : submitted_(add_counters(registry, "whittle_jobs_submitted_total", "Jobs queued, retries included.")),
       ended_(add_counters(registry, "whittle_jobs_ended_total", "Jobs ended, by state.")),
       from_cache_(add_counters(registry, "whittle_jobs_from_cache_total", "Jobs answered from the result cache.")),
@@ -135,7 +135,6 @@ JobMetrics::JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobO
                                   "Start of a job's last attempt to the end of the job, by state.")),
       error_ratio_(add_histograms(registry, "whittle_error_to_target_ratio",
                                   "Estimated error divided by the target, of succeeded jobs with a target error.")),
-      find_(std::move(find)),
       next_(next) {
   create_series();
 }
@@ -181,22 +180,23 @@ void JobMetrics::on_expired(const char* reason, int jobs) noexcept {
   }
 }
 
-void JobMetrics::on_waiters_notified(const std::string& id) noexcept {
+void JobMetrics::on_waiters_notified(const queue::EndedJob& job) noexcept {
   try {
-    if (const auto job = find_(id)) count_end(*job);
+    count_end(job);
   } catch (const std::exception&) {
-    // Out of memory, or the store failed: the job is not counted.
+    // Out of memory: the job is not counted.
   }
-  next_.on_waiters_notified(id);
+  next_.on_waiters_notified(job);
 }
 
-void JobMetrics::count_end(const queue::Job& job) {
-  if (!job.started_at || !job.ended_at) return;  // cancelled before it ran
-  if (job.state == queue::JobState::succeeded && job.attempt == 0) return from_cache_.Add({}).Increment();
-  wait_seconds_.Add({}, duration_buckets_s).Observe(seconds(*job.started_at - job.created_at));
-  history_.add([&](auto&, auto& waits_ms) { waits_ms.push_back(*job.started_at - job.created_at); });
+void JobMetrics::count_end(const queue::EndedJob& job) {
+  if (!job.run && job.state == queue::JobState::succeeded) from_cache_.Add({}).Increment();
+  if (!job.run) return;
+  const std::int64_t wait_ms = job.run->started_at - job.run->created_at;
+  wait_seconds_.Add({}, duration_buckets_s).Observe(seconds(wait_ms));
+  history_.add([&](auto&, auto& waits_ms) { waits_ms.push_back(wait_ms); });
   run_seconds_.Add({{"state", queue::name_of(job.state)}}, duration_buckets_s)
-      .Observe(seconds(*job.ended_at - *job.started_at));
+      .Observe(seconds(job.run->ended_at - job.run->started_at));
   const auto figures = api::read_report(job.report);
   if (!figures) return;
   rays_.Add({{"kind", "camera"}}).Increment(static_cast<double>(figures->rays.camera));

@@ -63,15 +63,12 @@ std::string metrics_text(const prometheus::Registry& registry, const GaugeValues
 /// Metrics of jobs: waiting and running times, ends, rays, cache use and target errors.
 class JobMetrics final : public queue::JobObserver {
  public:
-  /// Reads the job from the store. If it throws, the job is not counted. Called from any thread.
-  using FindJob = std::function<std::optional<queue::Job>(const std::string& id)>;
-
   /// Every call is passed on to `next`. All arguments must outlive this.
-  JobMetrics(prometheus::Registry& registry, FindJob find, queue::JobObserver& next);
+  JobMetrics(prometheus::Registry& registry, queue::JobObserver& next);
 
   void on_described(const queue::JobSummary& job) noexcept override { next_.on_described(job); }
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
-  void on_waiters_notified(const std::string& id) noexcept override;
+  void on_waiters_notified(const queue::EndedJob& job) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
   void on_removed(const queue::JobSummary& job) noexcept override { next_.on_removed(job); }
   void on_expired(const char* reason, int jobs) noexcept override;
@@ -79,11 +76,10 @@ class JobMetrics final : public queue::JobObserver {
 
  private:
   void create_series();
-  void count_end(const queue::Job& job);
+  void count_end(const queue::EndedJob& job);
 
   Counters &submitted_, &ended_, &from_cache_, &expired_, &rays_, &targets_, &geometry_, &textures_;
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
-  const FindJob find_;
   queue::JobObserver& next_;
   ServiceHistory history_;
 };

@@ -55,7 +55,7 @@ TEST(RequestMetrics, CountsByMethodRouteAndStatus) {
 class CountingObserver final : public queue::JobObserver {
  public:
   void on_state_changed(const std::string&, queue::JobState) noexcept override { ++calls; }
-  void on_waiters_notified(const std::string&) noexcept override { ++calls; }
+  void on_waiters_notified(const queue::EndedJob&) noexcept override { ++calls; }
   void on_progress(const std::string&, double) noexcept override { ++calls; }
   void on_removed(const queue::JobSummary&) noexcept override { ++calls; }
   int calls = 0;
@@ -64,29 +64,23 @@ class CountingObserver final : public queue::JobObserver {
 TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   prometheus::Registry registry;
   CountingObserver next;
-  queue::Job job;
-  job.state = queue::JobState::succeeded;
-  job.created_at = 1000;
-  job.started_at = 3000;
-  job.ended_at = 3500;
-  job.report =
+  std::optional<queue::EndedJob::Run> run = {{.created_at = 1000, .started_at = 3000, .ended_at = 3500}};
+  std::string_view report =
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
                    "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
-  job.attempt = 1;
-  telemetry::JobMetrics observed(
-      registry, [&](const std::string&) { return job; }, next);
+  telemetry::JobMetrics observed(registry, next);
   const auto succeeded = [&](const std::string& id) {
     observed.on_state_changed(id, queue::JobState::succeeded);
-    observed.on_waiters_notified(id);
+    observed.on_waiters_notified({id, queue::JobState::succeeded, run, report});
   };
   observed.on_state_changed("a", queue::JobState::queued);
   succeeded("a");
-  job.report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
+  report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
   succeeded("b");
-  job.report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
+  report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
   succeeded("c");
-  job.attempt = 0;  // from the cache: neither its wait nor its rays are counted again
+  run.reset();  // from the cache: neither its wait nor its rays are counted again
   succeeded("d");
   observed.history().close_step(0, 0, 0, 0);
   const telemetry::ServiceHistory::Step step = observed.history().hour().steps.front();
@@ -154,18 +148,16 @@ TEST(ServiceHistory, SummarizesEachStepAndKeepsAnHour) {
   EXPECT_EQ(history.hour().steps.back().queued, 719);
 }
 
-TEST(JobMetrics, CountsTheEndOfAJobThatTheStoreCannotFind) {
+TEST(JobMetrics, CountsAJobThatIsCancelledBeforeItRunsAsEndedOnly) {
   prometheus::Registry registry;
   CountingObserver next;
-  telemetry::JobMetrics observed(
-      registry,
-      [](const std::string&) -> std::optional<queue::Job> {
-        throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
-      },
-      next);
-  observed.on_state_changed("a", queue::JobState::failed);
-  observed.on_waiters_notified("a");
-  expect_line(text_of(registry), "whittle_jobs_ended_total{state=\"failed\"} 1");
+  telemetry::JobMetrics observed(registry, next);
+  observed.on_state_changed("a", queue::JobState::cancelled);
+  observed.on_waiters_notified({"a", queue::JobState::cancelled});
+  const std::string text = text_of(registry);
+  expect_line(text, "whittle_jobs_ended_total{state=\"cancelled\"} 1");
+  expect_line(text, "whittle_job_wait_seconds_count 0");
+  expect_line(text, "whittle_jobs_from_cache_total 0");
   EXPECT_EQ(next.calls, 2);
 }
 

@@ -18,7 +18,7 @@ class RecordingObserver final : public JobObserver {
   void on_state_changed(const std::string&, JobState to) noexcept override { calls += std::string(name_of(to)) + ' '; }
   void on_progress(const std::string&, double fraction) noexcept override { calls += std::to_string(fraction) + ' '; }
   void on_removed(const JobSummary&) noexcept override { calls += "removed "; }
-  void on_waiters_notified(const std::string&) noexcept override { calls += "settled "; }
+  void on_waiters_notified(const EndedJob&) noexcept override { calls += "settled "; }
   std::string calls;
 };
 

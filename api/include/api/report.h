@@ -59,7 +59,7 @@ struct ReportFigures {
 };
 /// Unset if the text is not a report of write_report. Members that are missing or of another type count as 0. Accepts
 /// any text that is_report accepts, and throws std::bad_alloc only.
-std::optional<ReportFigures> read_report(const std::string& report);
+std::optional<ReportFigures> read_report(std::string_view report);
 
 // ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.
 

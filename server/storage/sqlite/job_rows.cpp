@@ -37,13 +37,14 @@ void read_assets(Database& database, queue::Job& job) {
   while (assets.row()) job.assets.push_back(assets.text(0));
 }
 
-constexpr const char* summary_columns = "kind, name, batch_id, owner, keep";
+constexpr const char* summary_columns = "kind, name, batch_id, owner, keep, state";
 
 /// None without a row of the summary's columns.
 std::optional<queue::JobSummary> take_summary(const std::string& id, Query row) {
   if (!row.row()) return std::nullopt;
   const queue::JobKind kind = queue::job_kind(row.text(0)).value();
-  return queue::JobSummary{id, kind, row.text(1), row.text(2), row.text(3), row.integer(4) != 0};
+  return queue::JobSummary{
+      id, kind, row.text(1), row.text(2), row.text(3), row.integer(4) != 0, queue::job_state(row.text(5)).value()};
 }
 
 }  // namespace
