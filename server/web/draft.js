@@ -12,6 +12,7 @@ const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
 /**
  * @typedef {object} Shown an image and what is known of it
  * @property {string} url of a blob
+ * @property {string} [under] url of the image before, while this one has parts that are not rendered yet
  * @property {'draft' | 'refining' | 'refined'} kind
  * @property {number} width of the render
  * @property {number} height
@@ -108,7 +109,7 @@ export class Drafts {
       this.validation.value = validation;
       this.onValidated(text, validation);
       if (!validation.valid) return;
-      if (!asked && this.tooSlow(text, validation)) return;
+      if (!asked && await this.tooSlow(text, validation, controller.signal)) return;
       await this.draft(number, text, DRAFT_BUDGET_MS, controller.signal);
       if (number === this.latest && this.refine.value) this.timer = window.setTimeout(() => this.startRefining(number), REFINE_AFTER_MS);
     } catch (error) {
@@ -133,13 +134,15 @@ export class Drafts {
     }
   }
 
-  /** @param {string} text @param {Validation} validation */
-  tooSlow(text, validation) {
-    const scene = JSON.parse(text);
-    const pixels = (scene.image?.width ?? this.size.width) * (scene.image?.height ?? this.size.height);
-    const share = Math.min(1, DRAFT_SIDE * DRAFT_SIDE / pixels);
-    const perSample = (validation.estimate.seconds ?? 0) / Math.max(1, validation.estimate.samples / pixels);
-    this.manualReason.value = perSample * share > AUTO_SECONDS_MAX ? 'time' : '';
+  /** Whether one sample per pixel of the draft takes long; a draft takes no less. @param {string} text @param {Validation} validation @param {AbortSignal} signal */
+  async tooSlow(text, validation, signal) {
+    let seconds = validation.estimate.seconds;
+    if (seconds > AUTO_SECONDS_MAX) {
+      const {accuracy, ...draft} = draftOf(JSON.parse(text), DRAFT_BUDGET_MS, this.size);
+      const {time_budget_ms: _, ...others} = accuracy;
+      seconds = (await postJson('/v1/jobs/validate', {...draft, accuracy: {...others, samples: [1, 1]}}, {signal})).estimate.seconds;
+    }
+    this.manualReason.value = seconds > AUTO_SECONDS_MAX ? 'time' : '';
     return this.manualReason.value !== '';
   }
 
@@ -165,13 +168,15 @@ export class Drafts {
 
   /** @param {number} number @param {Shown} image */
   show(number, image) {
-    const before = this.shown.value;
+    const before = this.shown.value, under = before?.under || before?.url;
     this.shownNumber = number;
     batch(() => {
-      this.shown.value = image;
+      this.shown.value = image.kind === 'refining' ? {...image, under} : image;
       this.problem.value = null;
     });
-    if (before && !this.history.value.includes(before)) URL.revokeObjectURL(before.url);
+    for (const url of [before?.url, before?.under]) {
+      if (url && url !== this.shown.value?.under && !this.history.value.some((each) => each.url === url)) URL.revokeObjectURL(url);
+    }
   }
 
   /** Keeps the image of the text that the user leaves. */
@@ -264,7 +269,7 @@ export class Drafts {
     clearTimeout(this.timer);
     this.inFlight?.abort();
     this.stopRefining();
-    for (const old of [...this.history.value, this.shown.value]) if (old) URL.revokeObjectURL(old.url);
+    for (const old of [...this.history.value, this.shown.value]) for (const url of [old?.url, old?.under]) if (url) URL.revokeObjectURL(url);
   }
 }
 

@@ -230,7 +230,7 @@ function Stage({box, drafts, editor}) {
   return html`<section class="stage" aria-label=${words.titles.new}>
     ${manual && html`<p class="banner">${manual === 'size' ? text.manual.size : text.manual.time}</p>`}
     <div class="canvas" ref=${box} title=${text.hint}>
-      ${shown ? html`<img class=${shown.kind === 'refined' ? '' : 'soft'} src=${shown.url} alt=${text.imageAlt} draggable=${false} data-kind=${shown.kind} data-job=${shown.job || ''} />`
+      ${shown ? html`<img class=${shown.kind === 'refined' ? '' : 'soft'} src=${shown.url} style=${{backgroundImage: shown.under ? `url(${shown.under})` : 'none'}} alt=${text.imageAlt} draggable=${false} data-kind=${shown.kind} data-job=${shown.job || ''} />`
         : html`<div class="empty"><h2>${text.waiting}</h2><p>${text.waitingText}</p></div>`}
     </div>
     <div class="caption">

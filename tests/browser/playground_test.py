@@ -119,6 +119,7 @@ class Drafts(Playground):
         """Acceptance test 32."""
         self.set_document(scene(2000, 1500, samples=256))
         self.shown("refining")
+        self.assertIn("blob:", self.browser.one(".canvas img").get_attribute("style"))  # the draft, where nothing is rendered yet
         job = self.browser.one(".canvas img").get_attribute("data-job")
         self.assertEqual(self.daemon.job(job)["state"], "running")
         begin = time.monotonic()
@@ -126,6 +127,14 @@ class Drafts(Playground):
         self.type(" ")
         self.daemon.wait_for_state(job, "cancelled")
         print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
+
+    def test_follow_a_document_that_takes_long(self):
+        """What counts is the time of a draft, not that of the document."""
+        self.browser.all("label.switch input")[1].click()  # no refinement
+        before = self.browser.one(".canvas img").get_attribute("src")
+        self.set_document({**json.loads(SHAPES), "accuracy": {"target_error": 0.02}})
+        self.shown("draft", before)
+        self.assertEqual(self.browser.all(".banner"), [])
 
     def test_leave_no_rows(self):
         """Acceptance test 31, with fewer edits."""
