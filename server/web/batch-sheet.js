@@ -49,10 +49,10 @@ function Sequence({batch, jobs, refresh, axis}) {
   const shown = Array.from({length: Math.max(0, Math.min(batch.size, last * columns.value) - begin)}, (_, i) => begin + i);
   useEffect(() => refresh(shown));
   const label = (/** @type {number} */ index) => axis ? valueText(batch.sweep[axis][index]) : frameText(jobs.get(index), index);
-  return html`<div ref=${box} style=${{height: `${rows * pitch - CELL.gap}px`}}>
+  return html`${axis && html`<p class="dim"><code>${axis}</code></p>`}
+    <div ref=${box} style=${{height: `${rows * pitch - CELL.gap}px`}}>
       <ul class="sheet" aria-label=${text.sheet} style=${{transform: `translateY(${first * pitch}px)`, gridTemplateColumns: `repeat(${columns.value}, minmax(0, 1fr))`}}>${shown.map((index) =>
-        html`<li key=${index} aria-posinset=${index + 1} aria-setsize=${batch.size}><${Cell} job=${jobs.get(index)} index=${index} label=${label(index)} many=${batch.size > MANY} /></li>`)}</ul></div>
-    ${axis && html`<p class="dim"><code>${axis}</code></p>`}`;
+        html`<li key=${index} aria-posinset=${index + 1} aria-setsize=${batch.size}><${Cell} job=${jobs.get(index)} index=${index} label=${label(index)} many=${batch.size > MANY} /></li>`)}</ul></div>`;
 }
 
 /** Two axes as rows and columns, the others as pickers. @param {{batch: Batch, jobs: Map<number, Job>, refresh: (indices: number[]) => void}} properties */

@@ -88,7 +88,7 @@ function Pair({a, b}) {
     ${mode === 'blink' && !still ? html`<${Blink} first=${first} second=${second} viewer=${viewer} />`
       : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A">${text.notShown}</${Viewer}><${Viewer} ...${viewer} url=${second.url} alt="B">${text.notShown}</${Viewer}></div>`
       : mode === 'difference' || mode === 'sign' ? html`<${Viewer} ...${viewer} url=${maps.value[mode]} alt=${text.modes[mode]}>${problem.value || words.loading}</${Viewer}>`
-      : html`<${Viewer} ...${viewer} url=${first.url || second.url} alt=${first.url ? 'A' : 'B'} cover=${first.url && second.url} coverAlt="B">${text.notShown}</${Viewer}>`}
+      : html`<${Viewer} ...${viewer} url=${first.url || second.url} alt=${first.url ? 'A' : 'B'} cover=${first.url && second.url} coverAlt="B" sides="A | B">${text.notShown}</${Viewer}>`}
     <div class="tabs"><div class="tab">
       ${problem.value && html`<p class="note bad" role="alert">${problem.value}</p>`}
       ${found.value && html`<${Numbers} found=${found.value} tolerance=${tolerance} goTo=${goTo} />`}

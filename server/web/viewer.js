@@ -18,13 +18,14 @@ const linear = (byte) => byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 2
  * @property {{width: number, height: number} | null} size of the whole image, which a preview stands for
  * @property {string} [cover] of the image over its right part
  * @property {string} [coverAlt]
+ * @property {string} [sides] names of both images, left and right
  * @property {(x: number, y: number) => string} [valueAt] what more is known of a pixel
  * @property {import('@preact/signals').Signal<{zoom: number, x: number, y: number}>} [view] zoom and place, to be shared; zoom 0: fits
  * @property {any} [children] shown without an image
  */
 
 /** @param {Properties} properties */
-export function Viewer({url, alt, size, cover, coverAlt, valueAt, view: shared, children}) {
+export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valueAt, view: shared, children}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null)), picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const own = useSignal({zoom: 0, x: 0, y: 0}), view = shared || own;
   const wipe = useSignal(50), resized = useSignal(0);
@@ -96,7 +97,7 @@ export function Viewer({url, alt, size, cover, coverAlt, valueAt, view: shared, 
     </div>
     <div class="caption">
       <span class="number" role="status">${pixel.value || (url ? text.hint : '')}</span><span class="spring"></span>
-      ${cover && html`<label class="switch">${text.wipe}<input type="range" min="0" max="100" value=${wipe.value} onInput=${(/** @type {any} */ event) => { wipe.value = Number(event.target.value); }} /></label>`}
+      ${cover && html`<label class="switch">${sides}<input type="range" min="0" max="100" value=${wipe.value} onInput=${(/** @type {any} */ event) => { wipe.value = Number(event.target.value); }} /></label>`}
       <span role="group" class="zoom"><button aria-label=${text.out} onClick=${() => zoomBy(1 / STEP)}>−</button>
         <button title=${text.one} onClick=${toOne}>1:1</button><button onClick=${toFit}>${text.fit}</button>
         <button aria-label=${text.in} onClick=${() => zoomBy(STEP)}>+</button></span>

@@ -122,6 +122,7 @@ class Compare(BrowserTest):
         self.open(f"#/compare?a={job}&b={job}")
         rms, bias, _ = self.figures()
         self.assertEqual((rms, bias), (0, 0))
+        self.assertTrue(self.browser.text(".viewer .switch").startswith("A | B"))
         self.assertIn("The documents are equal", self.browser.text(".tab"))
 
     def test_lists_what_differs_only(self):
