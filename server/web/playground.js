@@ -261,9 +261,26 @@ function Facts({drafts, editor}) {
       <dt>${text.seconds}</dt><dd class="number">${estimate.seconds === null ? text.notYet : '≈ ' + duration(estimate.seconds)}</dd>
       <dt>${text.samples}</dt><dd class="number">${count(estimate.samples)}</dd>
       <dt>${text.memory}</dt><dd class="number">${size(estimate.memory_bytes)}</dd></dl></section>`}
+    ${estimate && html`<section><h2>${text.accuracy}</h2><${Target} editor=${editor} /></section>`}
     ${validation.valid && html`<section><h2>${text.needs}</h2>${reasons.length === 0 ? html`<p class="dim">${text.noReasons}</p>` : html`<ul>${reasons.map(([name, pointer]) => html`
       <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}</section>`}
   </aside>`;
+}
+
+/** The error that the document asks for, and a way to ask for another. @param {{editor: {current: Editor | null}}} properties */
+function Target({editor}) {
+  const value = () => {
+    try {
+      return JSON.parse(editor.current?.text() || '{}').accuracy || {};
+    } catch {
+      return null;  // the user is typing
+    }
+  };
+  const set = (/** @type {any} */ event) => {
+    const {approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
+    if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {target_error: target, approximate, max_depth, cutoff}));
+  };
+  return html`<label class="wish">${text.target}<input type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
 }
 
 /** @param {{issues: import('./api.js').Issue[], goTo: (pointer: string) => void}} properties */

@@ -128,6 +128,13 @@ class Drafts(Playground):
         self.daemon.wait_for_state(job, "cancelled")
         print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
 
+    def test_ask_for_an_error(self):
+        self.set_document({**scene(64, 48), "accuracy": {"samples": [4, 4], "max_depth": 3}})
+        field = self.browser.until(lambda: next((each for each in self.browser.all(".target") if "max_depth" in self.document()), None), "the field")
+        field.send_keys("1", Keys.ENTER)
+        self.browser.until(lambda: json.loads(self.document())["accuracy"] == {"target_error": 1, "max_depth": 3}, "the target in the document")
+        self.browser.until(lambda: self.browser.one(".target").get_attribute("value") == "1", "the target in the field")
+
     def test_follow_a_document_that_takes_long(self):
         """What counts is the time of a draft, not that of the document."""
         self.browser.all("label.switch input")[1].click()  # no refinement
