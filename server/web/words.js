@@ -28,7 +28,7 @@ export const words = {
     store: 'Jobs cannot be stored. The log of the service says why.', draining: 'Running jobs end; new ones are refused until the service is back.', lost: 'The service does not answer. What the page shows may be old.',
   },
   bell: {
-    ring: 'Tell me when it ends', ringAll: 'Tell me when they end', ringBatch: 'Tell me when the batch ends',
+    ring: 'Notify me when it ends', ringAll: 'Notify me when they end', ringBatch: 'Notify me when the batch ends',
     ended: (/** @type {string} */ name, /** @type {string} */ state) => `${name || 'untitled'}: ${state}`, open: 'Open',
   },
   status: {running: 'running', queued: 'queued', oldest: 'oldest waits', eta: 'empty in about'},
