@@ -90,3 +90,17 @@ class ContractParts:
                 for delivery in (sent, NOBODY):
                     self.check(seen, redeliver, daemon.request("POST", redeliver.format(id=job, delivery=delivery)), "POST")
         self.check(seen, redeliver, self.daemon.request("POST", redeliver.format(id=job_id, delivery=NOBODY)), "POST")
+
+    def check_unreadable_images(self, seen):
+        """Of files whose bytes have changed, but not their number."""
+        document = scene(600, 600, samples=2, output={"formats": ["png", "exr"]})
+        batch = json_of(self.daemon.request("POST", "/v1/batches", {"scene": document, "frames": [{}]}))
+        job = self.daemon.wait_for_end(json_of(self.daemon.get(batch["links"]["jobs"]))["items"][0]["id"])
+        for artifact in job["artifacts"]:
+            path = self.daemon.data / artifact["sha256"][:2] / artifact["sha256"]
+            path.write_bytes(b"\0" * path.stat().st_size)
+        for path, of, query in (("/v1/jobs/{id}/view.png", job, ""), ("/v1/jobs/{id}/preview", job, "?max=16"),
+                                ("/v1/batches/{id}/animation.apng", batch, "?max=16")):
+            reply = self.daemon.get(path.format(id=of["id"]) + query)
+            self.assertEqual(reply.status, 422, path)
+            self.check(seen, path, reply)

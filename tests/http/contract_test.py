@@ -116,6 +116,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.check_pictures(seen)
         self.check_measurements(seen)
         self.check_previews(seen)
+        self.check_unreadable_images(seen)
         self.check_events(seen)
         self.check_assets(seen)
         self.check_changes(seen)

@@ -99,6 +99,18 @@ class WithKeys(unittest.TestCase):
         job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))
         self.assertEqual(self.ask("reader", path=job["links"]["self"]).status, 200)
 
+    def test_readers_see_views_and_animations_of_others_and_writers_compare_them(self):
+        batch = json_of(self.ask("both", "POST", "/v1/batches", {"scene": scene(), "frames": [{}, {}]}))
+        jobs = [job["id"] for job in json_of(self.ask("both", path=batch["links"]["jobs"]))["items"]]
+        for job in jobs:
+            self.ask("both", path=f"/v1/jobs/{job}?wait=60")
+        animation = f"/v1/batches/{batch['id']}/animation.apng"
+        for path in (f"/v1/jobs/{jobs[0]}/view.png", animation, animation + "?max=16"):
+            self.assertEqual(self.ask("reader", path=path).status, 200, path)
+        pair = {"a": jobs[0], "b": jobs[1]}
+        self.assert_problem(self.ask("reader", "POST", "/v1/compare", pair), 403, "forbidden")
+        self.assertEqual(json_of(self.ask("admin", "POST", "/v1/compare", pair))["rmse"], 0)
+
     def test_what_the_service_is_and_how_it_does_needs_no_key(self):
         for path in ("/", "/docs", "/docs/scene", "/openapi.json"):
             self.assertEqual(self.ask(None, path=path).status, 200)

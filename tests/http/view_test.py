@@ -122,7 +122,10 @@ class Views(OneDaemon):
     def test_finds_damaged_artifacts(self):
         job = self.finished(output={"formats": ["exr"]}, image={"width": 150, "height": 150})
         sha256 = job["artifacts"][0]["sha256"]
-        (self.daemon.data / sha256[:2] / sha256).unlink()
+        stored = self.daemon.data / sha256[:2] / sha256
+        stored.write_bytes(b"\0" * stored.stat().st_size)
+        self.assert_problem(self.view(job=job["id"]), 422, "bad_image")
+        stored.unlink()
         self.assert_problem(self.view(job=job["id"]), 500, "image_damaged")
         self.assertEqual(json_of(self.daemon.get("/v1/status"))["ready"], True)
 

@@ -39,8 +39,7 @@ ImageTaskResult png_result(const std::vector<std::uint8_t>& png) { return {{}, {
 
 ImageTaskResult scale(const ImageTask& task) {
   const auto png = tracer::thumbnail(read_memory(task.images.at(0)), task.work.side);
-  if (!png) throw std::runtime_error(png.error());
-  return png_result(*png);
+  return png ? png_result(*png) : refusal(queue::bad_image, png.error());
 }
 
 ImageTaskResult compare(const ImageTask& task, const tracer::TextureImageLimits& limits) {
@@ -77,8 +76,8 @@ ImageTaskResult view(const ImageTask& task, const tracer::TextureImageLimits& li
   const auto png = tracer::view(read_memory(task.images.at(0)), settings, limits);
   if (png) return png_result(*png);
   const std::string sentence = "the image " + png.error().sentence;
-  if (png.error().reason == tracer::ViewFailure::Reason::no_layer) return refusal(queue::image_not_found, sentence);
-  throw std::runtime_error(sentence);
+  const bool lacks_layer = png.error().reason == tracer::ViewFailure::Reason::no_layer;
+  return refusal(lacks_layer ? queue::image_not_found : queue::bad_image, sentence);
 }
 
 /// Two images and their heat map: floats of three channels each take 36 bytes per pixel, and a decoder some more.
