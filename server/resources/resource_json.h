@@ -4,6 +4,7 @@
 /// invalid UTF-8 is replaced by U+FFFD. Throws std::bad_alloc only.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,7 +64,7 @@ struct ServiceStatus {
   queue::QueueState queue;
   std::size_t streams_max = 0;
   std::vector<std::pair<std::string, std::uint64_t>> limits;
-  telemetry::ServiceHistory::Hour hour;
+  std::optional<telemetry::ServiceHistory::Hour> hour;
 };
 std::string write_status(const ServiceStatus& status);
 

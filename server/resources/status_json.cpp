@@ -70,7 +70,7 @@ std::string write_status(const ServiceStatus& status) {
        {{"queued_jobs", status.queue.jobs.at(queue::JobState::queued)},
         {"artifact_bytes", now.artifact_bytes},
         {"uploads_bytes", now.upload_bytes}}},
-      {"history", history_json(status.hour)}};
+      {"history", status.hour ? history_json(*status.hour) : Json(nullptr)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

@@ -120,7 +120,7 @@ export class EventStream {
 
   async readHealth() {
     try {
-      const reply = await fetch('/v1/status', {headers: this.headers(), signal: this.running?.signal, cache: 'no-store'});
+      const reply = await fetch('/v1/status?history=false', {headers: this.headers(), signal: this.running?.signal, cache: 'no-store'});
       const body = await reply.json();
       if (reply.ok) this.send({type: 'health', health: {ready: body.ready, reason: body.reason, draining: body.draining, disk: body.disk, limits: body.limits}});
       else if (String(body.type).endsWith(':store_unavailable')) {

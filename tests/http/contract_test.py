@@ -140,6 +140,7 @@ class Contract(ContractParts, unittest.TestCase):
         script = re.search(r'"(/ui/[^"]+\.js)"', page.body.decode()).group(1)
         for path, headers in ((script, {}), (script, {"If_None_Match": "*"}), ("/ui/0/main.js", {})):
             self.check(seen, "/ui/{tree}/{file}", self.daemon.get(path, **headers))
+        self.check(seen, "/v1/status", self.daemon.get("/v1/status?history=maybe"))
         for path in ("/docs/scene", "/docs"):
             reply = self.daemon.get(path)
             self.check(seen, path, self.daemon.get(path, If_None_Match=reply.headers["ETag"]))

@@ -59,6 +59,14 @@ class Status(OneDaemon):
         self.daemon.wait_for_end(running)
 
 
+    def test_leaves_the_history_out_for_those_who_ask_often(self):
+        whole, short = self.daemon.get("/v1/status?history=true"), self.daemon.get("/v1/status?history=false")
+        self.assertIsNone(json_of(short)["history"])
+        self.assertEqual(json_of(short).keys(), json_of(whole).keys())
+        for query in ("?history=no", "?history=", "?history=true&history=false"):
+            self.assert_problem(self.daemon.get("/v1/status" + query), 400, "invalid_query")
+
+
 class UnreadyStatus(unittest.TestCase):
     def test_names_the_reason(self):
         with Daemon("--jobs", "1") as daemon:

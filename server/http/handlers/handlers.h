@@ -158,7 +158,7 @@ class Readiness {
   std::string reason_;
 };
 Answer get_readiness(Readiness& readiness);
-Answer get_status(Readiness& readiness, const ApiContext& context);
+Answer get_status(const Request& request, Readiness& readiness, const ApiContext& context);
 Answer get_metrics(const Health& health);
 
 // ---- submissions.cpp

@@ -175,8 +175,8 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
   const auto readiness = std::make_shared<Readiness>(Health{context->not_ready, context->draining, {}});
-  routes.push_back(
-      {"GET", "/v1/status", [context, readiness](Request&) { return get_status(*readiness, *context); }, {}});
+  const auto status = [context, readiness](Request& request) { return get_status(request, *readiness, *context); };
+  routes.push_back({"GET", "/v1/status", status, {"history"}});
   add_artifact_routes(routes, context);
   for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;

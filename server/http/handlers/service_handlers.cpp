@@ -110,15 +110,21 @@ Answer get_readiness(Readiness& readiness) {
   return text_reply("ready\n");
 }
 
-Answer get_status(Readiness& readiness, const ApiContext& context) {
-  Reply reply = json_reply(200, resources::write_status({.not_ready = readiness.reason(),
-                                                         .draining = context.draining(),
-                                                         .sandbox = context.sandbox(),
-                                                         .gauges = context.gauges(),
-                                                         .queue = context.queue.queries.state(),
-                                                         .streams_max = context.events.listeners_max(),
-                                                         .limits = context.effective_limits,
-                                                         .hour = context.history()}));
+Answer get_status(const Request& request, Readiness& readiness, const ApiContext& context) {
+  const Pairs& query = request.head.query;
+  if (auto problem = refuse_repeated(query)) return *problem;
+  const bool has_history = query.empty() || query.front().second == "true";
+  if (!has_history && query.front().second != "false")
+    return Problem{failures::invalid_query, "history must be true or false"};
+  Reply reply =
+      json_reply(200, resources::write_status({.not_ready = readiness.reason(),
+                                               .draining = context.draining(),
+                                               .sandbox = context.sandbox(),
+                                               .gauges = context.gauges(),
+                                               .queue = context.queue.queries.state(),
+                                               .streams_max = context.events.listeners_max(),
+                                               .limits = context.effective_limits,
+                                               .hour = has_history ? std::optional(context.history()) : std::nullopt}));
   reply.headers.emplace_back("Cache-Control", "no-store");
   return reply;
 }
