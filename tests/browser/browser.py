@@ -109,10 +109,9 @@ class BrowserTest(unittest.TestCase):
     def open(self, route=""):
         """Opens a route of the page anew, with nothing stored."""
         self.browser.get("about:blank")
-        self.browser.get(self.address("#/nothing"))
-        self.browser.execute_script("localStorage.clear(); sessionStorage.clear();")
-        self.browser.get("about:blank")
+        clear = self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "localStorage.clear(); sessionStorage.clear();"})
         self.browser.get(self.address(route))
+        self.browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", clear)
 
     def editor(self, script, *arguments):
         """Runs a script with `view`, the CodeMirror view of the editor."""

@@ -42,11 +42,9 @@ class JobPage(BrowserTest):
 
     def table(self):
         """{part: (share in percent, levels)} of the error account."""
-        rows = {}
-        for row in self.browser.until(lambda: self.browser.all(".tab .plain tbody tr"), "the table"):
-            cells = [cell.text for cell in row.find_elements("css selector", "td")]
-            rows[cells[0]] = (float(cells[1].rstrip(" %") or "nan"), float(cells[2]))
-        return rows
+        self.browser.until(lambda: self.browser.all(".tab .plain tbody tr"), "the table")
+        rows = self.browser.execute_script("return [...document.querySelectorAll('.tab .plain tbody tr')].map(row => [...row.cells].map(cell => cell.innerText.trim()))")
+        return {name: (float(share.rstrip(" %") or "nan"), float(levels)) for name, share, levels in rows}
 
     def read_channels(self, data):
         """The channels of an EXR as the page's worker reads them; a sentence if it refuses the file."""
@@ -70,23 +68,29 @@ class JobPage(BrowserTest):
 class Account(JobPage):
     def test_shares_sum_to_one_and_levels_equal_the_report(self):
         """Acceptance test 20, for the small examples."""
-        for name in SMALL_SCENES:
-            for accuracy in ({"target_error": 20}, {"samples": [2, 2], "cutoff": 0.05, "max_depth": 2, "approximate": {"reflections": "environment"}}):
-                with self.subTest(name, accuracy=accuracy):
-                    error = self.finished(example(name, accuracy=accuracy))
-                    self.open(f"#/jobs/{error['id']}?tab=error")
-                    error = error["report"]["error"]
-                    rows = self.table()
-                    shares = [rows[part][0] for part in ("Sampling", "Truncation", "Approximation")]
-                    self.assertTrue(all(share >= 0 for share in shares), rows)
-                    if error["estimate"] > 0:
-                        self.assertAlmostEqual(sum(shares), 100, delta=0.15)
-                        widths = [float(part.get_attribute("data-share")) for part in self.browser.all(".parts-bar .part")]
-                        self.assertAlmostEqual(sum(widths), 1, delta=0.001)
-                        self.assertAlmostEqual(widths[0], error["parts"]["sampling"] ** 2 / error["estimate"] ** 2, delta=0.001)
-                    for row, value in (("Sampling", error["parts"]["sampling"]), ("Approximation", error["parts"]["approximation"]),
-                                       ("max_depth alone", error["parts"]["depth"]), ("cutoff alone", error["parts"]["cutoff"]), ("Estimate", error["estimate"])):
-                        self.assertAlmostEqual(rows[row][1], digits(value), delta=0.06 * abs(value), msg=f"{row}: {rows}")
+        settings = ({"target_error": 20}, {"samples": [2, 2], "cutoff": 0.05, "max_depth": 2, "approximate": {"reflections": "environment"}})
+        cases = [(name, accuracy) for name in SMALL_SCENES for accuracy in settings]
+        jobs = [self.daemon.submit(example(name, accuracy=accuracy)) for name, accuracy in cases]
+        self.open("#/nothing")
+        for (name, accuracy), job in zip(cases, jobs):
+            with self.subTest(name, accuracy=accuracy):
+                error = self.daemon.wait_for_end(job)
+                self.assertEqual(error["state"], "succeeded", error["problem"])
+                self.browser.execute_script("location.hash = '#/nothing'")
+                self.browser.until(lambda: not self.browser.all(".tab"), "the page of no job")
+                self.browser.execute_script("location.hash = arguments[0]", f"#/jobs/{job}?tab=error")
+                error = error["report"]["error"]
+                rows = self.table()
+                shares = [rows[part][0] for part in ("Sampling", "Truncation", "Approximation")]
+                self.assertTrue(all(share >= 0 for share in shares), rows)
+                if error["estimate"] > 0:
+                    self.assertAlmostEqual(sum(shares), 100, delta=0.15)
+                    widths = [float(part.get_attribute("data-share")) for part in self.browser.all(".parts-bar .part")]
+                    self.assertAlmostEqual(sum(widths), 1, delta=0.001)
+                    self.assertAlmostEqual(widths[0], error["parts"]["sampling"] ** 2 / error["estimate"] ** 2, delta=0.001)
+                for row, value in (("Sampling", error["parts"]["sampling"]), ("Approximation", error["parts"]["approximation"]),
+                                   ("max_depth alone", error["parts"]["depth"]), ("cutoff alone", error["parts"]["cutoff"]), ("Estimate", error["estimate"])):
+                    self.assertAlmostEqual(rows[row][1], digits(value), delta=0.06 * abs(value), msg=f"{row}: {rows}")
 
     def test_pixels_of_the_map_equal_the_layer(self):
         """Acceptance test 21, with the CLI's own reading of the file in numpy."""
