@@ -41,7 +41,7 @@ export function draftOf(scene, budgetMs, size) {
 export class Drafts {
   /** @param {{size: {width: number, height: number}, onValidated: (text: string, result: Validation) => void}} options the size of documents that name none */
   constructor({size, onValidated}) {
-    /** Images of earlier texts of this session, newest last. @type {import('@preact/signals').Signal<Shown[]>} */
+    /** Images of earlier texts, newest last. @type {import('@preact/signals').Signal<Shown[]>} */
     this.history = signal([]);
     this.size = size;
     this.onValidated = onValidated;

@@ -139,7 +139,7 @@ export const words = {
     hint: 'Drag: orbit. Shift-drag: pan. Wheel: closer.',
     imageAlt: 'Render of the document',
     facts: 'Facts', estimate: 'Estimate', target: 'Error at most', accuracy: 'Accuracy', seconds: 'time', memory: 'memory', samples: 'samples', needs: 'Needs', warnings: 'Warnings', problems: 'Problems',
-    history: 'Earlier in this session', historyEmpty: 'Images of earlier texts appear here.', restore: 'Put this text back', backToNow: 'Back to now',
+    history: 'Earlier images', historyEmpty: 'Images of earlier texts appear here.', restore: 'Put this text back', backToNow: 'Back to now',
     older: 'Earlier image', noReasons: 'Nothing beyond first hits.', notYet: 'Known after the first render', uploading: (/** @type {string} */ name) => `Uploading ${name}`,
     uploaded: (/** @type {string} */ name) => `${name} is uploaded and named at the cursor`, known: (/** @type {string} */ name) => `${name} was known already and is named at the cursor`,
   },
