@@ -158,7 +158,7 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
       large_artifacts(config.data, &disk_health),
       artifacts(sqlite, large_artifacts),
       uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health),
-      deliveries(config.data, &disk_health) {
+      deliveries(storage::sqlite::open_delivery_store(config.data, &disk_health)) {
   std::filesystem::create_directories(spool_directory);
   if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
 }
@@ -207,7 +207,7 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
       webhooks::SenderSettings{.networks = credentials.webhook_networks});
   const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
   auto webhooks =
-      std::make_unique<webhooks::Webhooks>(storage.deliveries, find, send, queue::system_clock(), jobs.ids, log,
+      std::make_unique<webhooks::Webhooks>(*storage.deliveries, find, send, queue::system_clock(), jobs.ids, log,
                                            webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
   jobs.queue.notifications.set_completion_listener(webhooks.get());
   return webhooks;
@@ -273,7 +273,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .missing_files = [assets = config.assets, &uploads = storage.uploads](
                            const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
       .sha256 = tracer::sha256_hex,
-      .deliveries = [&deliveries = storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
+      .deliveries = [&deliveries = *storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
       .room = [&disk = storage.disk] { return disk.now(); },
       .uploads_bytes = config.uploads_bytes,
       .job_memory_bytes = config.job_memory_bytes,

@@ -54,7 +54,7 @@ struct Storage {
   storage::files::FileArtifactStore large_artifacts;
   storage::sqlite::SmallArtifactStore artifacts;
   storage::files::FileAssetStore uploads;
-  storage::sqlite::SqliteDeliveryStore deliveries;
+  const std::unique_ptr<queue::DeliveryStore> deliveries;
 };
 
 /// The queue and its observers: event streams and metrics.

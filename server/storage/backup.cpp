@@ -20,7 +20,7 @@ using namespace files;
 /// The database as of one moment. A reader neither writes its log nor checkpoints it.
 void copy_database(const std::string& from, const std::string& to) {
   std::filesystem::remove(to);  // of a moment before
-  sqlite::Database(from, sqlite::Database::Access::read_only).change("VACUUM INTO ?", to);
+  sqlite::SqliteDatabase(from, sqlite::SqliteDatabase::Access::read_only).change("VACUUM INTO ?", to);
 }
 
 void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
@@ -64,16 +64,16 @@ void copy_all(const std::string& data, const std::string& into) {
 
 /// The first image or upload that the database of a copy names and the copy does not have; empty if there is none.
 std::string missing_file(const std::string& copy) {
-  sqlite::Database database(copy + "/whittle.db", sqlite::Database::Access::read_only);
+  sqlite::SqliteDatabase database(copy + "/whittle.db", sqlite::SqliteDatabase::Access::read_only);
   const auto is_missing = [](const std::string& directory, const std::string& sha256) {
     return !std::filesystem::exists(path_of(directory, sha256));
   };
-  sqlite::Query image = database.query(
+  sql::Query image = database.query(
       "SELECT sha256, job_id, name FROM artifacts WHERE sha256 NOT IN (SELECT sha256 FROM small_artifacts)");
   while (image.row())
     if (is_missing(copy, image.text(0)))
       return image.text(2) + " of job " + image.text(1) + " (sha256 " + image.text(0) + ")";
-  sqlite::Query upload = database.query("SELECT sha256 FROM job_assets UNION SELECT sha256 FROM scene_assets");
+  sql::Query upload = database.query("SELECT sha256 FROM job_assets UNION SELECT sha256 FROM scene_assets");
   while (upload.row())
     if (is_missing(copy + "/uploads", upload.text(0))) return "the upload " + upload.text(0);
   return {};

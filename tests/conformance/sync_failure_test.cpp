@@ -146,7 +146,7 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   std::vector<std::string> reported;
   DiskHealth health([&](const std::string& what) { reported.push_back(what); });
   TestStore jobs(directory.path(), {.health = &health});
-  SqliteDeliveryStore deliveries(directory.path(), &health);
+  const auto deliveries = open_delivery_store(directory.path(), &health);
   FileArtifactStore artifacts(directory.path(), &health);
   FileAssetStore uploads(
       directory.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
@@ -160,7 +160,7 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   for (const auto& write : std::vector<std::function<void()>>{
            [&] { jobs.submit(job_named("a"), "a"); },
            [&] {
-             deliveries.subscribe({"a", "http://a/", {"failed"}});
+             deliveries->subscribe({"a", "http://a/", {"failed"}});
            },
            [&] { artifacts.put(MemoryFile("def").fd()); },
            [&] { uploads.put(kept, [](std::uint64_t, char*, std::size_t) -> std::size_t { return 0; }); }}) {
@@ -182,18 +182,18 @@ TEST(SqliteDeliveryStore, ReportsAFailedSyncAndRejectsLaterWrites) {
   int reported = 0;
   DiskHealth health([&](const std::string&) { ++reported; });
   {
-    SqliteDeliveryStore store(directory.path(), &health);
-    store.subscribe({"kept", "http://a/", {"failed"}});
+    const auto store = open_delivery_store(directory.path(), &health);
+    store->subscribe({"kept", "http://a/", {"failed"}});
     sync_fails = true;
-    EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
+    EXPECT_THROW(store->subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
     sync_fails = false;
     EXPECT_EQ(reported, 1);
     const int syncs = sync_count;
-    EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
+    EXPECT_THROW(store->unsubscribe("kept"), StoreFailure);
     EXPECT_EQ(sync_count, syncs);
   }
-  SqliteDeliveryStore store(directory.path());
-  EXPECT_TRUE(store.subscription("kept"));
+  const auto store = open_delivery_store(directory.path());
+  EXPECT_TRUE(store->subscription("kept"));
 }
 
 TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {

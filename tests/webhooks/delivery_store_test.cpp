@@ -18,7 +18,7 @@ class DeliveryStoreTest : public testing::Test {
   DeliveryStore& store() { return *store_; }
   void reopen() {
     store_.reset();
-    store_ = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
+    store_ = storage::sqlite::open_delivery_store(directory_.path());
   }
   Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at) {
     Delivery delivery{id, job_id, "job.failed", "https://example.com/", "{}", DeliveryState::pending, at, at, {}};
@@ -37,7 +37,7 @@ class DeliveryStoreTest : public testing::Test {
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<DeliveryStore> store_ = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
+  std::unique_ptr<DeliveryStore> store_ = storage::sqlite::open_delivery_store(directory_.path());
 };
 
 }  // namespace

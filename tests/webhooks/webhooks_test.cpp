@@ -129,8 +129,7 @@ class WebhooksTest : public testing::Test {
   std::condition_variable changed_;
 
  protected:
-  std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store =
-      std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
+  std::unique_ptr<queue::DeliveryStore> store = storage::sqlite::open_delivery_store(directory_.path());
   std::optional<Webhooks> webhooks_under_test;  ///< last: destroyed first
 };
 

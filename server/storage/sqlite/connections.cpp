@@ -106,8 +106,8 @@ void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
   bool alive = true;
   try {
     health_.check();  // again: the last group may have failed meanwhile
-    database_->sync_commits(std::any_of(group.begin(), group.end(),
-                                        [](const Operation* operation) { return operation->synced == Synced::now; }));
+    database_->sync_commits(std::any_of(
+        group.begin(), group.end(), [](const Operation* operation) { return operation->synced == sql::Synced::now; }));
     database_->change("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;

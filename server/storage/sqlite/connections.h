@@ -7,14 +7,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "server/queue/disk_health.h"
 #include "server/storage/sqlite/database.h"
+#include "server/storage/sqlite/schema.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 
 namespace storage::sqlite {
@@ -36,39 +34,27 @@ class DirectoryLock {
   int fd_ = -1;
 };
 
-/// When a change survives power loss. It survives the death of the process in any case; WAL keeps the order of commits,
-/// so a synced one makes all before it durable.
-enum class Synced {
-  now,        ///< before the call returns
-  with_next,  ///< with the next synced one: power loss may undo it
-};
-
-inline Synced synced(bool durable) { return durable ? Synced::now : Synced::with_next; }
-
 /// All writes of the process through one connection (group commit). A caller that finds the connection idle commits at
 /// once on its own thread: a hand-over costs more than most commits. Operations that arrive meanwhile wait, and one of
 /// their threads commits all of them with one sync.
 class GroupCommit {
  public:
   /// `health` must outlive this. No call may be in progress at the destruction.
-  GroupCommit(std::unique_ptr<Database> database, queue::DiskHealth& health)
+  GroupCommit(std::unique_ptr<SqliteDatabase> database, queue::DiskHealth& health)
       : database_(std::move(database)), health_(health) {}
 
-  /// Runs `work(database)` inside a transaction and returns its value once that is committed and synced as requested.
-  /// An exception of `work` undoes its own writes alone and is thrown here. `work` may run a second time, after its
-  /// writes were undone.
-  template <class Work>
-  auto run(Work work, Synced synced = Synced::now) {
-    std::optional<std::invoke_result_t<Work, Database&>> result;
-    Operation operation{[&](Database& database) { result = work(database); }, synced, nullptr, false, {}};
+  /// Runs `work(database)` inside a transaction and returns once that is committed and synced as requested. An
+  /// exception of `work` undoes its own writes alone and is thrown here. `work` may run a second time, after its writes
+  /// were undone.
+  void run(const std::function<void(sql::Database&)>& work, sql::Synced synced) {
+    Operation operation{work, synced, nullptr, false, {}};
     health_.run([&] { wait_for(operation); });
-    return *std::move(result);
   }
 
  private:
   struct Operation {
-    std::function<void(Database&)> work;
-    Synced synced = Synced::now;
+    const std::function<void(sql::Database&)>& work;
+    sql::Synced synced = sql::Synced::now;
     std::exception_ptr failure;
     bool done = false;
     std::condition_variable turn;  ///< it is done, or may lead
@@ -80,7 +66,7 @@ class GroupCommit {
   bool run_in_savepoint(Operation& operation);
   void undo() noexcept;
 
-  std::unique_ptr<Database> database_;  ///< used by the committing thread
+  std::unique_ptr<SqliteDatabase> database_;  ///< used by the committing thread
   queue::DiskHealth& health_;
   std::mutex mutex_;
   std::vector<Operation*> waiting_;
@@ -92,16 +78,16 @@ class ReadPool {
  public:
   ReadPool(const std::string& path, int connections) {
     for (int i = 0; i < connections; ++i) {
-      idle_.push_back(std::make_unique<Database>(path, Database::Access::read_only));
+      idle_.push_back(std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_only));
+      idle_.back()->script(jobs_views);
     }
   }
 
   /// `read(database)` reads one state of the file with every write that returned before. Waits for a free connection.
-  template <class Read>
-  auto run(Read read) {
-    Loan loan(*this);
+  void run(const std::function<void(sql::Database&)>& read) {
+    const Loan loan(*this);
     loan.database->change("BEGIN");
-    return read(*loan.database);
+    read(*loan.database);
   }
 
  private:
@@ -125,28 +111,24 @@ class ReadPool {
     Loan(const Loan&) = delete;
     Loan& operator=(const Loan&) = delete;
     ReadPool& pool;
-    std::unique_ptr<Database> database;
+    std::unique_ptr<SqliteDatabase> database;
   };
 
   std::mutex mutex_;
   std::condition_variable returned_;
-  std::vector<std::unique_ptr<Database>> idle_;
+  std::vector<std::unique_ptr<SqliteDatabase>> idle_;
 };
 
 /// In the order of dependence: the lock is released last, the readers are closed before the writer, which checkpoints.
-struct Connections {
+struct Connections final : sql::Transactions {
   Connections(const std::string& directory, const SqliteSettings& settings);
+  void run_write(const Run& work, sql::Synced synced) override { writer.run(work, synced); }
+  void run_read(const Run& work) override { reader.run(work); }
+
   DirectoryLock lock;
   queue::DiskHealth own_health;
   GroupCommit writer;
   ReadPool reader;
 };
-
-/// The connections must outlive the stores.
-std::unique_ptr<queue::JobStore> make_job_store(Connections& connections);
-std::unique_ptr<queue::JobStatistics> make_job_statistics(Connections& connections);
-std::unique_ptr<queue::JobTransitions> make_job_transitions(Connections& connections);
-std::unique_ptr<queue::BatchStore> make_batch_store(Connections& connections);
-std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Connections& connections);
 
 }  // namespace storage::sqlite

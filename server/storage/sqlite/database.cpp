@@ -29,65 +29,63 @@ namespace {
   throw queue::StoreFailure(full ? Kind::full : broken ? Kind::broken : Kind::unavailable, what);
 }
 
+class SqliteStatement final : public sql::Statement {
+ public:
+  SqliteStatement(sqlite3* connection, const std::string& sql) : connection_(connection) {
+    check(sqlite3_prepare_v3(connection, sql.c_str(), -1, SQLITE_PREPARE_PERSISTENT, &statement_, nullptr));
+  }
+  ~SqliteStatement() override { sqlite3_finalize(statement_); }
+  SqliteStatement(const SqliteStatement&) = delete;
+  SqliteStatement& operator=(const SqliteStatement&) = delete;
+
+  void bind(int position, std::int64_t value) override { check(sqlite3_bind_int64(statement_, position, value)); }
+  void bind(int position, const std::string& value) override {
+    check(sqlite3_bind_text64(statement_, position, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
+  }
+  void bind(int position, sql::Blob value) override {
+    check(sqlite3_bind_blob64(statement_, position, value.bytes.data(), value.bytes.size(), SQLITE_STATIC));
+  }
+  void bind_null(int, sql::ColumnType) override {}  // as after reset
+
+  bool row() override {
+    const int result = sqlite3_step(statement_);
+    if (result != SQLITE_ROW && result != SQLITE_DONE) fail(connection_, result);
+    return result == SQLITE_ROW;
+  }
+  [[nodiscard]] int changes() const override { return sqlite3_changes(connection_); }
+
+  [[nodiscard]] bool is_null(int column) const override {
+    return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+  }
+  [[nodiscard]] std::int64_t integer(int column) const override { return sqlite3_column_int64(statement_, column); }
+  [[nodiscard]] std::string text(int column) const override {
+    const void* bytes = sqlite3_column_blob(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    return bytes == nullptr ? std::string()
+                            : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
+  }
+
+  void reset() noexcept override {
+    sqlite3_reset(statement_);  // repeats the error of the last step, which was thrown already
+    sqlite3_clear_bindings(statement_);
+  }
+
+ private:
+  void check(int result) const {
+    if (result != SQLITE_OK) fail(connection_, result);
+  }
+
+  sqlite3* connection_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
 }  // namespace
 
-// ---- Query
+// ---- SqliteDatabase
 
-Query::~Query() {
-  sqlite3_reset(statement_);  // repeats the error of the last step, which was thrown already
-  sqlite3_clear_bindings(statement_);
-}
+void SqliteDatabase::Close::operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
 
-bool Query::row() {
-  const int result = sqlite3_step(statement_);
-  if (result != SQLITE_ROW && result != SQLITE_DONE) fail(connection_, result);
-  return result == SQLITE_ROW;
-}
-
-std::vector<std::string> Query::texts() {
-  std::vector<std::string> values;
-  while (row()) values.push_back(text(0));
-  return values;
-}
-
-void Query::bind(int position, std::int64_t value) {
-  const int result = sqlite3_bind_int64(statement_, position, value);
-  if (result != SQLITE_OK) fail(connection_, result);
-}
-
-void Query::bind(int position, const std::string& value) {
-  const int result =
-      sqlite3_bind_text64(statement_, position, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
-  if (result != SQLITE_OK) fail(connection_, result);
-}
-
-void Query::bind(int position, Blob value) {
-  const int result = sqlite3_bind_blob64(statement_, position, value.bytes.data(), value.bytes.size(), SQLITE_STATIC);
-  if (result != SQLITE_OK) fail(connection_, result);
-}
-
-bool Query::is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
-
-std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
-
-std::optional<std::int64_t> Query::optional_integer(int column) const {
-  if (is_null(column)) return std::nullopt;
-  return integer(column);
-}
-
-std::string Query::text(int column) const {
-  const void* bytes = sqlite3_column_blob(statement_, column);
-  const int size = sqlite3_column_bytes(statement_, column);
-  return bytes == nullptr ? std::string()
-                          : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
-}
-
-// ---- Database
-
-void Database::Close::operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
-void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
-
-Database::Database(const std::string& path, Access access, bool synchronous) : synchronous_(synchronous) {
+SqliteDatabase::SqliteDatabase(const std::string& path, Access access, bool synchronous) : synchronous_(synchronous) {
   // The callers use a connection from one thread at a time, so SQLite's own locks are not needed.
   const int mode = access == Access::read_write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   sqlite3* connection = nullptr;
@@ -110,26 +108,26 @@ Database::Database(const std::string& path, Access access, bool synchronous) : s
   }
 }
 
-void Database::sync_commits(bool wait) {
+void SqliteDatabase::sync_commits(bool wait) {
   if (!synchronous_ || commits_wait_ == wait) return;
   script(wait ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
   commits_wait_ = wait;
 }
 
-void Database::keep_log() { sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
+void SqliteDatabase::keep_log() { sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
 
-Database::~Database() { statements_.clear(); }
+SqliteDatabase::~SqliteDatabase() { statements_.clear(); }
 
-void Database::script(const std::string& sql) {
+void SqliteDatabase::script(const std::string& sql) {
   const int result = sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr);
   if (result != SQLITE_OK) fail(connection_.get(), result);
 }
 
-void Database::checkpoint_at(int pages_wanted, int pages_max) {
+void SqliteDatabase::checkpoint_at(int pages_wanted, int pages_max) {
   checkpoint_pages_wanted_ = pages_wanted;
   checkpoint_pages_max_ = pages_max;
   const auto after_commit = [](void* self, sqlite3* connection, const char* name, int pages) {
-    const auto* database = static_cast<const Database*>(self);
+    const auto* database = static_cast<const SqliteDatabase*>(self);
     if (pages < database->checkpoint_pages_wanted_) return SQLITE_OK;
     const bool wait = pages >= database->checkpoint_pages_max_;
     sqlite3_wal_checkpoint_v2(connection, name, wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE, nullptr,
@@ -139,20 +137,13 @@ void Database::checkpoint_at(int pages_wanted, int pages_max) {
   sqlite3_wal_hook(connection_.get(), after_commit, this);
 }
 
-sqlite3_stmt* Database::prepared(const std::string& sql) {
+sql::Statement& SqliteDatabase::prepared(const std::string& sql) {
   auto& statement = statements_[sql];
-  if (statement == nullptr) {
-    sqlite3_stmt* fresh = nullptr;
-    const int result =
-        sqlite3_prepare_v3(connection_.get(), sql.c_str(), -1, SQLITE_PREPARE_PERSISTENT, &fresh, nullptr);
-    if (result != SQLITE_OK) fail(connection_.get(), result);
-    statement.reset(fresh);
-  }
-  return statement.get();
+  if (statement == nullptr) statement = std::make_unique<SqliteStatement>(connection_.get(), sql);
+  return *statement;
 }
 
-int Database::changes() const { return sqlite3_changes(connection_.get()); }
-bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
+bool SqliteDatabase::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
 
 // ---- schemas
 
@@ -160,15 +151,15 @@ namespace {
 
 constexpr std::int64_t application_id = 0x57687474;  // "Whtt"
 
-std::int64_t pragma(Database& database, const std::string& name) {
-  Query query = database.query("PRAGMA " + name);
+std::int64_t pragma(SqliteDatabase& database, const std::string& name) {
+  sql::Query query = database.query("PRAGMA " + name);
   query.row();
   return query.integer(0);
 }
 
 /// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`, or for the file of
 /// another program.
-std::int64_t read_version(Database& database, const std::string& path, std::int64_t version) {
+std::int64_t read_version(SqliteDatabase& database, const std::string& path, std::int64_t version) {
   if (!is_new(database) && pragma(database, "application_id") != application_id) {
     throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
                               path + " is a database of another program, or of a version without application_id");
@@ -185,15 +176,15 @@ std::int64_t read_version(Database& database, const std::string& path, std::int6
 
 }  // namespace
 
-bool is_new(Database& database) { return pragma(database, "schema_version") == 0; }
+bool is_new(SqliteDatabase& database) { return pragma(database, "schema_version") == 0; }
 
 bool check_file(const std::string& path, std::int64_t version) {
   if (::access(path.c_str(), F_OK) != 0) return false;
-  Database database(path, Database::Access::read_only);
+  SqliteDatabase database(path, SqliteDatabase::Access::read_only);
   return read_version(database, path, version) != 0;
 }
 
-void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+void prepare(SqliteDatabase& database, const std::string& path, std::int64_t version, const std::string& schema) {
   // Before any change: WAL would change the file of another program.
   const std::int64_t found = read_version(database, path, version);
   database.script("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");

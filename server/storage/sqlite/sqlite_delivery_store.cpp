@@ -2,193 +2,42 @@
 
 #include <utility>
 
-#include "server/queue/job_store.h"
+#include "server/storage/sql/stores.h"
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/database.h"
-#include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sqlite/schema.h"
 
 namespace storage::sqlite {
-
 namespace {
 
-constexpr std::int64_t schema_version = 3;
-constexpr const char* schema = R"sql(
-CREATE TABLE subscriptions (
-  job_id TEXT NOT NULL PRIMARY KEY,
-  url TEXT NOT NULL,
-  events TEXT NOT NULL  -- separated by spaces
-) STRICT, WITHOUT ROWID;
-CREATE TABLE deliveries (
-  id TEXT NOT NULL PRIMARY KEY,
-  job_id TEXT NOT NULL,
-  event TEXT NOT NULL,
-  url TEXT NOT NULL,
-  host TEXT NOT NULL,  -- queue::host_of(url)
-  body TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'abandoned')),
-  created_at INTEGER NOT NULL,
-  next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
-) STRICT, WITHOUT ROWID;
-CREATE INDEX deliveries_of_job ON deliveries (job_id, id);
-CREATE INDEX deliveries_due ON deliveries (host, next_attempt_at, id) WHERE state = 'pending';
-CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';
-CREATE TABLE attempts (
-  delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
-  number INTEGER NOT NULL,
-  at INTEGER NOT NULL,
-  duration_ms INTEGER NOT NULL,
-  status INTEGER NOT NULL,
-  detail TEXT NOT NULL,
-  PRIMARY KEY (delivery_id, number)
-) STRICT, WITHOUT ROWID;
-)sql";
+std::string file_of(const std::string& directory) { return directory + "/webhooks.db"; }
 
-constexpr const char* columns =
-    "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
-
-std::unique_ptr<Database> open(const std::string& path) {
-  auto database = std::make_unique<Database>(path, Database::Access::read_write);
-  prepare(*database, path, schema_version, schema);
+std::unique_ptr<SqliteDatabase> open(const std::string& path) {
+  auto database = std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_write);
+  prepare(*database, path, deliveries_schema_version, deliveries_schema);
   return database;
 }
 
-queue::DeliveryState state_named(const std::string& name) {
-  for (const queue::DeliveryState state : {queue::DeliveryState::pending, queue::DeliveryState::delivered}) {
-    if (name == queue::name_of(state)) return state;
-  }
-  return queue::DeliveryState::abandoned;
-}
+class OneConnection final : public sql::Transactions {
+ public:
+  OneConnection(std::unique_ptr<SqliteDatabase> database, queue::DiskHealth* health)
+      : commits_(std::move(database), health == nullptr ? own_health_ : *health) {}
 
-queue::Delivery read_delivery(const Query& row) {
-  queue::Delivery delivery{row.text(0),    row.text(1),  row.text(2),
-                           row.text(3),    row.text(4),  state_named(row.text(5)),
-                           row.integer(6), std::nullopt, {}};
-  delivery.next_attempt_at = row.optional_integer(7);
-  return delivery;
-}
+ private:
+  void run_write(const Run& work, sql::Synced synced) override { commits_.run(work, synced); }
+  void run_read(const Run& work) override { commits_.run(work, sql::Synced::with_next); }
 
-void read_attempts(Database& database, queue::Delivery& delivery) {
-  Query row = database.query(
-      "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
-  while (row.row()) {
-    delivery.attempts.push_back({row.integer(0), row.integer(1), static_cast<int>(row.integer(2)), row.text(3)});
-  }
-}
+  queue::DiskHealth own_health_;
+  GroupCommit commits_;
+};
 
 }  // namespace
 
 void check_deliveries_file(const std::string& directory) {
-  (void)check_file(directory + "/webhooks.db", schema_version);
+  (void)check_file(file_of(directory), deliveries_schema_version);
 }
 
-SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, queue::DiskHealth* health)
-    : commits_(
-          std::make_unique<GroupCommit>(open(directory + "/webhooks.db"), health == nullptr ? own_health_ : *health)) {}
-SqliteDeliveryStore::~SqliteDeliveryStore() = default;
-
-void SqliteDeliveryStore::subscribe(const queue::Subscription& subscription) {
-  commits_->run([&](Database& database) {
-    return database.change("INSERT OR REPLACE INTO subscriptions (job_id, url, events) VALUES (?, ?, ?)",
-                           subscription.job_id, subscription.url, joined(subscription.events));
-  });
-}
-
-std::optional<queue::Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
-  return commits_->run([&](Database& database) -> std::optional<queue::Subscription> {
-    Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
-    if (!row.row()) return std::nullopt;
-    return queue::Subscription{job_id, row.text(0), split(row.text(1))};
-  });
-}
-
-std::vector<std::string> SqliteDeliveryStore::subscribed_jobs() {
-  return commits_->run(
-      [](Database& database) { return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts(); });
-}
-
-void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
-  commits_->run(
-      [&](Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
-}
-
-void SqliteDeliveryStore::enqueue(const queue::Delivery& delivery) {
-  commits_->run([&](Database& database) {
-    database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
-    return database.change(
-        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, host)"
-        " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
-        delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-        delivery.next_attempt_at.value_or(delivery.created_at), queue::host_of(delivery.url));
-  });
-}
-
-std::optional<queue::Delivery> SqliteDeliveryStore::next(const std::set<std::string>& busy) {
-  return commits_->run([&](Database& database) -> std::optional<queue::Delivery> {
-    std::pair<std::int64_t, std::string> earliest;
-    {
-      // The first of each host, by steps from one host to the next in the index.
-      Query first = database.query(
-          "WITH RECURSIVE hosts (name) AS (SELECT min(host) FROM deliveries WHERE state = 'pending'"
-          " UNION ALL SELECT (SELECT min(host) FROM deliveries WHERE state = 'pending' AND host > name)"
-          " FROM hosts WHERE name IS NOT NULL)"
-          " SELECT name, next_attempt_at, id FROM hosts JOIN deliveries ON id = (SELECT id FROM deliveries"
-          " WHERE state = 'pending' AND host = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
-      while (first.row()) {
-        if (busy.contains(first.text(0))) continue;
-        const std::pair candidate{first.integer(1), first.text(2)};
-        if (earliest.second.empty() || candidate < earliest) earliest = candidate;
-      }
-    }
-    if (earliest.second.empty()) return std::nullopt;
-    std::optional<queue::Delivery> delivery;
-    {
-      Query row = database.query(std::string(columns) + " WHERE id = ?", earliest.second);
-      row.row();
-      delivery = read_delivery(row);
-    }
-    read_attempts(database, *delivery);
-    return delivery;
-  });
-}
-
-void SqliteDeliveryStore::record_attempt(const std::string& id, const queue::DeliveryAttempt& attempt,
-                                         queue::DeliveryState state, std::optional<std::int64_t> next_attempt_at) {
-  commits_->run([&](Database& database) {
-    database.change(
-        "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
-        " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
-        id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
-    if (next_attempt_at) {
-      return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
-    }
-    return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                           std::string(queue::name_of(state)), id);
-  });
-}
-
-std::vector<queue::Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
-  return commits_->run([&](Database& database) {
-    std::vector<queue::Delivery> deliveries;
-    {
-      Query row = database.query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
-      while (row.row()) deliveries.push_back(read_delivery(row));
-    }
-    for (queue::Delivery& delivery : deliveries) read_attempts(database, delivery);
-    return deliveries;
-  });
-}
-
-bool SqliteDeliveryStore::redeliver(const std::string& job_id, const std::string& id, std::int64_t now) {
-  return commits_->run([&](Database& database) {
-    return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
-                           now, id, job_id) == 1;
-  });
-}
-
-void SqliteDeliveryStore::delete_before(std::int64_t then) {
-  commits_->run([&](Database& database) {
-    return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
-  });
+std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory, queue::DiskHealth* health) {
+  return sql::make_delivery_store(std::make_shared<OneConnection>(open(file_of(directory)), health));
 }
 
 }  // namespace storage::sqlite

@@ -9,6 +9,7 @@
 #include "server/queue/artifact_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/job_store.h"
+#include "server/storage/sql/stores.h"
 
 namespace storage::sqlite {
 
@@ -34,16 +35,12 @@ class SqliteStores {
   SqliteStores(const SqliteStores&) = delete;
   SqliteStores& operator=(const SqliteStores&) = delete;
 
-  [[nodiscard]] queue::Stores all() const { return {*jobs_, *statistics_, *transitions_, *batches_, *maintenance_}; }
+  [[nodiscard]] queue::Stores all() const { return stores_->all(); }
   [[nodiscard]] Connections& connections() const { return *connections_; }  ///< for the other stores of the file
 
  private:
   std::unique_ptr<Connections> connections_;
-  std::unique_ptr<queue::JobStore> jobs_;
-  std::unique_ptr<queue::JobStatistics> statistics_;
-  std::unique_ptr<queue::JobTransitions> transitions_;
-  std::unique_ptr<queue::BatchStore> batches_;
-  std::unique_ptr<queue::MaintenanceStore> maintenance_;
+  std::unique_ptr<sql::JobStores> stores_;
 };
 
 /// Artifacts of up to 32 KiB as rows of the SQLite file, all others in a second store. A small image as a file takes

@@ -2,15 +2,19 @@
 
 #include <limits>
 
-#include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sql/job_rows.h"
+#include "server/storage/sql/stores.h"
 
-namespace storage::sqlite {
+namespace storage::sql {
 namespace {
 
 constexpr const char* aged_jobs =
     "SELECT id FROM jobs INDEXED BY jobs_ended WHERE ended_at IS NOT NULL AND expired = 0"
     " AND ((state = 'succeeded' AND ended_at <= ?1) OR (state IN ('failed', 'cancelled') AND ended_at <= ?2)) LIMIT ?3";
+
+constexpr const char* with_artifacts =
+    "SELECT id FROM jobs INDEXED BY jobs_ended WHERE state = 'succeeded' AND ended_at IS NOT NULL AND expired = 0"
+    " ORDER BY ended_at LIMIT 1";
 
 /// Moments from the retention.
 struct Limits {
@@ -33,7 +37,7 @@ struct Step {
   queue::MaintenanceResult result{};
 
   static bool is_due(Database& database, const Limits& limits) {
-    if (read_artifact_bytes(database) > limits.artifact_bytes && oldest_with_artifacts(database)) return true;
+    if (read_artifact_bytes(database) > limits.artifact_bytes && database.query(with_artifacts).row()) return true;
     if (database.query(aged_jobs, limits.succeeded_before, limits.failed_before, std::int64_t{1}).row()) return true;
     Query any = database.query(
         "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
@@ -49,16 +53,16 @@ struct Step {
     return any.integer(0) != 0;
   }
 
-  static std::optional<std::string> oldest_with_artifacts(Database& database) {
-    Query oldest = database.query(
-        "SELECT id FROM jobs INDEXED BY jobs_ended WHERE state = 'succeeded' AND ended_at IS NOT NULL AND expired = 0"
-        " ORDER BY ended_at LIMIT 1");
+  [[nodiscard]] std::optional<std::string> oldest_with_artifacts() const {
+    Query oldest = database.query(std::string(with_artifacts) + database.skip_locked());
     if (!oldest.row()) return std::nullopt;
     return oldest.text(0);
   }
 
   /// Ids of at most `limit` jobs that are due now.
-  std::vector<std::string> find(const char* sql) { return database.query(sql, now, limit).texts(); }
+  std::vector<std::string> find(const std::string& sql) {
+    return database.query(sql + database.skip_locked(), now, limit).texts();
+  }
 
   void release_abandoned() {
     const auto ids =
@@ -76,8 +80,9 @@ struct Step {
     std::vector<std::string> ids;
     {
       Query due = database.query(
-          "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?", now,
-          limit);
+          "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?" +
+              std::string(database.skip_locked()),
+          now, limit);
       while (due.row()) {
         ids.push_back(due.text(0));
         result.suspects_due = result.suspects_due || due.integer(1) != 0;
@@ -108,11 +113,13 @@ struct Step {
     for (const std::string& id : find("SELECT id FROM jobs INDEXED BY jobs_expiring"
                                       " WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ? LIMIT ?"))
       expire(id, result.expired);
-    for (const std::string& id :
-         database.query(aged_jobs, limits.succeeded_before, limits.failed_before, limit).texts())
+    for (const std::string& id : database
+                                     .query(std::string(aged_jobs) + database.skip_locked(), limits.succeeded_before,
+                                            limits.failed_before, limit)
+                                     .texts())
       expire(id, result.aged);
     while (result.evicted < limit && read_artifact_bytes(database) > limits.artifact_bytes) {
-      const std::optional<std::string> oldest = oldest_with_artifacts(database);
+      const std::optional<std::string> oldest = oldest_with_artifacts();
       if (!oldest) return;
       expire(*oldest, result.evicted);
     }
@@ -124,17 +131,20 @@ struct Step {
     database.change("DELETE FROM artifacts WHERE job_id = ?", id);
     database.change("DELETE FROM documents WHERE job_id = ?", id);
     database.change(
-        "UPDATE jobs SET expired = 1, expires_at = min(coalesce(expires_at, ?1), ?1), revision = revision + 1"
+        "UPDATE jobs SET expired = 1, expires_at = CASE WHEN expires_at < ?1 THEN expires_at ELSE ?1 END, revision = "
+        "revision + 1"
         " WHERE id = ?2",
         now, id);
     ++count;
   }
 
   void delete_unkept() {
-    const auto ids = database
-                         .query("SELECT id FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ? LIMIT ?",
-                                limits.delete_unkept_before, limit)
-                         .texts();
+    const auto ids =
+        database
+            .query("SELECT id FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ? LIMIT ?" +
+                       std::string(database.skip_locked()),
+                   limits.delete_unkept_before, limit)
+            .texts();
     for (const std::string& id : ids) {
       const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
       result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
@@ -154,15 +164,15 @@ struct Step {
   }
 };
 
-class SqliteMaintenance final : public queue::MaintenanceStore {
+class SqlMaintenance final : public queue::MaintenanceStore {
  public:
-  explicit SqliteMaintenance(Connections& connections) : connections_(connections) {}
+  explicit SqlMaintenance(Transactions& transactions) : transactions_(transactions) {}
 
   queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
     const Limits limits(now, retention);
     const auto is_due = [&](Database& database) { return Step::is_due(database, limits); };
-    if (!connections_.reader.run(is_due)) return {};
-    return connections_.writer.run([&](Database& database) {
+    if (!transactions_.read(is_due)) return {};
+    return transactions_.write([&](Database& database) {
       Step step{database, limits, limit};
       step.release_abandoned();
       step.clear_not_before();
@@ -176,7 +186,8 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
   }
 
   int recover(const std::string& boot_id, std::int64_t now) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
+      if (database.is_shared()) return 0;
       database.change(
           "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
           " cancel_requested = 0, revision = revision + 1 WHERE keep = 0 AND ended_at IS NULL",
@@ -188,13 +199,13 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
   }
 
   bool is_artifact_referenced(const std::string& sha256) override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
     });
   }
 
   bool is_asset_referenced(const std::string& sha256) override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       return database
           .query(
               "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
@@ -205,17 +216,17 @@ class SqliteMaintenance final : public queue::MaintenanceStore {
   }
 
   void probe() override {
-    connections_.writer.run([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
+    transactions_.write([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
   }
 
  private:
-  Connections& connections_;
+  Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Connections& connections) {
-  return std::make_unique<SqliteMaintenance>(connections);
+std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Transactions& transactions) {
+  return std::make_unique<SqlMaintenance>(transactions);
 }
 
-}  // namespace storage::sqlite
+}  // namespace storage::sql

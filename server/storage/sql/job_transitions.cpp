@@ -2,10 +2,10 @@
 
 #include <cassert>
 
-#include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sql/job_rows.h"
+#include "server/storage/sql/stores.h"
 
-namespace storage::sqlite {
+namespace storage::sql {
 namespace {
 
 /// Ends a job that runs under `fence`; false when there is none.
@@ -29,7 +29,7 @@ queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::
           now, id) == 1) {
     return queue::CancelOutcome::cancelled;
   }
-  if (database.change("UPDATE jobs SET revision = revision + (cancel_requested = 0), cancel_requested = 1"
+  if (database.change("UPDATE jobs SET revision = revision + 1 - cancel_requested, cancel_requested = 1"
                       " WHERE id = ? AND state = 'running'",
                       id) == 1) {
     return queue::CancelOutcome::cancelling;
@@ -40,6 +40,7 @@ queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::
 
 queue::RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now,
                               queue::SucceededJobs succeeded = queue::SucceededJobs::keep) {
+  lock_job(database, id);
   const std::optional<queue::Job> job = read_job(database, id);
   if (!job) return queue::RetryOutcome::unknown;
   if (!queue::ended(job->state)) return queue::RetryOutcome::not_ended;
@@ -52,8 +53,8 @@ queue::RetryOutcome retry_job(Database& database, const std::string& id, std::in
   database.change(
       "UPDATE jobs SET state = 'queued', attempt = 0, started_at = NULL, ended_at = NULL, expires_at = NULL,"
       " moved_at = ?1, moved_for = 'retry by request',"
-      " problem_code = NULL, problem_detail = NULL, deadline = iif(deadline <= ?1, NULL, deadline),"
-      " not_before = iif(run_after > ?1, run_after, NULL), rank = ?2, revision = revision + 1 WHERE id = ?3",
+      " problem_code = NULL, problem_detail = NULL, deadline = CASE WHEN deadline > ?1 THEN deadline END,"
+      " not_before = CASE WHEN run_after > ?1 THEN run_after END, rank = ?2, revision = revision + 1 WHERE id = ?3",
       now, queue::rank_of(now, job->run_after, job->priority), id);
   return queue::RetryOutcome::queued;
 }
@@ -65,37 +66,53 @@ std::string waiting_jobs(const queue::ClaimFilter& filter, const std::string& ow
          " AND state = 'queued' AND not_before IS NULL AND (deadline IS NULL OR deadline > ?2) ORDER BY rank, id";
 }
 
-/// The next job to claim, and whether it is the only one; none if no job passes the filter.
 struct NextJob {
   std::string id;
-  bool is_last = false;
+  bool is_last = false;  ///< no other job passes the filter
 };
+
+/// The first job of the first owner that has one which no other process is claiming. `is_last` stays false: the jobs
+/// that others are claiming may come back.
+std::optional<NextJob> lock_next_job(Database& database, const queue::ClaimFilter& filter, std::int64_t now,
+                                     const std::vector<std::string>& owners) {
+  for (const std::string& owner : owners) {
+    Query job = database.query(waiting_jobs(filter, "?3") + " LIMIT 1" + database.skip_locked(),
+                               std::int64_t{filter.suspects}, now, owner);
+    if (job.row()) return NextJob{job.text(0)};
+  }
+  return std::nullopt;
+}
+
+/// The next job to claim; none if no job passes the filter.
 std::optional<NextJob> find_next_job(Database& database, const queue::ClaimFilter& filter, std::int64_t now) {
-  NextJob next;
-  std::string owner, busy_owners = " ";  // names have no blanks
+  std::vector<NextJob> next_of_owners;
+  std::vector<std::string> owners;
+  std::string busy_owners = " ";  // names have no blanks
   for (const std::string& busy : filter.busy_owners) busy_owners.append(busy).append(" ");
   {
     Query first = database.query(
-        "SELECT next.id, next.owner FROM owner_usage CROSS JOIN jobs AS next ON next.id = (" +
-            waiting_jobs(filter, "owner_usage.owner") +
-            " LIMIT 1) WHERE queued_jobs > 0 AND instr(?3, ' ' || owner_usage.owner || ' ') = 0"
-            " ORDER BY running_jobs * 1.0 / next.weight, max(owner_usage.pass, (SELECT pass FROM latest_pass)),"
-            " next.rank, next.id LIMIT 2",
-        std::int64_t{filter.suspects}, now, busy_owners);
-    if (!first.row()) return std::nullopt;
-    next.id = first.text(0);
-    owner = first.text(1);
-    if (first.row()) return next;  // a job of another owner waits
+        "SELECT next.id, next.owner FROM owners CROSS JOIN jobs AS next WHERE next.id = (" +
+            waiting_jobs(filter, "owners.owner") +
+            " LIMIT 1) AND queued_jobs > 0 AND instr(?3, ' ' || owners.owner || ' ') = 0"
+            " ORDER BY running_jobs * 1.0 / next.weight, max(owners.pass, (SELECT pass FROM latest_pass)),"
+            " next.rank, next.id LIMIT ?4",
+        std::int64_t{filter.suspects}, now, busy_owners, std::int64_t{database.is_shared() ? 16 : 2});
+    while (first.row()) {
+      next_of_owners.push_back({first.text(0)});
+      owners.push_back(first.text(1));
+    }
   }
-  Query second =
-      database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects}, now, owner);
-  next.is_last = !second.row();
-  return next;
+  if (database.is_shared()) return lock_next_job(database, filter, now, owners);
+  if (owners.size() != 1) return owners.empty() ? std::nullopt : std::optional(next_of_owners.front());
+  Query second = database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects}, now,
+                                owners.front());
+  next_of_owners.front().is_last = !second.row();
+  return next_of_owners.front();
 }
 
-class SqliteTransitions final : public queue::JobTransitions {
+class SqlTransitions final : public queue::JobTransitions {
  public:
-  explicit SqliteTransitions(Connections& connections) : connections_(connections) {}
+  explicit SqlTransitions(Transactions& transactions) : transactions_(transactions) {}
 
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {
@@ -106,12 +123,12 @@ class SqliteTransitions final : public queue::JobTransitions {
       claim.is_last = next->is_last;
       return claim;
     };
-    std::optional<queue::Claim> claim = connections_.writer.run(work, Synced::with_next);
+    std::optional<queue::Claim> claim = transactions_.write(work, Synced::with_next);
     if (!claim) return claim;
     const std::string id = claim->job.id;
     try {
       // Outside the writer, which a large document would delay; it exists as long as its job runs.
-      connections_.reader.run([&](Database& database) {
+      transactions_.read([&](Database& database) {
         claim->document = read_document(database, id).value();
         claim->scene = read_scene(database, id);
         return 0;
@@ -134,7 +151,7 @@ class SqliteTransitions final : public queue::JobTransitions {
       }
       return lost;
     };
-    return connections_.writer.run(work, Synced::with_next);
+    return transactions_.write(work, Synced::with_next);
   }
 
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
@@ -146,11 +163,11 @@ class SqliteTransitions final : public queue::JobTransitions {
       insert_artifacts(database, id, artifacts, durable);
       return true;
     };
-    return connections_.writer.run(work, synced(durable));
+    return transactions_.write(work, synced(durable));
   }
 
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       if (!end(database, id, fence, now, queue::JobState::failed)) return false;
       insert_problem(database, id, problem);
       return true;
@@ -158,12 +175,12 @@ class SqliteTransitions final : public queue::JobTransitions {
   }
 
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
-    return connections_.writer.run(
+    return transactions_.write(
         [&](Database& database) { return end(database, id, fence, now, queue::JobState::cancelled); });
   }
 
   bool add_artifact(const std::string& id, std::int64_t fence, const queue::Artifact& artifact) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       const int changed = database.change(
           "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
           " AND expired = 0 AND keep = 1",
@@ -177,11 +194,11 @@ class SqliteTransitions final : public queue::JobTransitions {
                                 const queue::Release& release) override {
     std::optional<std::int64_t> not_before;
     if (release.pause_ms > 0) not_before = now + release.pause_ms;
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       Query released =
           database.query(std::string(released_columns) +
                              " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
-                             " not_before = iif(cancel_requested, NULL, ?5)"
+                             " not_before = CASE cancel_requested WHEN 0 THEN ?5 END"
                              " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
                          now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
                          not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
@@ -191,33 +208,42 @@ class SqliteTransitions final : public queue::JobTransitions {
   }
 
   queue::CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
-    return connections_.writer.run([&](Database& database) { return cancel_job(database, id, now); }, synced(durable));
+    return transactions_.write(
+        [&](Database& database) {
+          lock_job(database, id);
+          return cancel_job(database, id, now);
+        },
+        synced(durable));
   }
 
   queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded,
                             bool durable) override {
-    return connections_.writer.run([&](Database& database) { return retry_job(database, id, now, succeeded); },
-                                   synced(durable));
+    return transactions_.write([&](Database& database) { return retry_job(database, id, now, succeeded); },
+                               synced(durable));
   }
 
  private:
-  Connections& connections_;
+  Transactions& transactions_;
 };
 
 std::vector<std::string> jobs_of(Database& database, const std::string& batch) {
-  return database.query("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id", batch).texts();
+  return database
+      .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
+                 database.locking(),
+             batch)
+      .texts();
 }
 
-class SqliteBatches final : public queue::BatchStore {
+class SqlBatches final : public queue::BatchStore {
  public:
-  explicit SqliteBatches(Connections& connections) : connections_(connections) {}
+  explicit SqlBatches(Transactions& transactions) : transactions_(transactions) {}
 
   std::optional<queue::BatchState> find(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_batch(database, id); });
+    return transactions_.read([&](Database& database) { return read_batch(database, id); });
   }
 
   queue::BatchPage list(const std::string& cursor, int limit) override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
       std::vector<std::string> ids =
           database
@@ -234,7 +260,7 @@ class SqliteBatches final : public queue::BatchStore {
   }
 
   queue::BatchRemoval remove_ended(const std::string& id, int limit) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       queue::BatchRemoval removal;
       const std::vector<std::string> ended = database
                                                  .query(
@@ -252,7 +278,7 @@ class SqliteBatches final : public queue::BatchStore {
   }
 
   queue::BatchCancel cancel(const std::string& id, std::int64_t now) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       queue::BatchCancel changed;
       for (const std::string& job : jobs_of(database, id)) {
         const queue::CancelOutcome outcome = cancel_job(database, job, now);
@@ -264,7 +290,7 @@ class SqliteBatches final : public queue::BatchStore {
   }
 
   queue::BatchRetry retry(const std::string& id, std::int64_t now) override {
-    return connections_.writer.run([&](Database& database) {
+    return transactions_.write([&](Database& database) {
       queue::BatchRetry retried;
       for (const std::string& job : jobs_of(database, id)) {
         if (retry_job(database, job, now) == queue::RetryOutcome::queued) retried.jobs.push_back(job);
@@ -278,7 +304,7 @@ class SqliteBatches final : public queue::BatchStore {
   }
 
   std::vector<std::string> list_failing() override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       return database
           .query(
               "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
@@ -289,17 +315,17 @@ class SqliteBatches final : public queue::BatchStore {
   }
 
  private:
-  Connections& connections_;
+  Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::JobTransitions> make_job_transitions(Connections& connections) {
-  return std::make_unique<SqliteTransitions>(connections);
+std::unique_ptr<queue::JobTransitions> make_job_transitions(Transactions& transactions) {
+  return std::make_unique<SqlTransitions>(transactions);
 }
 
-std::unique_ptr<queue::BatchStore> make_batch_store(Connections& connections) {
-  return std::make_unique<SqliteBatches>(connections);
+std::unique_ptr<queue::BatchStore> make_batch_store(Transactions& transactions) {
+  return std::make_unique<SqlBatches>(transactions);
 }
 
-}  // namespace storage::sqlite
+}  // namespace storage::sql

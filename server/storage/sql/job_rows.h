@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "server/queue/job_store.h"
-#include "server/storage/sqlite/database.h"
+#include "server/storage/sql/sql_database.h"
 
-namespace storage::sqlite {
+namespace storage::sql {
 
 /// Words in one column, separated by spaces.
 std::string joined(const std::vector<std::string>& words);
@@ -26,6 +26,8 @@ void insert_problem(Database& database, const std::string& id, const queue::Prob
 void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
                       bool synced);
 
+/// Keeps other transactions from changing the job before the end of this one. Without effect where there is one writer.
+void lock_job(Database& database, const std::string& id);
 std::optional<queue::Job> read_job(Database& database, const std::string& id);
 std::optional<queue::JobSummary> read_summary(Database& database, const std::string& id);
 /// Deletes the job if it does not run; none if it was not deleted.
@@ -40,15 +42,15 @@ std::int64_t read_artifact_bytes(Database& database);  ///< sum over all jobs
 void insert_batch(Database& database, const queue::Batch& batch);
 std::optional<queue::BatchState> read_batch(Database& database, const std::string& id);
 
-/// Replaces an expired reply under the same key.
-void insert_reply(Database& database, const queue::KeptReply& kept);
+/// Replaces an expired reply under the same key. False, and nothing is changed, if there is one that has not expired.
+bool insert_reply(Database& database, const queue::KeptReply& kept, std::int64_t now);
 /// None if it has expired.
 std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
 
 /// Growth of an owner's pass by a claim with weight 1: all weights up to 10 divide it.
 inline constexpr std::int64_t pass_of_turn = 2520;
 
-/// Without the document. Precondition: the job is queued.
+/// Without the document. Precondition: the job is queued, and locked where several processes write.
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
 /// Claims a queued job that may run if no other job waits.
 std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
@@ -57,9 +59,9 @@ std::optional<queue::Claim> claim_if_alone(Database& database, const std::string
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
 /// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.
 inline constexpr const char* released_columns =
-    "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-    " ended_at = iif(cancel_requested, max(?1, started_at), NULL), cancel_requested = 0, revision = revision + 1,"
-    " moved_at = ?1, expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)), "
-    "moved_for = ";
+    "UPDATE jobs SET state = CASE cancel_requested WHEN 1 THEN 'cancelled' ELSE 'queued' END,"
+    " ended_at = CASE cancel_requested WHEN 1 THEN max(?1, started_at) END, cancel_requested = 0,"
+    " revision = revision + 1, moved_at = ?1,"
+    " expires_at = coalesce(expires_at, CASE cancel_requested WHEN 1 THEN ?1 + 1000 * expires_in_s END), moved_for = ";
 
-}  // namespace storage::sqlite
+}  // namespace storage::sql

@@ -1,11 +1,11 @@
-#include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sql/job_rows.h"
 
 #include <algorithm>
 #include <iterator>
 #include <sstream>
 #include <utility>
 
-namespace storage::sqlite {
+namespace storage::sql {
 namespace {
 
 std::optional<api::Webhook> read_webhook(const Query& row, int url_column) {
@@ -62,14 +62,14 @@ std::vector<std::string> split(const std::string& text) {
 
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels) {
   for (const auto& [key, value] : labels) {
-    database.change("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, id);
+    database.post("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, id);
   }
 }
 
 void insert_scene(Database& database, const std::string& id, const queue::CommonScene& scene) {
-  database.change("INSERT INTO scenes (id, document) VALUES (?, ?)", id, Blob{scene.document});
+  database.post("INSERT INTO scenes (id, document) VALUES (?, ?)", id, Blob{scene.document});
   for (const std::string& sha256 : scene.assets) {
-    database.change("INSERT INTO scene_assets (sha256, scene_id) VALUES (?, ?)", sha256, id);
+    database.post("INSERT INTO scene_assets (sha256, scene_id) VALUES (?, ?)", sha256, id);
   }
 }
 
@@ -79,7 +79,7 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
   if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
   if (!job.content_key.empty()) content_key = job.content_key;
   if (!job.batch.empty()) batch = job.batch;
-  database.change(
+  database.post(
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
@@ -94,12 +94,12 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
       std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep},
       job.created_at);
-  database.change("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
-                  scene_id);
+  database.post("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
+                scene_id);
   insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
   for (const std::string& sha256 : job.assets) {
-    database.change("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
+    database.post("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
   }
   if (job.state != queue::JobState::succeeded) return;
   insert_report(database, job.id, job.report);
@@ -107,31 +107,35 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
 }
 
 void insert_report(Database& database, const std::string& id, const std::string& report) {
-  database.change("INSERT INTO reports (job_id, report) VALUES (?, ?)", id, report);
+  database.post("INSERT INTO reports (job_id, report) VALUES (?, ?)", id, report);
 }
 
 void insert_problem(Database& database, const std::string& id, const queue::Problem& problem) {
-  database.change("UPDATE jobs SET problem_code = ?, problem_detail = ? WHERE id = ?", problem.code, problem.detail,
-                  id);
-  database.change("UPDATE moves SET reason = ? WHERE (job_id, revision) = (SELECT id, revision FROM jobs WHERE id = ?)",
-                  problem.code + " " + problem.detail, id);
+  database.post("UPDATE jobs SET problem_code = ?, problem_detail = ? WHERE id = ?", problem.code, problem.detail, id);
+  database.post("UPDATE moves SET reason = ? WHERE (job_id, revision) = (SELECT id, revision FROM jobs WHERE id = ?)",
+                problem.code + " " + problem.detail, id);
   std::int64_t position = 0;
   for (const tracer::Issue& error : problem.errors) {
-    database.change("INSERT INTO problem_errors (job_id, position, pointer, code, detail) VALUES (?, ?, ?, ?, ?)", id,
-                    position++, error.pointer, error.code, error.detail);
+    database.post("INSERT INTO problem_errors (job_id, position, pointer, code, detail) VALUES (?, ?, ?, ?, ?)", id,
+                  position++, error.pointer, error.code, error.detail);
   }
 }
 
 void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
                       bool synced) {
-  if (!synced) database.change("UPDATE jobs SET artifacts_synced = 0 WHERE id = ?", id);
+  if (!synced) database.post("UPDATE jobs SET artifacts_synced = 0 WHERE id = ?", id);
   std::int64_t position = 0;
   for (const queue::Artifact& artifact : artifacts) {
-    database.change(
+    database.post(
         "INSERT INTO artifacts (job_id, position, name, media_type, sha256, bytes, owner)"
         " SELECT id, ?, ?, ?, ?, ?, owner FROM jobs WHERE id = ?",
         position++, artifact.name, artifact.media_type, artifact.sha256, static_cast<std::int64_t>(artifact.bytes), id);
   }
+}
+
+void lock_job(Database& database, const std::string& id) {
+  if (database.is_shared())
+    database.query("SELECT 1 FROM jobs WHERE id = ?" + std::string(database.locking()), id).row();
 }
 
 std::optional<queue::Job> read_job(Database& database, const std::string& id) {
@@ -229,7 +233,7 @@ std::vector<queue::JobMove> read_moves(Database& database, const std::string& id
   std::vector<queue::JobMove> moves;
   Query row = database.query(
       "SELECT * FROM (SELECT at, state, attempt, reason, worker, revision FROM moves WHERE job_id = ?"
-      " ORDER BY revision DESC LIMIT ?) ORDER BY revision",
+      " ORDER BY revision DESC LIMIT ?) AS latest ORDER BY revision",
       id, std::int64_t{queue::moves_max});
   while (row.row()) {
     const std::string reason = row.text(3);
@@ -245,7 +249,7 @@ std::vector<queue::JobMove> read_moves(Database& database, const std::string& id
 void insert_batch(Database& database, const queue::Batch& batch) {
   std::optional<std::int64_t> max_failed;
   if (batch.max_failed) max_failed = *batch.max_failed;
-  database.change(
+  database.post(
       "INSERT INTO batches (id, owner, name, sweep, created_at, max_failed, size) VALUES (?, ?, ?, ?, ?, ?, ?)",
       batch.id, batch.owner, batch.name, batch.sweep, batch.created_at, max_failed, std::int64_t{batch.size});
 }
@@ -262,12 +266,14 @@ std::optional<queue::BatchState> read_batch(Database& database, const std::strin
   return state;
 }
 
-void insert_reply(Database& database, const queue::KeptReply& kept) {
-  database.change(
-      "INSERT OR REPLACE INTO replies (owner, route, key, request_sha256, status, location, body, expires_at)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-      kept.key.owner, kept.key.route, kept.key.key, kept.request_sha256, std::int64_t{kept.reply.status},
-      kept.reply.location, kept.reply.body, kept.expires_at);
+bool insert_reply(Database& database, const queue::KeptReply& kept, std::int64_t now) {
+  return database.change(
+             "INSERT INTO replies (owner, route, key, request_sha256, status, location, body, expires_at)"
+             " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT (owner, route, key) DO UPDATE SET"
+             " request_sha256 = ?4, status = ?5, location = ?6, body = ?7, expires_at = ?8"
+             " WHERE replies.expires_at <= ?9",
+             kept.key.owner, kept.key.route, kept.key.key, kept.request_sha256, std::int64_t{kept.reply.status},
+             kept.reply.location, kept.reply.body, kept.expires_at, now) == 1;
 }
 
 std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now) {
@@ -283,19 +289,21 @@ std::optional<queue::KeptReply> read_reply(Database& database, const queue::Repl
 // ---- claims
 
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now) {
-  database.change(
-      "UPDATE jobs SET state = 'running', started_at = max(?1, created_at), moved_at = ?1, moved_for = '', attempt = "
-      "attempt + 1, fence = fence + 1, "
-      "boot_id = ?2,"
-      " lease_until = ?3, revision = revision + 1 WHERE id = ?4",
-      now, terms.boot_id, terms.lease_until, id);
-  Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
-  fence.row();
-  queue::Claim claim{read_job(database, id).value(), {}, fence.integer(0)};
-  database.change("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))",
-                  claim.job.owner);
-  database.change("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
-                  std::int64_t{claim.job.weight}, claim.job.owner);
+  queue::Claim claim;
+  {
+    Query claimed = database.query(
+        "UPDATE jobs SET state = 'running', started_at = max(?1, created_at), moved_at = ?1, moved_for = '',"
+        " attempt = attempt + 1, fence = fence + 1, boot_id = ?2, lease_until = ?3, revision = revision + 1"
+        " WHERE id = ?4 RETURNING fence",
+        now, terms.boot_id, terms.lease_until, id);
+    claimed.row();
+    claim.fence = claimed.integer(0);
+  }
+  claim.job = read_job(database, id).value();
+  database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))",
+                claim.job.owner);
+  database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
+                std::int64_t{claim.job.weight}, claim.job.owner);
   return claim;
 }
 
@@ -312,4 +320,4 @@ std::optional<queue::Claim> claim_if_alone(Database& database, const std::string
   return claim;
 }
 
-}  // namespace storage::sqlite
+}  // namespace storage::sql

@@ -6,10 +6,10 @@
 #include <map>
 #include <utility>
 
-#include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sql/job_rows.h"
+#include "server/storage/sql/stores.h"
 
-namespace storage::sqlite {
+namespace storage::sql {
 namespace {
 
 std::int64_t count_jobs(Database& database, queue::JobState state) {
@@ -34,8 +34,9 @@ struct Walk {
 };
 
 std::int64_t count_labelled(Database& database, const Label& label) {
-  Query query = database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?)",
-                               label.first, label.second, many);
+  Query query =
+      database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS some",
+                     label.first, label.second, many);
   query.row();
   return query.integer(0);
 }
@@ -55,6 +56,12 @@ Walk choose_walk(Database& database, const queue::JobFilter& filter) {
   return walk;
 }
 
+std::string lower_ascii(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
 std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::JobFilter& filter) {
   std::string sql = "SELECT jobs.id FROM ";
   std::string id = "jobs.id";
@@ -62,7 +69,7 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::Job
     case Walk::Over::label:  // CROSS JOIN: SQLite keeps the order written
       id = "walked.job_id";
       sql +=
-          "labels AS walked CROSS JOIN jobs ON jobs.id = walked.job_id WHERE walked.key = ? AND walked.value = ? AND ";
+          "labels AS walked CROSS JOIN jobs WHERE jobs.id = walked.job_id AND walked.key = ? AND walked.value = ? AND ";
       break;
     case Walk::Over::state:
       sql += "jobs INDEXED BY jobs_by_state WHERE ";
@@ -79,7 +86,7 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::Job
   for (std::size_t i = 0; i < other_labels; ++i) {
     sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";
   }
-  if (!filter.text.empty()) sql += " AND instr(lower(jobs.name), lower(?)) > 0";
+  if (!filter.text.empty()) sql += " AND instr(lower(jobs.name), ?) > 0";
   if (filter.kind) sql += " AND jobs.kind = ?";
   if (filter.owner) sql += " AND jobs.owner = ?";
   if (filter.created_after) sql += " AND jobs.created_at >= ?";
@@ -108,7 +115,7 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
     query.bind(++position, key);
     query.bind(++position, value);
   }
-  if (!filter.text.empty()) query.bind(++position, filter.text);
+  if (!filter.text.empty()) query.bind(++position, lower_ascii(filter.text));
   if (filter.kind) query.bind(++position, std::string(queue::name_of(*filter.kind)));
   if (filter.owner) query.bind(++position, *filter.owner);
   for (const auto& moment : {filter.created_after, filter.created_before})
@@ -122,6 +129,8 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
 constexpr const char* waiting_of_owner =
     "SELECT rank, id, work FROM jobs INDEXED BY jobs_waiting"
     " WHERE suspect = ?1 AND owner = ?2 AND state = 'queued' AND not_before IS NULL ORDER BY rank, id";
+
+constexpr const char* sum_of_work = "SELECT count(*), CAST(coalesce(sum(work), 0) AS BIGINT) FROM ";
 
 /// Jobs of one owner that are claimed before its pass reaches that of another claim.
 struct Turns {
@@ -139,10 +148,10 @@ struct Turns {
 std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
   std::vector<Turns> turns;
   Query row = database.query(
-      "SELECT owner_usage.owner, max(owner_usage.pass, (SELECT pass FROM latest_pass)), next.weight"
-      " FROM owner_usage CROSS JOIN jobs AS next ON next.id = (SELECT id FROM jobs INDEXED BY jobs_waiting"
-      "   WHERE suspect = ? AND owner = owner_usage.owner AND state = 'queued' AND not_before IS NULL"
-      "   ORDER BY rank, id LIMIT 1) WHERE queued_jobs > 0",
+      "SELECT owners.owner, max(owners.pass, (SELECT pass FROM latest_pass)), next.weight"
+      " FROM owners CROSS JOIN jobs AS next WHERE next.id = (SELECT id FROM jobs INDEXED BY jobs_waiting"
+      "   WHERE suspect = ? AND owner = owners.owner AND state = 'queued' AND not_before IS NULL"
+      "   ORDER BY rank, id LIMIT 1) AND queued_jobs > 0",
       suspect);
   while (row.row()) turns.push_back({row.text(0), row.integer(1), row.integer(2)});
   return turns;
@@ -151,9 +160,8 @@ std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
 /// Adds the first `limit` waiting jobs of the owner.
 void add_waiting(Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit,
                  queue::JobsBefore& before) {
-  Query sums =
-      database.query("SELECT count(*), coalesce(sum(work), 0) FROM (" + std::string(waiting_of_owner) + " LIMIT ?3)",
-                     suspect, owner, limit);
+  Query sums = database.query(sum_of_work + std::string("(") + waiting_of_owner + " LIMIT ?3) AS waiting", suspect,
+                              owner, limit);
   sums.row();
   before.jobs += sums.integer(0);
   before.work += sums.integer(1);
@@ -171,9 +179,9 @@ std::optional<queue::JobsBefore> read_queue_position(Database& database, const s
   queue::JobsBefore before;
   {
     Query own = database.query(
-        "SELECT count(*), coalesce(sum(work), 0) FROM (SELECT work FROM jobs INDEXED BY jobs_waiting WHERE suspect = "
-        "?1 AND owner = ?2"
-        " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5)",
+        sum_of_work +
+            std::string("(SELECT work FROM jobs INDEXED BY jobs_waiting WHERE suspect = ?1 AND owner = ?2"
+                        " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5) AS before"),
         suspect, owner, rank, id, limit);
     own.row();
     before = {own.integer(0), own.integer(1)};
@@ -203,17 +211,18 @@ std::optional<queue::JobsBefore> read_queue_position(Database& database, const s
 
 // ---- stores
 
-class SqliteJobStore final : public queue::JobStore {
+class SqlJobStore final : public queue::JobStore {
  public:
-  explicit SqliteJobStore(Connections& connections) : connections_(connections) {}
+  explicit SqlJobStore(Transactions& transactions) : transactions_(transactions) {}
 
   queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
     const auto work = [&](Database& database) {
       queue::InsertResult result;
       if (request.reply) {
-        result.earlier = read_reply(database, request.reply->key, now);
-        if (result.earlier) return result;
-        insert_reply(database, *request.reply);
+        if (!insert_reply(database, *request.reply, now)) {
+          result.earlier = read_reply(database, request.reply->key, now).value();
+          return result;
+        }
       }
       if (request.batch) insert_batch(database, *request.batch);
       std::optional<std::string> scene_id;
@@ -225,27 +234,27 @@ class SqliteJobStore final : public queue::JobStore {
       if (request.claim) result.claim = claim_if_alone(database, request.jobs.front().job.id, *request.claim, now);
       return result;
     };
-    return connections_.writer.run(work, synced(request.durable));
+    return transactions_.write(work, synced(request.durable));
   }
 
   std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
-    return connections_.reader.run([&](Database& database) { return read_reply(database, key, now); });
+    return transactions_.read([&](Database& database) { return read_reply(database, key, now); });
   }
 
   std::optional<queue::Job> find(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_job(database, id); });
+    return transactions_.read([&](Database& database) { return read_job(database, id); });
   }
 
   std::optional<queue::JobSummary> summary(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_summary(database, id); });
+    return transactions_.read([&](Database& database) { return read_summary(database, id); });
   }
 
   std::vector<queue::JobMove> moves(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_moves(database, id); });
+    return transactions_.read([&](Database& database) { return read_moves(database, id); });
   }
 
   std::optional<queue::Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
-    return connections_.reader.run([&](Database& database) -> std::optional<queue::Job> {
+    return transactions_.read([&](Database& database) -> std::optional<queue::Job> {
       Query newest = database.query(
           "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
           " AND (expires_at IS NULL OR expires_at > ?) ORDER BY id DESC LIMIT 1",
@@ -256,15 +265,15 @@ class SqliteJobStore final : public queue::JobStore {
   }
 
   std::optional<std::string> document(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_document(database, id); });
+    return transactions_.read([&](Database& database) { return read_document(database, id); });
   }
 
   std::optional<std::string> scene(const std::string& id) override {
-    return connections_.reader.run([&](Database& database) { return read_scene(database, id); });
+    return transactions_.read([&](Database& database) { return read_scene(database, id); });
   }
 
   queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
       queue::JobPage page;
       if (ids.size() > static_cast<std::size_t>(limit)) {
@@ -280,6 +289,7 @@ class SqliteJobStore final : public queue::JobStore {
                               std::optional<std::int64_t> revision, bool durable) override {
     using Outcome = queue::ChangeOutcome;
     const auto work = [&](Database& database) {
+      lock_job(database, id);
       const std::optional<queue::Job> job = read_job(database, id);
       if (!job) return Outcome::unknown;
       if (revision && *revision != job->revision) return Outcome::other_revision;
@@ -298,50 +308,52 @@ class SqliteJobStore final : public queue::JobStore {
       }
       return Outcome::changed;
     };
-    return connections_.writer.run(work, synced(durable));
+    return transactions_.write(work, synced(durable));
   }
 
   queue::Removal remove(const std::string& id, bool durable) override {
     using Outcome = queue::RemoveOutcome;
     const auto work = [&](Database& database) -> queue::Removal {
+      lock_job(database, id);
       const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
       if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
       return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
     };
-    return connections_.writer.run(work, synced(durable));
+    return transactions_.write(work, synced(durable));
   }
 
  private:
-  Connections& connections_;
+  Transactions& transactions_;
 };
 
 /// Counts from tables that triggers maintain.
-class SqliteStatistics final : public queue::JobStatistics {
+class SqlStatistics final : public queue::JobStatistics {
  public:
-  explicit SqliteStatistics(Connections& connections) : connections_(connections) {}
+  explicit SqlStatistics(Transactions& transactions) : transactions_(transactions) {}
 
   std::int64_t count(queue::JobState state) override {
-    return connections_.reader.run([&](Database& database) { return count_jobs(database, state); });
+    return transactions_.read([&](Database& database) { return count_jobs(database, state); });
   }
 
   queue::OwnerUsage owner_usage(const std::string& owner) override {
-    return connections_.reader.run([&](Database& database) {
-      Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owner_usage WHERE owner = ?", owner);
+    return transactions_.read([&](Database& database) {
+      Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
       return row.row() ? queue::OwnerUsage{row.integer(0), row.integer(1)} : queue::OwnerUsage{};
     });
   }
 
   std::int64_t artifact_bytes() override {
-    return connections_.reader.run([](Database& database) { return read_artifact_bytes(database); });
+    return transactions_.read([](Database& database) { return read_artifact_bytes(database); });
   }
 
   queue::QueueDepth depth() override {
-    return connections_.reader.run([&](Database& database) {
+    return transactions_.read([&](Database& database) {
       queue::QueueDepth depth;
       Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
       while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
       Query delayed = database.query(
-          "SELECT count(*), (SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0)"
+          "SELECT count(*),"
+          " CAST((SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0) AS BIGINT)"
           " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
       delayed.row();
       depth.delayed = delayed.integer(0);
@@ -356,23 +368,30 @@ class SqliteStatistics final : public queue::JobStatistics {
   }
 
   std::optional<queue::JobsBefore> queue_position(const std::string& id, std::int64_t limit) override {
-    return connections_.reader.run([&](Database& database) -> std::optional<queue::JobsBefore> {
+    return transactions_.read([&](Database& database) -> std::optional<queue::JobsBefore> {
       return read_queue_position(database, id, limit);
     });
   }
 
  private:
-  Connections& connections_;
+  Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::JobStore> make_job_store(Connections& connections) {
-  return std::make_unique<SqliteJobStore>(connections);
+JobStores::JobStores(Transactions& transactions)
+    : jobs_(make_job_store(transactions)),
+      statistics_(make_job_statistics(transactions)),
+      transitions_(make_job_transitions(transactions)),
+      batches_(make_batch_store(transactions)),
+      maintenance_(make_maintenance_store(transactions)) {}
+
+std::unique_ptr<queue::JobStore> make_job_store(Transactions& transactions) {
+  return std::make_unique<SqlJobStore>(transactions);
 }
 
-std::unique_ptr<queue::JobStatistics> make_job_statistics(Connections& connections) {
-  return std::make_unique<SqliteStatistics>(connections);
+std::unique_ptr<queue::JobStatistics> make_job_statistics(Transactions& transactions) {
+  return std::make_unique<SqlStatistics>(transactions);
 }
 
-}  // namespace storage::sqlite
+}  // namespace storage::sql

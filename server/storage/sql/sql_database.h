@@ -1,0 +1,169 @@
+#pragma once
+/// A connection to an SQL database and its statements, as the stores of this directory use them. The statements are
+/// written once for SQLite and PostgreSQL: with `?` or `?1` for parameters, integers of 64 bits in place of booleans,
+/// and CAST around sums. What differs is a function of Database.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace storage::sql {
+
+/// Bytes bound without a copy: they must outlive the query.
+struct Blob {
+  std::string_view bytes;
+};
+
+enum class ColumnType { integer, text, blob };
+template <class T>
+inline constexpr ColumnType column_type = std::is_same_v<T, std::int64_t>  ? ColumnType::integer
+                                          : std::is_same_v<T, std::string> ? ColumnType::text
+                                                                           : ColumnType::blob;
+
+/// A prepared statement, which its Database owns. Positions of parameters begin at 1, columns at 0. Every failure of
+/// the environment is a StoreFailure; a violated constraint is a bug of the caller and a std::logic_error.
+class Statement {
+ public:
+  virtual ~Statement() = default;
+  virtual void bind(int position, std::int64_t value) = 0;
+  virtual void bind(int position, const std::string& value) = 0;
+  virtual void bind(int position, Blob value) = 0;
+  virtual void bind_null(int position, ColumnType type) = 0;
+  virtual bool row() = 0;  ///< moves to the next row, at the first call by running it; false at the end
+  /// As the first call of `row`, for a statement without a result. It may be sent with the next statement, or with the
+  /// end of the transaction, which then throws its failure.
+  virtual void post() { row(); }
+  [[nodiscard]] virtual int changes() const = 0;  ///< rows that it has changed
+  [[nodiscard]] virtual bool is_null(int column) const = 0;
+  [[nodiscard]] virtual std::int64_t integer(int column) const = 0;
+  [[nodiscard]] virtual std::string text(int column) const = 0;  ///< also of a BLOB: the bytes as they are
+  virtual void reset() noexcept = 0;                             ///< ends the run and forgets the parameters
+};
+
+/// A run of a statement: step with `row`, then read columns. The destructor resets the statement.
+class Query {
+ public:
+  /// Binds `values` to the statement's parameters, in order.
+  template <class... Values>
+  explicit Query(Statement& statement, const Values&... values) : statement_(statement) {
+    [[maybe_unused]] int position = 0;
+    (bind(++position, values), ...);
+  }
+  ~Query() { statement_.reset(); }
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  template <class T>
+  void bind(int position, const T& value) {
+    statement_.bind(position, value);
+  }
+  template <class T>
+  void bind(int position, const std::optional<T>& value) {
+    if (value) {
+      statement_.bind(position, *value);
+    } else {
+      statement_.bind_null(position, column_type<T>);
+    }
+  }
+
+  bool row() { return statement_.row(); }
+  void post() { statement_.post(); }
+  std::vector<std::string> texts() {  ///< the first column of all remaining rows
+    std::vector<std::string> values;
+    while (row()) values.push_back(text(0));
+    return values;
+  }
+  [[nodiscard]] int changes() const { return statement_.changes(); }
+
+  [[nodiscard]] bool is_null(int column) const { return statement_.is_null(column); }
+  [[nodiscard]] std::int64_t integer(int column) const { return statement_.integer(column); }
+  [[nodiscard]] std::optional<std::int64_t> optional_integer(int column) const {
+    return is_null(column) ? std::nullopt : std::optional(integer(column));
+  }
+  [[nodiscard]] std::string text(int column) const { return statement_.text(column); }
+
+ private:
+  Statement& statement_;
+};
+
+/// Used by one thread at a time.
+class Database {
+ public:
+  Database() = default;
+  virtual ~Database() = default;
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  /// Each text is prepared once and kept, so the texts must be few. Two queries of the same text must not overlap.
+  template <class... Values>
+  Query query(const std::string& sql, const Values&... values) {
+    return Query(prepared(sql), values...);
+  }
+  /// Runs a statement without result rows; returns the number of changed rows.
+  template <class... Values>
+  int change(const std::string& sql, const Values&... values) {
+    Query changed = query(sql, values...);
+    changed.row();
+    return changed.changes();
+  }
+
+  /// As change, for a statement whose number of changed rows nobody needs; it may be sent with the next one.
+  template <class... Values>
+  void post(const std::string& sql, const Values&... values) {
+    query(sql, values...).post();
+  }
+
+  // ---- Where several processes write at once, a transaction locks the rows that it has read and will change. These
+  // end a SELECT; they are empty where one connection does all writes.
+  [[nodiscard]] virtual const char* locking() const { return ""; }      ///< waits for other transactions
+  [[nodiscard]] virtual const char* skip_locked() const { return ""; }  ///< leaves out the rows that others have locked
+  [[nodiscard]] bool is_shared() const { return *locking() != '\0'; }
+
+ protected:
+  virtual Statement& prepared(const std::string& sql) = 0;
+};
+
+/// When a change survives power loss. It survives the death of the process in any case, and a change that was synced
+/// makes all before it durable.
+enum class Synced {
+  now,        ///< before the call returns
+  with_next,  ///< with the next synced one: power loss may undo it
+};
+
+inline Synced synced(bool durable) { return durable ? Synced::now : Synced::with_next; }
+
+/// The connections to one database. Thread-safe. Throws StoreFailure, and what the work throws; then nothing was
+/// changed.
+class Transactions {
+ public:
+  virtual ~Transactions() = default;
+
+  /// Runs `work(database)` inside a transaction and returns its value once that is committed and synced as requested.
+  /// `work` may run again, after its writes were undone.
+  template <class Work>
+  auto write(Work work, Synced synced = Synced::now) {
+    std::optional<std::invoke_result_t<Work, Database&>> result;
+    run_write([&](Database& database) { result.emplace(work(database)); }, synced);
+    return *std::move(result);
+  }
+
+  /// `work(database)` reads one state of the database, with every write of this process that returned before.
+  template <class Work>
+  auto read(Work work) {
+    std::optional<std::invoke_result_t<Work, Database&>> result;
+    run_read([&](Database& database) { result.emplace(work(database)); });
+    return *std::move(result);
+  }
+
+ protected:
+  using Run = std::function<void(Database&)>;
+  virtual void run_write(const Run& work, Synced synced) = 0;
+  virtual void run_read(const Run& work) = 0;
+};
+
+}  // namespace storage::sql
