@@ -26,7 +26,7 @@ InsertRequest batch_of(int count, std::optional<int> max_failed = {}) {
   return admission;
 }
 
-std::map<JobState, std::int64_t> counts(TestStore& store) { return store.find_batch(batch_id)->jobs; }
+std::map<JobState, std::int64_t> counts(StoreCalls& store) { return store.find_batch(batch_id)->jobs; }
 
 }  // namespace
 

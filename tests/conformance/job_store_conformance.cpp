@@ -2,7 +2,9 @@
 
 #include <cstdio>
 
+#include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/test_store.h"
+#include "tests/support/postgres_server.h"
 
 namespace {
 
@@ -10,7 +12,7 @@ const storage::sqlite::SqliteSettings no_sync{.synchronous = false};
 
 class Sqlite final : public StoreUnderTest {
  public:
-  TestStore& store() override { return *store_; }
+  StoreCalls& store() override { return *store_; }
   void reopen() override {
     store_.reset();
     store_ = std::make_unique<TestStore>(directory_.path(), no_sync);
@@ -21,10 +23,28 @@ class Sqlite final : public StoreUnderTest {
   std::unique_ptr<TestStore> store_ = std::make_unique<TestStore>(directory_.path(), no_sync);
 };
 
+class Postgres final : public StoreUnderTest {
+ public:
+  StoreCalls& store() override { return *calls_; }
+  void reopen() override {
+    stores_.reset();
+    stores_ = std::make_unique<storage::postgres::PostgresStores>(uri_);
+    calls_.emplace(stores_->all());
+  }
+  [[nodiscard]] bool is_shared() const override { return true; }
+
+ private:
+  const std::string uri_ = PostgresServer::shared().new_database();
+  std::unique_ptr<storage::postgres::PostgresStores> stores_ =
+      std::make_unique<storage::postgres::PostgresStores>(uri_);
+  std::optional<StoreCalls> calls_{stores_->all()};
+};
+
 }  // namespace
 
 std::vector<StoreKind> store_kinds() {
-  return {{"Sqlite", [] { return std::make_unique<Sqlite>(); }}};
+  return {{"Sqlite", [] { return std::make_unique<Sqlite>(); }},
+          {"Postgres", [] { return std::make_unique<Postgres>(); }}};
 }
 
 std::string JobStoreConformance::submit(const std::function<void(queue::Job&)>& change, const std::string& document) {

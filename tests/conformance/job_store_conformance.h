@@ -15,9 +15,11 @@
 class StoreUnderTest {
  public:
   virtual ~StoreUnderTest() = default;
-  virtual TestStore& store() = 0;
+  virtual StoreCalls& store() = 0;
   /// As a daemon that ends and starts again.
   virtual void reopen() = 0;
+  /// Several processes may use it at once.
+  [[nodiscard]] virtual bool is_shared() const { return false; }
 };
 
 struct StoreKind {
@@ -28,8 +30,9 @@ std::vector<StoreKind> store_kinds();
 
 class JobStoreConformance : public testing::TestWithParam<StoreKind> {
  protected:
-  TestStore& store() { return under_test_->store(); }
+  StoreCalls& store() { return under_test_->store(); }
   void reopen() { under_test_->reopen(); }
+  [[nodiscard]] bool is_shared() const { return under_test_->is_shared(); }
 
   /// Submits a job with defaults except for `change`; returns its id. Ids grow with every call.
   std::string submit(const std::function<void(queue::Job&)>& change = {}, const std::string& document = "{}");

@@ -141,7 +141,7 @@ TEST_P(JobStoreConformance, RunsMaintenanceInStepsAndReportsMore) {
 
 TEST_P(JobStoreConformance, ComputesTheExpiryFromTheEnd) {
   using End = std::function<void(const std::string&)>;
-  const std::vector<std::pair<std::string, End>> ends = {
+  std::vector<std::pair<std::string, End>> ends = {
       {"succeed", [&](auto& id) { store().succeed(id, claim().fence, now, "{}", {}); }},
       {"fail",
        [&](auto& id) {
@@ -162,6 +162,7 @@ TEST_P(JobStoreConformance, ComputesTheExpiryFromTheEnd) {
          store().recover("other boot", now);
        }},
   };
+  if (is_shared()) ends.pop_back();
   for (const auto& [name, end] : ends) {
     const std::string id = submit([](Job& job) { job.expires_in_s = 60; });
     end(id);

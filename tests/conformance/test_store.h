@@ -1,15 +1,16 @@
 #pragma once
 /// The calls of all stores of a directory under one name, for tests; and stores that forward to others.
 
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "server/storage/sqlite/sqlite_stores.h"
 
-/// As storage::sqlite::SqliteStores, with names that differ where two interfaces have the same.
-class TestStore {
+/// As queue::Stores, with names that differ where two interfaces have the same.
+class StoreCalls {
  public:
-  explicit TestStore(const std::string& directory, storage::sqlite::SqliteSettings settings = {})
-      : sqlite_(directory, settings) {}
+  explicit StoreCalls(const queue::Stores& all) : all_(all) {}
 
   /// The earlier reply, if there is one.
   auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now).earlier; }
@@ -85,11 +86,24 @@ class TestStore {
   void probe() { all_.maintenance.probe(); }
 
   [[nodiscard]] const queue::Stores& all() const { return all_; }
-  [[nodiscard]] const storage::sqlite::SqliteStores& sqlite() const { return sqlite_; }
 
  private:
-  storage::sqlite::SqliteStores sqlite_;
-  queue::Stores all_ = sqlite_.all();
+  const queue::Stores all_;
+};
+
+/// The stores of a directory.
+class TestStore : public StoreCalls {
+ public:
+  explicit TestStore(const std::string& directory, storage::sqlite::SqliteSettings settings = {})
+      : TestStore(std::make_unique<storage::sqlite::SqliteStores>(directory, settings)) {}
+
+  [[nodiscard]] const storage::sqlite::SqliteStores& sqlite() const { return *sqlite_; }
+
+ private:
+  explicit TestStore(std::unique_ptr<storage::sqlite::SqliteStores> sqlite)
+      : StoreCalls(sqlite->all()), sqlite_(std::move(sqlite)) {}
+
+  std::unique_ptr<storage::sqlite::SqliteStores> sqlite_;
 };
 
 /// Forward the calls that a test does not override to another store.

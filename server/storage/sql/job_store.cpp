@@ -35,7 +35,7 @@ struct Walk {
 
 std::int64_t count_labelled(Database& database, const Label& label) {
   Query query =
-      database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS some",
+      database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS counted",
                      label.first, label.second, many);
   query.row();
   return query.integer(0);

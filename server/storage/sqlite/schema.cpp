@@ -1,157 +1,17 @@
 #include "server/storage/sqlite/schema.h"
 
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "server/storage/sql/tables.h"
+
 namespace storage::sqlite {
+namespace {
 
-/// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
-const char* const jobs_schema = R"sql(
--- Small rows clustered by id, which is creation order: pages and text searches read neighbours. Large or repeated
--- values have their own tables.
-CREATE TABLE jobs (
-  id TEXT NOT NULL PRIMARY KEY,
-  kind TEXT NOT NULL CHECK (kind IN ('render', 'measure')),
-  owner TEXT NOT NULL,
-  weight INTEGER NOT NULL CHECK (weight > 0),
-  name TEXT NOT NULL,
-  batch_id TEXT,
-  batch_index INTEGER NOT NULL,
-  variation TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
-  created_at INTEGER NOT NULL,
-  started_at INTEGER,
-  ended_at INTEGER,
-  moved_at INTEGER NOT NULL,         -- time of the latest move, and its reason: code, a space, detail
-  moved_for TEXT NOT NULL DEFAULT '',
-  attempt INTEGER NOT NULL CHECK (attempt >= 0),
-  max_attempts INTEGER NOT NULL,
-  priority INTEGER NOT NULL,
-  rank INTEGER NOT NULL,             -- queue::rank_of
-  run_after INTEGER,
-  not_before INTEGER,
-  deadline INTEGER,
-  expires_in_s INTEGER,
-  expires_at INTEGER,
-  expired INTEGER NOT NULL DEFAULT 0,
-  webhook_url TEXT,
-  webhook_events TEXT,               -- separated by spaces
-  keep INTEGER NOT NULL,
-  cancel_requested INTEGER NOT NULL,
-  suspect INTEGER NOT NULL,
-  width INTEGER NOT NULL,
-  height INTEGER NOT NULL,
-  accuracy TEXT NOT NULL,
-  large INTEGER NOT NULL,
-  work INTEGER NOT NULL,
-  problem_code TEXT,
-  problem_detail TEXT,
-  artifacts_synced INTEGER NOT NULL DEFAULT 1,
-  content_key TEXT,
-  use_cache INTEGER NOT NULL,
-  revision INTEGER NOT NULL,
-  fence INTEGER NOT NULL DEFAULT 0,  -- grows with every claim
-  boot_id TEXT,                      -- of the daemon with the latest claim
-  lease_until INTEGER                -- end of the latest claim
-) STRICT, WITHOUT ROWID;
-CREATE INDEX jobs_by_state ON jobs (state, id);
-CREATE INDEX jobs_waiting ON jobs (suspect, owner, rank, id, work) WHERE state = 'queued' AND not_before IS NULL;
-CREATE INDEX small_jobs_waiting ON jobs (suspect, owner, rank, id)
-  WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
-CREATE INDEX jobs_delayed ON jobs (not_before, work) WHERE not_before IS NOT NULL;
-CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
-CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
-CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
-CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND expired = 0;
-CREATE INDEX jobs_not_kept ON jobs (ended_at) WHERE keep = 0;
-CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
-CREATE INDEX jobs_by_content ON jobs (content_key, id)
-  WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
-CREATE INDEX jobs_by_batch ON jobs (batch_id, id, state) WHERE batch_id IS NOT NULL;
-
--- The scenes that the documents of batches have in common, under the id of the batch.
-CREATE TABLE scenes (id TEXT NOT NULL PRIMARY KEY, document BLOB NOT NULL) STRICT;
-CREATE TABLE documents (
-  job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
-  document BLOB NOT NULL,              -- a patch where there is a scene
-  scene_id TEXT REFERENCES scenes
-) STRICT;
-CREATE INDEX documents_by_scene ON documents (scene_id) WHERE scene_id IS NOT NULL;
--- The moves of jobs between states, written by a trigger.
-CREATE TABLE moves (
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  revision INTEGER NOT NULL,
-  at INTEGER NOT NULL,
-  state TEXT NOT NULL,
-  attempt INTEGER NOT NULL,
-  reason TEXT NOT NULL,
-  worker TEXT,
-  PRIMARY KEY (job_id, revision)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE reports (
-  job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
-  report TEXT NOT NULL
-) STRICT;
-CREATE TABLE labels (
-  key TEXT NOT NULL,
-  value TEXT NOT NULL,
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  PRIMARY KEY (key, value, job_id)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX labels_of_job ON labels (job_id, key, value);
-CREATE TABLE artifacts (
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  position INTEGER NOT NULL,
-  owner TEXT NOT NULL,
-  name TEXT NOT NULL,
-  media_type TEXT NOT NULL,
-  sha256 TEXT NOT NULL,
-  bytes INTEGER NOT NULL,
-  PRIMARY KEY (job_id, position)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX artifacts_by_sha256 ON artifacts (sha256);
+constexpr const char* jobs_counts = R"sql(
 CREATE TABLE small_artifacts (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
-CREATE TABLE problem_errors (
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  position INTEGER NOT NULL,
-  pointer TEXT NOT NULL,
-  code TEXT NOT NULL,
-  detail TEXT NOT NULL,
-  PRIMARY KEY (job_id, position)
-) STRICT, WITHOUT ROWID;
--- The uploads that a document names.
-CREATE TABLE job_assets (
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  position INTEGER NOT NULL,
-  sha256 TEXT NOT NULL,
-  PRIMARY KEY (job_id, position)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
-CREATE TABLE scene_assets (
-  sha256 TEXT NOT NULL,
-  scene_id TEXT NOT NULL REFERENCES scenes ON DELETE CASCADE,
-  PRIMARY KEY (sha256, scene_id)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX assets_of_scene ON scene_assets (scene_id);
-CREATE TABLE batches (
-  id TEXT NOT NULL PRIMARY KEY,
-  owner TEXT NOT NULL,
-  name TEXT NOT NULL,
-  sweep TEXT NOT NULL,
-  created_at INTEGER NOT NULL,
-  max_failed INTEGER,
-  size INTEGER NOT NULL
-) STRICT, WITHOUT ROWID;
--- First replies under idempotency keys.
-CREATE TABLE replies (
-  owner TEXT NOT NULL,
-  route TEXT NOT NULL,
-  key TEXT NOT NULL,
-  request_sha256 TEXT NOT NULL,
-  status INTEGER NOT NULL,
-  location TEXT NOT NULL,
-  body TEXT NOT NULL,
-  expires_at INTEGER NOT NULL,
-  PRIMARY KEY (owner, route, key)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX replies_by_expiry ON replies (expires_at);
 
 -- Maintained by triggers, so that limits are checked without counting jobs.
 CREATE TABLE job_counts (
@@ -167,9 +27,6 @@ CREATE TABLE owner_usage (
   artifact_bytes INTEGER NOT NULL DEFAULT 0,
   pass INTEGER NOT NULL DEFAULT 0    -- see JobTransitions::claim
 ) STRICT, WITHOUT ROWID;
--- The pass at which the latest claim was made.
-CREATE TABLE latest_pass (pass INTEGER NOT NULL) STRICT;
-INSERT INTO latest_pass VALUES (0);
 CREATE TABLE artifact_total (bytes INTEGER NOT NULL) STRICT;  -- equal artifacts count once
 INSERT INTO artifact_total VALUES (0);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
@@ -216,40 +73,27 @@ CREATE TRIGGER artifact_deleted AFTER DELETE ON artifacts BEGIN
   UPDATE artifact_total SET bytes = bytes - old.bytes WHERE NOT EXISTS
     (SELECT 1 FROM artifacts WHERE sha256 = old.sha256);
 END;
-
-CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
-INSERT INTO probe VALUES (0);
 )sql";
 
-const char* const deliveries_schema = R"sql(
-CREATE TABLE subscriptions (
-  job_id TEXT NOT NULL PRIMARY KEY,
-  url TEXT NOT NULL,
-  events TEXT NOT NULL  -- separated by spaces
-) STRICT, WITHOUT ROWID;
-CREATE TABLE deliveries (
-  id TEXT NOT NULL PRIMARY KEY,
-  job_id TEXT NOT NULL,
-  event TEXT NOT NULL,
-  url TEXT NOT NULL,
-  host TEXT NOT NULL,  -- queue::host_of(url)
-  body TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'abandoned')),
-  created_at INTEGER NOT NULL,
-  next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
-) STRICT, WITHOUT ROWID;
-CREATE INDEX deliveries_of_job ON deliveries (job_id, id);
-CREATE INDEX deliveries_due ON deliveries (host, next_attempt_at, id) WHERE state = 'pending';
-CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';
-CREATE TABLE attempts (
-  delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
-  number INTEGER NOT NULL,
-  at INTEGER NOT NULL,
-  duration_ms INTEGER NOT NULL,
-  status INTEGER NOT NULL,
-  detail TEXT NOT NULL,
-  PRIMARY KEY (delivery_id, number)
-) STRICT, WITHOUT ROWID;
-)sql";
+/// The rows of a table with a primary key are stored under it, unless they are large.
+std::string strict(std::string tables) {
+  constexpr std::array large{"documents", "scenes", "reports", "latest_pass", "probe"};
+  std::size_t begin = 0;
+  while ((begin = tables.find("CREATE TABLE ", begin)) != std::string::npos) {
+    const std::size_t name = begin + std::string("CREATE TABLE ").size();
+    const std::size_t end = tables.find(");", begin) + 1;
+    bool with_row_id = false;
+    for (const char* table : large)
+      with_row_id |= tables.compare(name, std::string(table).size() + 1, std::string(table) + " ") == 0;
+    tables.insert(end, with_row_id ? " STRICT" : " STRICT, WITHOUT ROWID");
+    begin = end;
+  }
+  return tables;
+}
+
+}  // namespace
+
+std::string jobs_schema() { return strict(sql::jobs_tables) + jobs_counts; }
+std::string deliveries_schema() { return strict(sql::deliveries_tables); }
 
 }  // namespace storage::sqlite

@@ -2,13 +2,14 @@
 /// The tables of the SQLite files, with their versions. Private to this directory.
 
 #include <cstdint>
+#include <string>
 
 namespace storage::sqlite {
 
 inline constexpr std::int64_t jobs_schema_version = 14;
 inline constexpr std::int64_t deliveries_schema_version = 3;
-extern const char* const jobs_schema;
-extern const char* const deliveries_schema;
+std::string jobs_schema();
+std::string deliveries_schema();
 /// Run on every connection to the jobs: names that the stores read and other databases have as views of several tables.
 inline constexpr const char* jobs_views = "CREATE TEMP VIEW owners AS SELECT * FROM owner_usage";
 

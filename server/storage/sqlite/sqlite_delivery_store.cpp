@@ -13,7 +13,7 @@ std::string file_of(const std::string& directory) { return directory + "/webhook
 
 std::unique_ptr<SqliteDatabase> open(const std::string& path) {
   auto database = std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_write);
-  prepare(*database, path, deliveries_schema_version, deliveries_schema);
+  prepare(*database, path, deliveries_schema_version, deliveries_schema());
   return database;
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 /// Sets up the connection and creates the tables in an empty file.
 void prepare_jobs(SqliteDatabase& database, const std::string& path) {
-  prepare(database, path, jobs_schema_version, jobs_schema);
+  prepare(database, path, jobs_schema_version, jobs_schema());
   // The size limit returns space to the disk after a burst of large documents.
   database.script("PRAGMA cache_size = -8000; PRAGMA journal_size_limit = 67108864;");
   database.script(jobs_views);

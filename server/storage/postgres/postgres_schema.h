@@ -1,0 +1,17 @@
+#pragma once
+/// The tables in PostgreSQL. Private to this directory.
+
+#include <string>
+
+namespace storage::postgres {
+
+/// Versions grow by one, and each is made so that a program of the version before works with it: new tables, and new
+/// columns with a default. So nodes are updated one after the other.
+inline constexpr int schema_version = 1;
+
+/// Creates the tables in an empty database, or brings them to `schema_version`, under an advisory lock: of nodes that
+/// start at the same time one does it. Throws StoreFailure if the database cannot be reached or has a version that this
+/// program does not support.
+void prepare_schema(const std::string& dsn);
+
+}  // namespace storage::postgres

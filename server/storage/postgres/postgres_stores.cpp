@@ -1,0 +1,24 @@
+#include "server/storage/postgres/postgres_stores.h"
+
+#include "server/storage/postgres/postgres_schema.h"
+#include "server/storage/postgres/postgres_transactions.h"
+#include "server/storage/sql/stores.h"
+
+namespace storage::postgres {
+
+struct PostgresStores::Parts {
+  Parts(const std::string& dsn, const PostgresSettings& settings)
+      : transactions((prepare_schema(dsn), std::make_shared<PostgresTransactions>(dsn, settings.connections))) {}
+  std::shared_ptr<sql::Transactions> transactions;
+  sql::JobStores jobs{*transactions};
+  std::unique_ptr<queue::DeliveryStore> deliveries = sql::make_delivery_store(transactions);
+};
+
+PostgresStores::PostgresStores(const std::string& dsn, PostgresSettings settings)
+    : parts_(std::make_unique<Parts>(dsn, settings)) {}
+PostgresStores::~PostgresStores() = default;
+
+queue::Stores PostgresStores::all() const { return parts_->jobs.all(); }
+queue::DeliveryStore& PostgresStores::deliveries() const { return *parts_->deliveries; }
+
+}  // namespace storage::postgres

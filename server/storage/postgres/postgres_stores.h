@@ -1,0 +1,40 @@
+#pragma once
+/// The stores of jobs and webhook deliveries in PostgreSQL 15 or newer, which any number of nodes share.
+
+#include <memory>
+#include <string>
+
+#include "server/queue/delivery_store.h"
+#include "server/queue/job_store.h"
+
+namespace storage::postgres {
+
+struct PostgresSettings {
+  /// Transactions at once. A node has a few that write and a few that read; more only wait inside the server.
+  int connections = 8;
+};
+
+/// As queue::Stores, with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
+/// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that meets it runs
+/// again if it had no effect. When the answer to a commit was lost, the call asks the server for its outcome for up to
+/// 10 s; only a StoreFailure after that leaves it open.
+///
+/// The texts of jobs must be UTF-8 without the character 0, as PostgreSQL's.
+class PostgresStores {
+ public:
+  /// `dsn`: a connection URI (postgres://user@host/database) or a key-value string of libpq. Creates the tables in an
+  /// empty database. Throws StoreFailure.
+  explicit PostgresStores(const std::string& dsn, PostgresSettings settings = {});
+  ~PostgresStores();  ///< no call may be in progress
+  PostgresStores(const PostgresStores&) = delete;
+  PostgresStores& operator=(const PostgresStores&) = delete;
+
+  [[nodiscard]] queue::Stores all() const;
+  [[nodiscard]] queue::DeliveryStore& deliveries() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace storage::postgres

@@ -1,0 +1,145 @@
+#include "server/storage/postgres/postgres_transactions.h"
+
+#include <thread>
+#include <utility>
+
+#include "server/queue/job_store.h"
+
+namespace storage::postgres {
+namespace {
+
+/// Conflicts end with one of the transactions committed, so a few attempts are enough for all of them.
+constexpr int attempts_max = 10;
+constexpr std::chrono::milliseconds pause_after_failure(300);
+/// Time to learn of a commit whose answer was lost: a restart of the server, or a switch to its replica.
+constexpr std::chrono::seconds patience(10);
+/// Counts are added up after every so many writes, so that reading them costs little.
+constexpr unsigned writes_until_add_up = 64;
+
+[[noreturn]] void fail_unknown() {
+  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                            "PostgreSQL: the connection was lost at a commit, and it is unknown whether it took place");
+}
+
+}  // namespace
+
+std::unique_ptr<PostgresDatabase> ConnectionPool::take() {
+  std::unique_lock lock(mutex_);
+  returned_.wait(lock, [&] { return free_ > 0; });
+  --free_;
+  if (!idle_.empty()) {
+    auto database = std::move(idle_.back());
+    idle_.pop_back();
+    return database;
+  }
+  try {
+    if (last_failure_ && std::chrono::steady_clock::now() < next_attempt_) std::rethrow_exception(last_failure_);
+    lock.unlock();
+    auto database = std::make_unique<PostgresDatabase>(dsn_);
+    lock.lock();
+    last_failure_ = nullptr;
+    return database;
+  } catch (...) {
+    if (!lock.owns_lock()) {
+      lock.lock();
+      last_failure_ = std::current_exception();
+      next_attempt_ = std::chrono::steady_clock::now() + pause_after_failure;
+    }
+    ++free_;
+    returned_.notify_one();
+    throw;
+  }
+}
+
+void ConnectionPool::give_back(std::unique_ptr<PostgresDatabase> database) {
+  const std::lock_guard lock(mutex_);
+  if (database->is_broken()) {
+    idle_.clear();  // the others of a server that has ended are lost too
+  } else {
+    idle_.push_back(std::move(database));
+  }
+  ++free_;
+  returned_.notify_one();
+}
+
+void PostgresTransactions::run_write(const Run& work, sql::Synced synced) {
+  int attempts = 1;
+  while (!try_write(work, synced, attempts == attempts_max)) ++attempts;
+  if (++writes_ % writes_until_add_up == 0) add_up_counts();
+}
+
+/// False if it may be tried again: nothing was changed.
+bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool is_last) {
+  std::string transaction_id;
+  bool committing = false;
+  try {
+    const ConnectionPool::Loan database(pool_);
+    try {
+      const bool is_synced = synced == sql::Synced::now;
+      database->begin_write(is_synced, is_synced);
+      work(*database);
+      if (is_synced) transaction_id = database->transaction_id();
+      committing = true;
+      database->commit();
+      return true;
+    } catch (...) {
+      const bool is_lost = database->is_broken();
+      database->roll_back();
+      committing = committing && is_lost;
+      // A connection that was lost while it was idle is seen at its next use.
+      if (is_lost && !committing && !is_last) return false;
+      throw;
+    }
+  } catch (const Conflict&) {
+    if (!is_last) return false;
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: conflicts with other transactions");
+  } catch (const queue::StoreFailure&) {
+    if (!committing) throw;
+    if (synced == sql::Synced::with_next) throw;  // claims and leases, which end in time
+    return has_committed(transaction_id);
+  }
+}
+
+/// The fate of a transaction whose COMMIT had no answer. Throws StoreFailure where it cannot be learnt.
+bool PostgresTransactions::has_committed(const std::string& transaction_id) {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  while (!transaction_id.empty() && std::chrono::steady_clock::now() < end) {
+    try {
+      const ConnectionPool::Loan database(pool_);
+      const std::string status = database->value("SELECT pg_xact_status('" + transaction_id + "')");
+      if (status == "committed") return true;
+      if (status == "aborted") return false;
+    } catch (const queue::StoreFailure&) {
+      // Not reachable yet.
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  fail_unknown();
+}
+
+void PostgresTransactions::run_read(const Run& work) {
+  for (int attempt = 1;; ++attempt) {
+    const ConnectionPool::Loan database(pool_);
+    try {
+      database->begin_read();
+      work(*database);
+      database->commit();
+      return;
+    } catch (...) {
+      const bool is_lost = database->is_broken();
+      database->roll_back();
+      if (!is_lost || attempt > 1) throw;
+    }
+  }
+}
+
+void PostgresTransactions::add_up_counts() {
+  try {
+    try_write([](sql::Database& database) { database.query("SELECT add_up_counts()").row(); }, sql::Synced::with_next,
+              true);
+  } catch (const queue::StoreFailure&) {
+    // The counts are right without it; a later write adds them up.
+  }
+}
+
+}  // namespace storage::postgres

@@ -1,0 +1,280 @@
+/// The store that several processes share: two of them on one database, and failures of the connection.
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <set>
+#include <thread>
+
+#include "server/storage/postgres/postgres_stores.h"
+#include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
+#include "tests/support/postgres_server.h"
+
+using namespace queue;
+using storage::postgres::PostgresStores;
+
+namespace {
+
+constexpr std::int64_t lease_end = 1'000'000;
+
+std::string id_of(int number) {
+  std::string digits = std::to_string(number);
+  return "0190a5b0-0000-7000-8000-" + std::string(12 - digits.size(), '0') + digits;
+}
+
+Job job_named(const std::string& id) {
+  Job job;
+  job.id = id;
+  job.created_at = 1;
+  return job;
+}
+
+/// Passes one connection at a time from a unix socket to that of the server, and can cut the next commit.
+class Proxy {
+ public:
+  enum class Cut { nothing, request, answer };
+
+  explicit Proxy(std::string server_directory) : server_(std::move(server_directory)) {
+    listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const sockaddr_un address = address_in(directory_.path());
+    EXPECT_EQ(bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(listen(listener_, 16), 0);
+    acceptor_ = std::thread([this] { accept_all(); });
+  }
+  ~Proxy() {
+    shutdown(listener_, SHUT_RDWR);
+    acceptor_.join();
+    for (std::thread& thread : threads_) thread.join();
+    close(listener_);
+  }
+  Proxy(const Proxy&) = delete;
+  Proxy& operator=(const Proxy&) = delete;
+
+  [[nodiscard]] const std::string& directory() const { return directory_.path(); }
+  std::atomic<Cut> next_commit{Cut::nothing};
+  std::atomic<int> cuts{0};
+
+ private:
+  static sockaddr_un address_in(const std::string& directory) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string path = directory + "/.s.PGSQL.5432";
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    return address;
+  }
+
+  void accept_all() {
+    for (int client = 0; (client = accept(listener_, nullptr, nullptr)) >= 0;) {
+      const int server = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      const sockaddr_un address = address_in(server_);
+      EXPECT_EQ(connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+      threads_.emplace_back([this, client, server] { pass(client, server); });
+    }
+  }
+
+  void pass(int client, int server) {
+    std::thread answers([&] { copy(server, client); });
+    std::array<char, 65536> bytes;
+    for (ssize_t got = 0; (got = recv(client, bytes.data(), bytes.size(), 0)) > 0;) {
+      const bool commits =
+          std::string_view(bytes.data(), static_cast<std::size_t>(got)).find("COMMIT") != std::string::npos;
+      const Cut cut = commits ? next_commit.exchange(Cut::nothing) : Cut::nothing;
+      if (cut != Cut::nothing) {
+        ++cuts;
+        shutdown(client, SHUT_RDWR);  // no answer arrives any more
+      }
+      if (cut == Cut::request) break;
+      send(server, bytes.data(), static_cast<std::size_t>(got), MSG_NOSIGNAL);
+    }
+    shutdown(server, SHUT_WR);  // the server ends the session after what it has received
+    answers.join();
+    close(client);
+    close(server);
+  }
+
+  static void copy(int from, int to) {
+    std::array<char, 65536> bytes;
+    for (ssize_t got = 0; (got = recv(from, bytes.data(), bytes.size(), 0)) > 0;)
+      send(to, bytes.data(), static_cast<std::size_t>(got), MSG_NOSIGNAL);
+    shutdown(to, SHUT_RDWR);
+  }
+
+  const std::string server_;
+  TemporaryDirectory directory_;
+  int listener_ = -1;
+  std::thread acceptor_;
+  std::vector<std::thread> threads_;
+};
+
+class PostgresStoresTest : public testing::Test {
+ protected:
+  PostgresServer& server = PostgresServer::shared();
+  const std::string uri = server.new_database();
+};
+
+}  // namespace
+
+TEST_F(PostgresStoresTest, NodesThatClaimAtOnceGetEveryJobOnce) {
+  constexpr int jobs = 200, threads_per_node = 4;
+  PostgresStores first(uri), second(uri);
+  std::vector<StoreCalls> nodes{StoreCalls(first.all()), StoreCalls(second.all())};
+  for (int i = 0; i < jobs; ++i) nodes[0].submit(job_named(id_of(i)), "{}");
+  std::mutex mutex;
+  std::multiset<std::string> claimed;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 2 * threads_per_node; ++i) {
+    threads.emplace_back([&, i] {
+      StoreCalls& node = nodes[static_cast<std::size_t>(i % 2)];
+      while (const auto claim = node.claim("boot" + std::to_string(i), 1, lease_end, false)) {
+        EXPECT_TRUE(node.succeed(claim->job.id, claim->fence, 2, "{}", {}));
+        const std::lock_guard lock(mutex);
+        claimed.insert(claim->job.id);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(claimed.size(), std::size_t{jobs});
+  EXPECT_EQ(std::set<std::string>(claimed.begin(), claimed.end()).size(), std::size_t{jobs});
+  EXPECT_EQ(nodes[1].count(JobState::succeeded), jobs);
+  EXPECT_EQ(nodes[1].count(JobState::queued), 0);
+}
+
+TEST_F(PostgresStoresTest, CountsStayExactWhileTheyAreAddedUp) {
+  PostgresStores stores(uri);
+  StoreCalls calls(stores.all());
+  for (int i = 0; i < 150; ++i) {
+    calls.submit(job_named(id_of(i)), "{}");
+    if (i % 3 == 0) calls.cancel(id_of(i), 2);
+    ASSERT_EQ(calls.count(JobState::queued), i + 1 - (i / 3 + 1)) << i;
+    ASSERT_EQ(calls.owner_usage("").queued_jobs, calls.count(JobState::queued));
+  }
+  EXPECT_EQ(server.sql(uri, "SELECT sum(amount) FROM current_counts WHERE what = 'cancelled'"), "50");
+  EXPECT_NE(server.sql(uri, "SELECT count(*) FROM counts"), "0") << "they were added up meanwhile";
+}
+
+TEST_F(PostgresStoresTest, ALateResultOfANodeThatLostItsLeaseIsRefused) {
+  PostgresStores first(uri), second(uri);
+  StoreCalls lost(first.all()), other(second.all());
+  lost.submit(job_named(id_of(1)), "{}");
+  const Claim stale = lost.claim("lost", 1, 100, false).value();
+  EXPECT_EQ(other.recover("other", 50), 0);
+  EXPECT_EQ(other.find(id_of(1))->state, JobState::running) << "its lease holds";
+  EXPECT_EQ(other.run_maintenance(100, 1000, 10).abandoned, std::vector{id_of(1)});
+  const Claim again = other.claim("other", 101, 200, false).value();
+  EXPECT_FALSE(lost.succeed(id_of(1), stale.fence, 102, "late", {}));
+  EXPECT_TRUE(other.succeed(id_of(1), again.fence, 103, "again", {}));
+  EXPECT_EQ(lost.find(id_of(1))->report, "again");
+}
+
+TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
+  std::vector<std::thread> nodes;
+  for (int i = 0; i < 4; ++i) {
+    nodes.emplace_back([&, i] {
+      PostgresStores stores(uri);
+      StoreCalls(stores.all()).submit(job_named(id_of(i)), "{}");
+    });
+  }
+  for (std::thread& node : nodes) node.join();
+  EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM whittle_schema"), "1");
+  EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM jobs"), "4");
+}
+
+TEST_F(PostgresStoresTest, StartsBesideTheNextVersionAndRefusesLaterOnes) {
+  { const PostgresStores stores(uri); }
+  server.sql(uri, "UPDATE whittle_schema SET version = version + 1");
+  EXPECT_NO_THROW(PostgresStores{uri});
+  server.sql(uri, "UPDATE whittle_schema SET version = version + 1");
+  EXPECT_THROW(PostgresStores{uri}, StoreFailure);
+}
+
+TEST_F(PostgresStoresTest, RefusesTheDatabaseOfAnotherProgram) {
+  server.sql(uri, "CREATE TABLE jobs (id INTEGER)");
+  EXPECT_THROW(PostgresStores{uri}, StoreFailure);
+  EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM pg_class WHERE relname = 'documents'"), "0");
+}
+
+TEST_F(PostgresStoresTest, ReplacesConnectionsThatTheServerEnds) {
+  PostgresStores stores(uri);
+  StoreCalls calls(stores.all());
+  calls.submit(job_named(id_of(1)), "{}");
+  const std::string end =
+      "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()"
+      " AND datname = current_database()";
+  server.sql(uri, end);
+  EXPECT_TRUE(calls.find(id_of(1)));
+  server.sql(uri, end);
+  EXPECT_NO_THROW(calls.submit(job_named(id_of(2)), "{}"));
+  EXPECT_EQ(calls.count(JobState::queued), 2);
+}
+
+TEST_F(PostgresStoresTest, ReportsAServerThatIsDownAndContinuesWithTheNextOne) {
+  PostgresServer own;
+  const std::string own_uri = own.new_database();
+  PostgresStores stores(own_uri);
+  StoreCalls calls(stores.all());
+  calls.submit(job_named(id_of(1)), "{}");
+  own.stop();
+  try {
+    calls.submit(job_named(id_of(2)), "{}");
+    ADD_FAILURE() << "the server is down";
+  } catch (const StoreFailure& failure) {
+    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
+  }
+  EXPECT_THROW(calls.find(id_of(1)), StoreFailure);
+  own.start();
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    try {
+      calls.submit(job_named(id_of(2)), "{}");
+      break;
+    } catch (const StoreFailure&) {
+      usleep(50'000);
+    }
+  }
+  EXPECT_EQ(calls.count(JobState::queued), 2);
+}
+
+TEST_F(PostgresStoresTest, LearnsTheOutcomeOfACommitWhoseAnswerWasLost) {
+  const std::size_t host = uri.find("host=") + 5;
+  Proxy proxy(uri.substr(host));
+  PostgresStores stores(uri.substr(0, host) + proxy.directory(), {.connections = 1});
+  StoreCalls calls(stores.all());
+  calls.submit(job_named(id_of(1)), "{}");
+  proxy.next_commit = Proxy::Cut::answer;
+  calls.submit(job_named(id_of(2)), "{}");
+  proxy.next_commit = Proxy::Cut::request;
+  calls.submit(job_named(id_of(3)), "{}");
+  const Claim claim = calls.claim("boot", 1, lease_end, false).value();
+  proxy.next_commit = Proxy::Cut::answer;
+  EXPECT_TRUE(calls.succeed(claim.job.id, claim.fence, 2, "{}", {})) << "the first attempt was the successful one";
+  EXPECT_EQ(proxy.cuts, 3);
+  EXPECT_EQ(calls.count(JobState::queued), 2);
+  EXPECT_EQ(calls.count(JobState::succeeded), 1);
+}
+
+TEST_F(PostgresStoresTest, TheLastJobsOfABatchRemovedAtOnceLeaveNothing) {
+  PostgresStores first(uri), second(uri);
+  StoreCalls one(first.all()), other(second.all());
+  for (int round = 0; round < 20; ++round) {
+    const std::string batch = id_of(1000 + round), left = id_of(2 * round), right = id_of(2 * round + 1);
+    InsertRequest request;
+    for (const std::string& id : {left, right}) {
+      Job job = job_named(id);
+      job.batch = batch;
+      request.jobs.push_back({job, "[]"});
+    }
+    request.batch = Batch{batch, "", "", "", 1, {}, 2};
+    request.scene = CommonScene{"{}", {}};
+    one.insert(request, 1);
+    std::thread remover([&] { one.remove(left); });
+    other.remove(right);
+    remover.join();
+    ASSERT_FALSE(one.find_batch(batch)) << round;
+  }
+  EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM scenes"), "0");
+}
