@@ -273,9 +273,29 @@ std::string help_text() {
   return app.help();
 }
 
+namespace {
+
+/// A connection URI or string of libpq, for people.
+std::string without_password(std::string text) {
+  const std::size_t user = text.find("://");
+  const std::size_t end = user == std::string::npos ? user : text.find_first_of("@/?", user + 3);
+  const std::size_t password = user == std::string::npos ? user : text.find(':', user + 3);
+  if (end != std::string::npos && text[end] == '@' && password < end)
+    text.replace(password + 1, end - password - 1, "***");
+  const std::size_t word = text.find("password=");
+  if (word == std::string::npos) return text;
+  const std::size_t begin = word + std::string("password=").size();
+  const bool quoted = begin < text.size() && text[begin] == '\'';
+  std::size_t stop = text.find_first_of(quoted ? "'" : " &", begin + (quoted ? 1 : 0));
+  if (stop == std::string::npos) stop = text.size();
+  return text.replace(begin, stop - begin, "***");
+}
+
+}  // namespace
+
 std::vector<std::pair<std::string, std::string>> effective_settings(const Config& config) {
   std::vector<std::pair<std::string, std::string>> all;
-  for (const Option& option : options()) all.emplace_back(option.name, option.text(config));
+  for (const Option& option : options()) all.emplace_back(option.name, without_password(option.text(config)));
   return all;
 }
 

@@ -29,6 +29,7 @@ std::string to_text(const Address& address);  ///< "127.0.0.1:8080", "[::1]:8080
 struct Config {
   Address listen, health_listen;
   std::string data;
+  std::string database;                               ///< empty: SQLite in the data directory
   std::string assets, keys;                           ///< a directory and a file; empty: none
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
   std::string log_level, dashboard;

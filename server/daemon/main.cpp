@@ -218,6 +218,8 @@ int run_command(const Command& command) {
     case Task::probe:
       return probe_readiness(command.config);
     case Task::backup:
+      if (!command.config.database.empty())
+        return print_errors({{"--backup", "copies a data directory; pg_dump copies the database of --database"}});
       return run_task("--backup", [&] { storage::back_up(command.config.data, command.backup_directory); });
     case Task::check:
     case Task::run:

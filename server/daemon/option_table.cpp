@@ -30,6 +30,10 @@ constexpr std::array table{
     text("health_listen", "127.0.0.1:8081", &C::health_listen, "ADDRESS:PORT",
          "listener of /healthz, /readyz and /metrics, apart from clients so that load cannot block it"),
     text("data", "./data", &C::data, "PATH", "directory of the database, images and uploads; created if missing"),
+    text("database", "", &C::database, "URI",
+         "PostgreSQL database of jobs, as postgres://user@host/name; its password belongs into PGPASSWORD or "
+         "PGPASSFILE. "
+         "Without it jobs are in a file of the data directory"),
     text("assets", "", &C::assets, "PATH",
          "directory of files that scenes may name; everyone who may submit scenes can read its content"),
     text("keys", "", &C::keys, "PATH",

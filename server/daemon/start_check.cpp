@@ -59,9 +59,9 @@ std::vector<ConfigError> find_start_errors(const Config& config) {
   if (!config.assets.empty()) add_failure("--assets", errors, [&] { (void)worker::AssetDirectory(config.assets); });
   add_failure("--data", errors, [&] {
     check_writable(config.data);
-    storage::sqlite::check_jobs_file(config.data);
-    storage::sqlite::check_deliveries_file(config.data);
+    if (config.database.empty()) check_database(config);
   });
+  if (!config.database.empty()) add_failure("--database", errors, [&] { check_database(config); });
   add_listen_failures(config, false, errors);
   const std::string worker = worker::default_executable();
   if (::access(worker.c_str(), X_OK) != 0) errors.push_back({worker, "is missing or cannot be executed"});

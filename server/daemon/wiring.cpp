@@ -153,12 +153,9 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
       spool_directory(config.data + "/spool"),
       disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
       disk_health(std::move(on_disk_failure)),
-      sqlite(config.data, {.health = &disk_health}),
-      stores(sqlite.all()),
-      large_artifacts(config.data, &disk_health),
-      artifacts(sqlite, large_artifacts),
-      uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health),
-      deliveries(storage::sqlite::open_delivery_store(config.data, &disk_health)) {
+      database(open_database(config, disk_health)),
+      stores(database->stores()),
+      uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health) {
   std::filesystem::create_directories(spool_directory);
   if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
 }
@@ -166,7 +163,8 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
 JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log)
     : artifact_bytes_max(artifact_limit(config)),
       ids(queue::system_clock(), queue::system_random()),
-      queue(storage.stores, storage.artifacts, ids, queue::system_clock(), log, queue_settings(config, storage)),
+      queue(storage.stores, storage.database->artifacts(), ids, queue::system_clock(), log,
+            queue_settings(config, storage)),
       events(http::event_text, queue::system_clock(), {.listeners_max = config.streams},
              [&store = storage.stores.jobs](const std::string& id) { return store.summary(id); }),
       job_metrics(registry, events) {
@@ -197,7 +195,7 @@ Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs,
       collector(storage.uploads, storage.stores.maintenance, queue::system_clock(), log,
                 {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
       scrub("scrub_artifacts", log,
-            [&artifacts = storage.large_artifacts, log] { return scrub_next(artifacts, log); }) {}
+            [&artifacts = storage.database->files(), log] { return scrub_next(artifacts, log); }) {}
 
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log) {
@@ -207,8 +205,8 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
       webhooks::SenderSettings{.networks = credentials.webhook_networks});
   const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
   auto webhooks =
-      std::make_unique<webhooks::Webhooks>(*storage.deliveries, find, send, queue::system_clock(), jobs.ids, log,
-                                           webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
+      std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, queue::system_clock(), jobs.ids,
+                                           log, webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
   jobs.queue.notifications.set_completion_listener(webhooks.get());
   return webhooks;
 }
@@ -220,6 +218,8 @@ worker::SupervisorSettings supervisor_settings(const Config& config, const Stora
   settings.threads = static_cast<int>(config.threads);
   if (!config.keys.empty()) settings.owner_slots = static_cast<int>(config.key_running_jobs);
   settings.files = {config.assets, storage.uploads_directory, config.objects, config.triangles};
+  // Other nodes take a job over in time if this one cannot write its result for longer than the lease.
+  if (storage.database->is_shared()) settings.store_tries = 0;
   settings.wall_time = std::chrono::seconds(config.wall_time_s);
   settings.job_memory_bytes = config.job_memory_bytes;
   settings.scene_cache_bytes = config.scene_cache_bytes;
@@ -273,7 +273,8 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .missing_files = [assets = config.assets, &uploads = storage.uploads](
                            const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
       .sha256 = tracer::sha256_hex,
-      .deliveries = [&deliveries = *storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
+      .deliveries = [&deliveries =
+                         storage.database->deliveries()](const std::string& id) { return deliveries.of_job(id); },
       .room = [&disk = storage.disk] { return disk.now(); },
       .uploads_bytes = config.uploads_bytes,
       .job_memory_bytes = config.job_memory_bytes,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/daemon/config.h"
+#include "server/daemon/job_database.h"
 #include "server/http/handlers/routes.h"
 #include "server/http/http_server.h"
 #include "server/keys/key_ring.h"
@@ -18,8 +19,6 @@
 #include "server/queue/queue_maintainer.h"
 #include "server/storage/files/disk_space_monitor.h"
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "server/storage/sqlite/sqlite_stores.h"
 #include "server/telemetry/service_metrics.h"
 #include "server/webhooks/webhooks.h"
 #include "server/worker/supervisor/supervisor.h"
@@ -49,12 +48,9 @@ struct Storage {
   const std::string uploads_directory, spool_directory;
   storage::files::DiskSpaceMonitor disk;
   queue::DiskHealth disk_health;
-  storage::sqlite::SqliteStores sqlite;
+  const std::unique_ptr<JobDatabase> database;
   const queue::Stores stores;
-  storage::files::FileArtifactStore large_artifacts;
-  storage::sqlite::SmallArtifactStore artifacts;
   storage::files::FileAssetStore uploads;
-  const std::unique_ptr<queue::DeliveryStore> deliveries;
 };
 
 /// The queue and its observers: event streams and metrics.

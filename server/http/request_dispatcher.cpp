@@ -50,6 +50,11 @@ Problem problem_of(const queue::StoreFailure& failure) {
   if (failure.kind == Kind::unavailable) {
     return {failures::store_unavailable, "the store is not available; nothing was stored"};
   }
+  if (failure.kind == Kind::unknown) {
+    return {failures::store_unavailable,
+            "the connection to the database was lost; it is unknown whether this was stored: repeat the request, with "
+            "the same Idempotency-Key if there was one"};
+  }
   return {failures::store_unavailable,
           "the disk failed; it is unknown until the next start whether this was stored: repeat the request then, with "
           "the same Idempotency-Key if there was one"};

@@ -3,7 +3,7 @@
 /// loss. Exceptions are claims, renewed leases and calls with `durable` = false, which survive kill -9, and power loss
 /// from the next durable call on. Thread-safe. A failure of the environment (disk full, I/O) is thrown as StoreFailure,
 /// and then the call had no effect; after a failed disk (StoreFailure::Kind::broken) this holds once the store was
-/// opened again.
+/// opened again, and not for StoreFailure::Kind::unknown.
 
 #include <optional>
 #include <stdexcept>
@@ -19,7 +19,8 @@ class StoreFailure : public std::runtime_error {
   enum class Kind {
     full,
     unavailable,
-    broken,  ///< an I/O error: the content of the disk is unknown until it was opened again (disk_health.h)
+    broken,   ///< an I/O error: the content of the disk is unknown until it was opened again (disk_health.h)
+    unknown,  ///< the connection to the database was lost at a commit, which may have taken place
   };
   StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
   Kind kind;

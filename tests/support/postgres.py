@@ -46,9 +46,9 @@ class PostgresServer:
 
     def start(self):
         options = [word for setting in self.settings for word in ("-c", setting)]
-        self.process = subprocess.Popen([programs() / "postgres", "-D", self.data, *options], cwd=self.directory,
-                                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                        stderr=open(f"{self.directory}/log", "ab"), **self.account)
+        with open(f"{self.directory}/log", "ab") as log:
+            self.process = subprocess.Popen([programs() / "postgres", "-D", self.data, *options], cwd=self.directory,
+                                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log, **self.account)
         end = time.monotonic() + 60
         while subprocess.run([programs() / "pg_isready", "-q", "-h", self.directory]).returncode != 0:
             if self.process.poll() is not None or time.monotonic() > end:

@@ -176,29 +176,40 @@ void create(PostgresDatabase& database) {
   throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: " + what);
 }
 
-}  // namespace
-
-void prepare_schema(const std::string& dsn) {
-  PostgresDatabase database(dsn);
+/// 0 of a database without tables. Throws where this program does not support it.
+int read_version(PostgresDatabase& database) {
   if (database.value("SELECT current_setting('server_version_num')::int >= 150000") != "t")
     fail("version 15 or newer is needed, and the server has " + database.value("SHOW server_version"));
   if (database.value("SHOW server_encoding") != "UTF8") fail("the encoding of the database must be UTF8");
-  database.script("SET lock_timeout = 0");  // another node creates the tables
-  database.script("SELECT pg_advisory_lock(hashtext('whittle'), hashtext('schema'))");  // until the connection ends
   if (database.value("SELECT to_regclass('whittle_schema') IS NOT NULL") != "t") {
-    if (database.value("SELECT to_regclass('jobs') IS NOT NULL") == "t")
-      fail("the database has tables of another program");
-    return create(database);
+    if (database.value("SELECT to_regclass('jobs') IS NULL") != "t") fail("the database has tables of another program");
+    return 0;
   }
   const int found = std::stoi(database.value("SELECT version FROM whittle_schema"));
   if (found > schema_version + 1) {
     fail("the schema has version " + std::to_string(found) + ", this program supports versions up to " +
          std::to_string(schema_version + 1));
   }
+  return found;
+}
+
+}  // namespace
+
+void prepare_schema(const std::string& dsn) {
+  PostgresDatabase database(dsn);
+  database.script("SET lock_timeout = 0");  // another node creates the tables
+  database.script("SELECT pg_advisory_lock(hashtext('whittle'), hashtext('schema'))");  // until the connection ends
+  const int found = read_version(database);
+  if (found == 0) return create(database);
   for (int version = found; version < schema_version; ++version) {
     database.script("BEGIN; " + migrations().at(static_cast<std::size_t>(version) - 1) +
                     "; UPDATE whittle_schema SET version = " + std::to_string(version + 1) + "; COMMIT");
   }
+}
+
+void check_schema(const std::string& dsn) {
+  PostgresDatabase database(dsn);
+  read_version(database);
 }
 
 }  // namespace storage::postgres

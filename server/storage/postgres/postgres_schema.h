@@ -14,4 +14,7 @@ inline constexpr int schema_version = 1;
 /// program does not support.
 void prepare_schema(const std::string& dsn);
 
+/// Throws StoreFailure as prepare_schema, but changes nothing.
+void check_schema(const std::string& dsn);
+
 }  // namespace storage::postgres

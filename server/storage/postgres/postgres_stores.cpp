@@ -14,6 +14,8 @@ struct PostgresStores::Parts {
   std::unique_ptr<queue::DeliveryStore> deliveries = sql::make_delivery_store(transactions);
 };
 
+void check_database(const std::string& dsn) { check_schema(dsn); }
+
 PostgresStores::PostgresStores(const std::string& dsn, PostgresSettings settings)
     : parts_(std::make_unique<Parts>(dsn, settings)) {}
 PostgresStores::~PostgresStores() = default;

@@ -17,8 +17,7 @@ constexpr std::chrono::seconds patience(10);
 constexpr unsigned writes_until_add_up = 64;
 
 [[noreturn]] void fail_unknown() {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                            "PostgreSQL: the connection was lost at a commit, and it is unknown whether it took place");
+  throw queue::StoreFailure(queue::StoreFailure::Kind::unknown, "PostgreSQL: the connection was lost at a commit");
 }
 
 }  // namespace

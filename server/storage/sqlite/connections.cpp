@@ -1,44 +1,12 @@
 #include "server/storage/sqlite/connections.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <thread>
 #include <utility>
 
 #include "server/queue/job_store.h"
 
 namespace storage::sqlite {
 namespace {
-
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(errno == ENOSPC ? queue::StoreFailure::Kind::full : queue::StoreFailure::Kind::unavailable,
-                            what + ": " + std::strerror(errno));
-}
-
-std::string holder(int fd) {
-  std::array<char, 32> text{};
-  const ssize_t size = pread(fd, text.data(), text.size(), 0);
-  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
-}
-
-/// A daemon that was killed while it started a worker leaves the lock to the forked process until that executes. On a
-/// busy machine this takes a moment.
-bool lock_soon(int fd) {
-  constexpr std::chrono::milliseconds pause(10);
-  const auto end = std::chrono::steady_clock::now() + DirectoryLock::patience;
-  while (flock(fd, LOCK_EX | LOCK_NB) < 0) {
-    if (errno != EWOULDBLOCK || std::chrono::steady_clock::now() >= end) return false;
-    std::this_thread::sleep_for(pause);
-  }
-  return true;
-}
 
 bool is_broken(const std::exception_ptr& failure) {
   try {
@@ -52,30 +20,6 @@ bool is_broken(const std::exception_ptr& failure) {
 }
 
 }  // namespace
-
-// ---- DirectoryLock
-
-DirectoryLock::DirectoryLock(const std::string& directory) {
-  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create " + directory);
-  const std::string path = directory + "/lock";
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
-  if (fd_ < 0) fail("cannot open " + path);
-  if (!lock_soon(fd_)) {
-    const int error = errno;
-    const std::string process = holder(fd_);
-    ::close(fd_);
-    errno = error;
-    if (error != EWOULDBLOCK) fail("cannot lock " + path);
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "the data directory " + directory + " is in use by process " + process);
-  }
-  // Only for error messages; a missing one reads "unknown".
-  const std::string process = std::to_string(getpid());
-  if (ftruncate(fd_, 0) == 0) [[maybe_unused]]
-    const ssize_t written = pwrite(fd_, process.data(), process.size(), 0);
-}
-
-DirectoryLock::~DirectoryLock() { ::close(fd_); }
 
 // ---- GroupCommit
 

@@ -1,7 +1,6 @@
 #pragma once
 /// The connections to the SQLite file, which the stores share, and the stores themselves. Private to this directory.
 
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <functional>
@@ -11,28 +10,12 @@
 #include <vector>
 
 #include "server/queue/disk_health.h"
+#include "server/storage/files/directory_lock.h"
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/schema.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 
 namespace storage::sqlite {
-
-/// Prevents a second daemon on a data directory: an exclusive lock (flock) on DIRECTORY/lock, a file with the process
-/// id of the holder. The kernel releases it when the process ends.
-class DirectoryLock {
- public:
-  /// Time to wait for a lock that another process holds: a killed daemon may need a moment to end.
-  static constexpr std::chrono::seconds patience{3};
-
-  /// Creates the directory where missing. Throws StoreFailure, with the process id of another holder.
-  explicit DirectoryLock(const std::string& directory);
-  ~DirectoryLock();
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
-
- private:
-  int fd_ = -1;
-};
 
 /// All writes of the process through one connection (group commit). A caller that finds the connection idle commits at
 /// once on its own thread: a hand-over costs more than most commits. Operations that arrive meanwhile wait, and one of
@@ -125,7 +108,7 @@ struct Connections final : sql::Transactions {
   void run_write(const Run& work, sql::Synced synced) override { writer.run(work, synced); }
   void run_read(const Run& work) override { reader.run(work); }
 
-  DirectoryLock lock;
+  files::DirectoryLock lock;
   queue::DiskHealth own_health;
   GroupCommit writer;
   ReadPool reader;

@@ -66,8 +66,8 @@ struct SupervisorSettings {
   /// Pause before a crashed worker is started again; doubles with each crash until a job finishes.
   std::chrono::milliseconds restart_pause{50};
   std::chrono::milliseconds restart_pause_max{5'000};
-  /// Pause after the store refused a claim or a result. A result is tried `store_tries` times, then the attempt has
-  /// failed as "storage_failure".
+  /// Pause after the store refused a claim or a result. A result is tried `store_tries` times (0: without limit), then
+  /// the attempt has failed as "storage_failure".
   std::chrono::milliseconds store_pause{500};
   int store_tries = 10;
   RetrySettings retry;

@@ -1,0 +1,96 @@
+"""The daemon with a PostgreSQL database: the same interface, and what happens when the database is away."""
+import subprocess
+import unittest
+
+from tests.http.daemon import Daemon, json_of, scene, wait_until
+from tests.support.postgres import PostgresServer
+from tests.support.whittle import BIN
+
+SMALL = scene(32, 24)
+
+
+class PostgresTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = PostgresServer(["fsync=on"])
+        cls.addClassCleanup(cls.server.close)
+
+    def setUp(self):
+        self.database = self.server.new_database()
+        self.option = ("--database", self.server.uri(self.database))
+
+    def test_renders_the_same_image_as_with_sqlite(self):
+        images = []
+        for options in ((), self.option):
+            with Daemon(*options) as daemon:
+                job = daemon.submit(SMALL)
+                self.assertEqual(daemon.wait_for_end(job)["state"], "succeeded")
+                images.append(daemon.get(f"/v1/jobs/{job}/image.png").body)
+        self.assertEqual(images[0], images[1])
+
+    def test_keeps_the_jobs_over_kill_9(self):
+        with Daemon(*self.option) as daemon:
+            done = daemon.submit(SMALL)
+            daemon.wait_for_end(done)
+            image = daemon.get(f"/v1/jobs/{done}/image.png").body
+            waiting = daemon.submit(scene(job={"run_after": "2100-01-01T00:00:00Z"}))
+            daemon.kill()
+            daemon.start()
+            self.assertEqual(daemon.get(f"/v1/jobs/{done}/image.png").body, image)
+            self.assertEqual(daemon.job(waiting)["state"], "queued")
+            self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 2)
+
+    def test_answers_503_while_the_database_is_away(self):
+        with Daemon(*self.option) as daemon:
+            job = daemon.submit(SMALL)
+            daemon.wait_for_end(job)
+            for end in (self.server.stop, self.server.kill):
+                end()
+                try:
+                    for answer in (daemon.get(f"/v1/jobs/{job}"), daemon.request("POST", "/v1/jobs", SMALL)):
+                        self.assertEqual(answer.status, 503)
+                        self.assertEqual(json_of(answer)["type"].rpartition(":")[2], "store_unavailable")
+                        self.assertIn("retry-after", answer.headers)
+                finally:
+                    self.server.start()
+                wait_until(lambda: daemon.get(f"/v1/jobs/{job}").status == 200, "the database")
+                self.assertEqual(daemon.wait_for_end(daemon.submit(SMALL))["state"], "succeeded")
+
+    def test_a_render_survives_the_absence_of_the_database(self):
+        with Daemon(*self.option) as daemon:
+            job = daemon.submit(scene(800, 600, samples=16))
+            daemon.wait_for_state(job, "running")
+            self.server.stop()
+            try:
+                wait_until(lambda: any(row["event"] == "store_failure" and row["during"] == "succeed"
+                                       for row in daemon.log_rows()), "the end of the render")
+            finally:
+                self.server.start()
+            wait_until(lambda: daemon.get(f"/v1/jobs/{job}").status == 200, "the database")
+            ended = daemon.wait_for_end(job)
+            self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+
+    def test_reports_a_database_that_cannot_be_used(self):
+        refused = (("postgres://nobody@/none?host=/nonexistent", "PostgreSQL: "), ("no=connection", "PostgreSQL: "))
+        for database, sentence in refused:
+            result = subprocess.run([BIN / "whittled", "--check-config", "--database", database], capture_output=True,
+                                    text=True, check=False, cwd=self.server.directory)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn(f"whittled: --database: {sentence}", result.stderr)
+
+    def test_shows_no_password(self):
+        uri = self.option[1].replace("postgres@", "postgres:hunter2@")
+        for database in (uri, f"host={self.server.directory} user=postgres password=hunter2 dbname={self.database}"):
+            with Daemon("--database", database) as daemon:
+                self.assertIn("***", daemon.log())
+                self.assertNotIn("hunter2", daemon.log())
+
+    def test_backup_points_to_the_tool_of_the_database(self):
+        result = subprocess.run([BIN / "whittled", *self.option, "--backup", "copy"], capture_output=True, text=True,
+                                check=False, cwd=self.server.directory)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("pg_dump", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
