@@ -21,14 +21,14 @@ using storage::postgres::PostgresStores;
 
 namespace {
 
-constexpr std::int64_t lease_end = 1'000'000;
+constexpr std::int64_t end_of_lease = 1'000'000;
 
-std::string id_of(int number) {
+std::string numbered_id(int number) {
   std::string digits = std::to_string(number);
   return "0190a5b0-0000-7000-8000-" + std::string(12 - digits.size(), '0') + digits;
 }
 
-Job job_named(const std::string& id) {
+Job new_job(const std::string& id) {
   Job job;
   job.id = id;
   job.created_at = 1;
@@ -124,14 +124,14 @@ TEST_F(PostgresStoresTest, NodesThatClaimAtOnceGetEveryJobOnce) {
   constexpr int jobs = 200, threads_per_node = 4;
   PostgresStores first(uri), second(uri);
   std::vector<StoreCalls> nodes{StoreCalls(first.all()), StoreCalls(second.all())};
-  for (int i = 0; i < jobs; ++i) nodes[0].submit(job_named(id_of(i)), "{}");
+  for (int i = 0; i < jobs; ++i) nodes[0].submit(new_job(numbered_id(i)), "{}");
   std::mutex mutex;
   std::multiset<std::string> claimed;
   std::vector<std::thread> threads;
   for (int i = 0; i < 2 * threads_per_node; ++i) {
     threads.emplace_back([&, i] {
       StoreCalls& node = nodes[static_cast<std::size_t>(i % 2)];
-      while (const auto claim = node.claim("boot" + std::to_string(i), 1, lease_end, false)) {
+      while (const auto claim = node.claim("boot" + std::to_string(i), 1, end_of_lease, false)) {
         EXPECT_TRUE(node.succeed(claim->job.id, claim->fence, 2, "{}", {}));
         const std::lock_guard lock(mutex);
         claimed.insert(claim->job.id);
@@ -149,8 +149,8 @@ TEST_F(PostgresStoresTest, CountsStayExactWhileTheyAreAddedUp) {
   PostgresStores stores(uri);
   StoreCalls calls(stores.all());
   for (int i = 0; i < 150; ++i) {
-    calls.submit(job_named(id_of(i)), "{}");
-    if (i % 3 == 0) calls.cancel(id_of(i), 2);
+    calls.submit(new_job(numbered_id(i)), "{}");
+    if (i % 3 == 0) calls.cancel(numbered_id(i), 2);
     ASSERT_EQ(calls.count(JobState::queued), i + 1 - (i / 3 + 1)) << i;
     ASSERT_EQ(calls.owner_usage("").queued_jobs, calls.count(JobState::queued));
   }
@@ -161,15 +161,15 @@ TEST_F(PostgresStoresTest, CountsStayExactWhileTheyAreAddedUp) {
 TEST_F(PostgresStoresTest, ALateResultOfANodeThatLostItsLeaseIsRefused) {
   PostgresStores first(uri), second(uri);
   StoreCalls lost(first.all()), other(second.all());
-  lost.submit(job_named(id_of(1)), "{}");
+  lost.submit(new_job(numbered_id(1)), "{}");
   const Claim stale = lost.claim("lost", 1, 100, false).value();
   EXPECT_EQ(other.recover("other", 50), 0);
-  EXPECT_EQ(other.find(id_of(1))->state, JobState::running) << "its lease holds";
-  EXPECT_EQ(other.run_maintenance(100, 1000, 10).abandoned, std::vector{id_of(1)});
+  EXPECT_EQ(other.find(numbered_id(1))->state, JobState::running) << "its lease holds";
+  EXPECT_EQ(other.run_maintenance(100, 1000, 10).abandoned, std::vector{numbered_id(1)});
   const Claim again = other.claim("other", 101, 200, false).value();
-  EXPECT_FALSE(lost.succeed(id_of(1), stale.fence, 102, "late", {}));
-  EXPECT_TRUE(other.succeed(id_of(1), again.fence, 103, "again", {}));
-  EXPECT_EQ(lost.find(id_of(1))->report, "again");
+  EXPECT_FALSE(lost.succeed(numbered_id(1), stale.fence, 102, "late", {}));
+  EXPECT_TRUE(other.succeed(numbered_id(1), again.fence, 103, "again", {}));
+  EXPECT_EQ(lost.find(numbered_id(1))->report, "again");
 }
 
 TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
@@ -177,7 +177,7 @@ TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
   for (int i = 0; i < 4; ++i) {
     nodes.emplace_back([&, i] {
       PostgresStores stores(uri);
-      StoreCalls(stores.all()).submit(job_named(id_of(i)), "{}");
+      StoreCalls(stores.all()).submit(new_job(numbered_id(i)), "{}");
     });
   }
   for (std::thread& node : nodes) node.join();
@@ -202,14 +202,14 @@ TEST_F(PostgresStoresTest, RefusesTheDatabaseOfAnotherProgram) {
 TEST_F(PostgresStoresTest, ReplacesConnectionsThatTheServerEnds) {
   PostgresStores stores(uri);
   StoreCalls calls(stores.all());
-  calls.submit(job_named(id_of(1)), "{}");
+  calls.submit(new_job(numbered_id(1)), "{}");
   const std::string end =
       "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()"
       " AND datname = current_database()";
   server.sql(uri, end);
-  EXPECT_TRUE(calls.find(id_of(1)));
+  EXPECT_TRUE(calls.find(numbered_id(1)));
   server.sql(uri, end);
-  EXPECT_NO_THROW(calls.submit(job_named(id_of(2)), "{}"));
+  EXPECT_NO_THROW(calls.submit(new_job(numbered_id(2)), "{}"));
   EXPECT_EQ(calls.count(JobState::queued), 2);
 }
 
@@ -218,19 +218,19 @@ TEST_F(PostgresStoresTest, ReportsAServerThatIsDownAndContinuesWithTheNextOne) {
   const std::string own_uri = own.new_database();
   PostgresStores stores(own_uri);
   StoreCalls calls(stores.all());
-  calls.submit(job_named(id_of(1)), "{}");
+  calls.submit(new_job(numbered_id(1)), "{}");
   own.stop();
   try {
-    calls.submit(job_named(id_of(2)), "{}");
+    calls.submit(new_job(numbered_id(2)), "{}");
     ADD_FAILURE() << "the server is down";
   } catch (const StoreFailure& failure) {
     EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
   }
-  EXPECT_THROW(calls.find(id_of(1)), StoreFailure);
+  EXPECT_THROW(calls.find(numbered_id(1)), StoreFailure);
   own.start();
   for (int attempt = 0; attempt < 100; ++attempt) {
     try {
-      calls.submit(job_named(id_of(2)), "{}");
+      calls.submit(new_job(numbered_id(2)), "{}");
       break;
     } catch (const StoreFailure&) {
       usleep(50'000);
@@ -244,12 +244,12 @@ TEST_F(PostgresStoresTest, LearnsTheOutcomeOfACommitWhoseAnswerWasLost) {
   Proxy proxy(uri.substr(host));
   PostgresStores stores(uri.substr(0, host) + proxy.directory(), {.connections = 1});
   StoreCalls calls(stores.all());
-  calls.submit(job_named(id_of(1)), "{}");
+  calls.submit(new_job(numbered_id(1)), "{}");
   proxy.next_commit = Proxy::Cut::answer;
-  calls.submit(job_named(id_of(2)), "{}");
+  calls.submit(new_job(numbered_id(2)), "{}");
   proxy.next_commit = Proxy::Cut::request;
-  calls.submit(job_named(id_of(3)), "{}");
-  const Claim claim = calls.claim("boot", 1, lease_end, false).value();
+  calls.submit(new_job(numbered_id(3)), "{}");
+  const Claim claim = calls.claim("boot", 1, end_of_lease, false).value();
   proxy.next_commit = Proxy::Cut::answer;
   EXPECT_TRUE(calls.succeed(claim.job.id, claim.fence, 2, "{}", {})) << "the first attempt was the successful one";
   EXPECT_EQ(proxy.cuts, 3);
@@ -261,10 +261,11 @@ TEST_F(PostgresStoresTest, TheLastJobsOfABatchRemovedAtOnceLeaveNothing) {
   PostgresStores first(uri), second(uri);
   StoreCalls one(first.all()), other(second.all());
   for (int round = 0; round < 20; ++round) {
-    const std::string batch = id_of(1000 + round), left = id_of(2 * round), right = id_of(2 * round + 1);
+    const std::string batch = numbered_id(1000 + round), left = numbered_id(2 * round),
+                      right = numbered_id(2 * round + 1);
     InsertRequest request;
     for (const std::string& id : {left, right}) {
-      Job job = job_named(id);
+      Job job = new_job(id);
       job.batch = batch;
       request.jobs.push_back({job, "[]"});
     }

@@ -7,18 +7,13 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <thread>
 
 #include "server/queue/job_store.h"
+#include "server/storage/files/durable_file.h"
 
 namespace storage::files {
 namespace {
-
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(errno == ENOSPC ? queue::StoreFailure::Kind::full : queue::StoreFailure::Kind::unavailable,
-                            what + ": " + std::strerror(errno));
-}
 
 std::string holder(int fd) {
   std::array<char, 32> text{};
@@ -41,16 +36,16 @@ bool lock_soon(int fd) {
 }  // namespace
 
 DirectoryLock::DirectoryLock(const std::string& directory) {
-  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create " + directory);
+  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", directory);
   const std::string path = directory + "/lock";
   fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
-  if (fd_ < 0) fail("cannot open " + path);
+  if (fd_ < 0) fail("cannot open", path);
   if (!lock_soon(fd_)) {
     const int error = errno;
     const std::string process = holder(fd_);
     ::close(fd_);
     errno = error;
-    if (error != EWOULDBLOCK) fail("cannot lock " + path);
+    if (error != EWOULDBLOCK) fail("cannot lock", path);
     throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
                               "the data directory " + directory + " is in use by process " + process);
   }

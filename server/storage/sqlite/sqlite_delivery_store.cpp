@@ -9,7 +9,7 @@
 namespace storage::sqlite {
 namespace {
 
-std::string file_of(const std::string& directory) { return directory + "/webhooks.db"; }
+std::string deliveries_file(const std::string& directory) { return directory + "/webhooks.db"; }
 
 std::unique_ptr<SqliteDatabase> open(const std::string& path) {
   auto database = std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_write);
@@ -33,11 +33,11 @@ class OneConnection final : public sql::Transactions {
 }  // namespace
 
 void check_deliveries_file(const std::string& directory) {
-  (void)check_file(file_of(directory), deliveries_schema_version);
+  (void)check_file(deliveries_file(directory), deliveries_schema_version);
 }
 
 std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory, queue::DiskHealth* health) {
-  return sql::make_delivery_store(std::make_shared<OneConnection>(open(file_of(directory)), health));
+  return sql::make_delivery_store(std::make_shared<OneConnection>(open(deliveries_file(directory)), health));
 }
 
 }  // namespace storage::sqlite
