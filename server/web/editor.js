@@ -98,7 +98,7 @@ export class Editor {
     this.onChange = onChange;
     const extensions = [
       lineNumbers(), history(), drawSelection(), closeBrackets(), highlightActiveLine(), indentUnit.of('  '), theme, lintGutter(),
-      this.helps(text.length > LARGE_TEXT, readOnly), EditorView.contentAttributes.of({'aria-label': words.editor.label}),
+      this.helps(text.length > LARGE_TEXT, readOnly), EditorView.contentAttributes.of({'aria-label': words.editor.label, tabindex: '0'}),
       EditorState.readOnly.of(readOnly),
       keymap.of([{key: 'Mod-Enter', run: () => { this.flush(); onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                  ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),

@@ -10,12 +10,15 @@ import unittest
 from tests.docs.documents import PAGES, blocks
 from tests.http.daemon import BIN, Daemon
 from tests.support import images
+from tests.support.postgres import ACCOUNT, PostgresServer
 from tests.support.sources import SOURCE, text
 
 
 def setUpModule():
-    """One daemon on free ports for all pages, patient with slow machines."""
-    global DAEMON  # pylint: disable=global-variable-undefined
+    """One daemon on free ports for all pages, patient with slow machines, and one server of PostgreSQL."""
+    global DAEMON, POSTGRES  # pylint: disable=global-variable-undefined
+    POSTGRES = PostgresServer()
+    unittest.addModuleCleanup(POSTGRES.close)
     DAEMON = Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600")
     unittest.addModuleCleanup(DAEMON.__exit__)
 
@@ -39,7 +42,7 @@ class Page(unittest.TestCase):
     def run_commands(cls, code):
         code = code.replace("127.0.0.1:8080", f"127.0.0.1:{DAEMON.port}")
         code = code.replace("127.0.0.1:8081", f"127.0.0.1:{DAEMON.health_port}")
-        variables = {"no_proxy": "*", "WHITTLE_BIN": str(BIN), "WHITTLE_SERVER": f"http://127.0.0.1:{DAEMON.port}"}
+        variables = {"no_proxy": "*", "PGHOST": POSTGRES.directory, "PGUSER": ACCOUNT, "WHITTLE_BIN": str(BIN), "WHITTLE_SERVER": f"http://127.0.0.1:{DAEMON.port}"}
         return subprocess.run(["bash", "-euo", "pipefail", "-c", code], cwd=cls.directory, check=False, timeout=900,
                               capture_output=True, text=True, env={**os.environ, **variables})
 
