@@ -48,6 +48,8 @@ struct Rendered {
   RenderStatistics statistics;
 };
 
+class PartExchange;
+
 struct RenderSettings {
   /// Milliseconds since the work on this image began, compile() included; called from any thread. A time budget has no
   /// effect without it.
@@ -56,6 +58,8 @@ struct RenderSettings {
   /// number.
   std::uint32_t threads = 0;
   Preview* preview = nullptr;  ///< receives the image in progress; null: none. Does not change the image.
+  /// Has parts of the samples traced elsewhere (parts.h); null: none. Does not change the image.
+  PartExchange* exchange = nullptr;
 };
 
 /// May run many times, on any threads. Equal scenes give bit-identical images, except with a time budget. Fails with

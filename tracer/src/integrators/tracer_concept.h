@@ -135,11 +135,17 @@ class TracerPool {
     std::unique_ptr<T> tracer_;
   };
 
-  /// Sums over all tracers. Precondition: no tracer is leased.
+  /// Sums over all tracers and add_statistics(). Precondition: no tracer is leased.
   [[nodiscard]] RenderStatistics statistics() const {
-    RenderStatistics total;
+    RenderStatistics total = elsewhere_;
     for (const auto& idle : idle_) add(total, idle->statistics());
     return total;
+  }
+
+  /// Adds the counts of batches that tracers outside of the pool have traced.
+  void add_statistics(const RenderStatistics& statistics) {
+    const std::lock_guard lock(mutex_);
+    add(elsewhere_, statistics);
   }
 
  private:
@@ -160,6 +166,7 @@ class TracerPool {
   const Approximations approximations_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<T>> idle_;
+  RenderStatistics elsewhere_;
 };
 
 }  // namespace tracer

@@ -1,7 +1,12 @@
 #include "tracer/render.h"
 
 #include <new>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
 
+#include "tracer/parts.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
 #include "tracer/src/sampling/uniform_sampler.h"
@@ -22,11 +27,35 @@ Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSe
   }
 }
 
+template <Tracer T>
+Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::string_view part,
+                                             const RenderSettings& settings, RenderControl& control) {
+  const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+    for_each_tile(count, settings.threads, work);
+  };
+  try {
+    auto traced = trace_units<T>(scene, part, PartSource::untrusted, in_parallel, control);
+    if (auto* result = std::get_if<std::string>(&traced)) return std::move(*result);
+    if (std::get<UnitOutcome>(traced) == UnitOutcome::cancelled)
+      return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    return Failure{Failure::Code::internal, "the part does not belong to the scene"};
+  } catch (const std::bad_alloc&) {
+    return Failure{Failure::Code::out_of_memory, "no memory for a part of the image"};
+  }
+}
+
 }  // namespace
 
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
   if (supports<WhittedFeatures>(scene.needs)) return render_with<Wavefront<WhittedFeatures>>(scene, settings, control);
   return render_with<Wavefront<AllFeatures>>(scene, settings, control);
+}
+
+Result<std::string, Failure> trace_part(const CompiledScene& scene, std::string_view part,
+                                        const RenderSettings& settings, RenderControl& control) {
+  if (supports<WhittedFeatures>(scene.needs))
+    return trace_part_with<Wavefront<WhittedFeatures>>(scene, part, settings, control);
+  return trace_part_with<Wavefront<AllFeatures>>(scene, part, settings, control);
 }
 
 }  // namespace tracer

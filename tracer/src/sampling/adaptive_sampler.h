@@ -9,13 +9,14 @@
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
-#include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/error_goal.h"
 #include "tracer/src/sampling/film.h"
 #include "tracer/src/sampling/look_tracer.h"
+#include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/pilot.h"
 #include "tracer/src/sampling/proven_error.h"
+#include "tracer/src/sampling/round_tracer.h"
 #include "tracer/src/sampling/sample_allocation.h"
 #include "tracer/src/sampling/tiles.h"
 
@@ -27,17 +28,17 @@ class AdaptiveSampler {
  public:
   AdaptiveSampler(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
       : scene_(scene),
-        settings_(settings),
         control_(control),
         target_(*scene.accuracy.adaptive),
         deadline_(settings, target_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
-        film_(scene, in_parallel_),
+        film_(scene, scene.image.window(), in_parallel_),
         goal_(target_, film_.size()),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
-        look_tracer_(scene, settings, control, pool_) {}
+        context_{scene, settings, control, pool_},
+        look_tracer_(context_, PartKind::looks) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -53,7 +54,7 @@ class AdaptiveSampler {
     control_.reach(progress_parts);
     const DisplayTransform display = film_.display();
     Rendered rendered = finish();
-    estimate_approximation_error<T>(scene_, settings_, control_, display, rendered);
+    estimate_approximation_error<T>(scene_, context_.settings, control_, display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -65,26 +66,23 @@ class AdaptiveSampler {
   /// take beyond the least number.
   static constexpr std::size_t first_looks = 256;
   static constexpr double look_share = 0.05;
-  static constexpr std::uint32_t batch_rays = 4096, batch_rays_with_deadline = 1024;
   /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
   static constexpr double round_overhead_ms_per_pixel = 150e-6;
-  static constexpr std::uint32_t fresh_light_points = 1;  ///< points per area light of fresh samples; see pilot.h
-  /// Fresh samples are point samples: the effect of filtering textures over the pixel is an error that they measure.
-  static constexpr double fresh_share = 0;
-
-  /// The pixel and half that a sample of a batch is added to.
-  struct SampleTarget {
-    std::size_t place;
-    std::uint8_t half;
-  };
 
   void trace_pilots() {
+    if (trace_pilots_in_parts()) return;
     for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
       each_tile([&](std::uint64_t tile, T& tracer) { pilots_.trace(tile, stride, tracer); });
       deadline_.measure_rate(pool_.statistics().samples);
       if (deadline_.over()) break;
     }
     if (!control_.cancelled()) pilots_.fill_tiles();
+  }
+
+  bool trace_pilots_in_parts() {
+    const PreviewTiles::Open open(preview_);
+    PilotRound<T> round(film_, tiles_, pilots_, preview_);
+    return trace_in_parts<T>(round, context_);
   }
 
   void refine() {
@@ -210,58 +208,13 @@ class AdaptiveSampler {
   }
 
   void trace_round(const SampleAllocation& allocation) {
-    const std::size_t at_once = deadline_.set() ? batch_rays_with_deadline : batch_rays;
-    each_tile([&](std::uint64_t tile, T& tracer) {
-      Batch& batch = tracer.batch();
-      batch.clear();
-      std::vector<SampleTarget> targets;
-      PreviewTiles::Tile preview(preview_, tile);
-      std::unique_lock lock(preview);
-      const auto trace = [&] {
-        batch.light_points = fresh_light_points;
-        lock.unlock();
-        const bool traced = !targets.empty() && !control_.cancelled() &&
-                            !deadline_.over_before(static_cast<double>(targets.size())) && tracer.trace();
-        lock.lock();
-        if (traced) add_samples(tracer, targets);
-        batch.clear();
-        targets.clear();
-      };
-      for (const Pixel& pixel : tiles_.pixels(tile)) {
-        if (const std::uint32_t half = allocation.half[tiles_.place(pixel)]; half > 0)
-          push_samples(batch, targets, pixel, half);
-        if (targets.size() >= at_once) trace();
-      }
-      trace();
-    });
-  }
-
-  /// Continues the sequences of the pixel's halves up to `count` samples each.
-  void push_samples(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t count) {
-    const std::size_t place = tiles_.place(pixel);
-    const PixelState& state = film_.pixel(place);
-    for (std::uint8_t half = 0; half < 2; ++half) {
-      for (std::uint32_t index = state.half_count[half]; index < count; ++index) {
-        Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, half);
-        sample.share = fresh_share;
-        push(batch, scene_, sample);
-        targets.push_back({place, half});
-      }
+    if (may_divide(scene_, context_.settings)) {
+      const PreviewTiles::Open open(preview_);
+      AllocatedRound round(film_, tiles_, preview_, allocation.half);
+      if (trace_in_parts<T>(round, context_)) return;
     }
-  }
-
-  /// A pixel belongs to one tile, and so to one thread at a time.
-  void add_samples(const T& tracer, const std::vector<SampleTarget>& targets) {
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-      const Color& radiance = tracer.radiance()[i];
-      if (!finite(radiance)) continue;  // counted by the tracer
-      PixelState& pixel = film_.pixel(targets[i].place);
-      if (!pixel.begun()) film_.discard_samples(targets[i].place);  // the pilot
-      pixel.half[targets[i].half] += radiance;
-      ++pixel.half_count[targets[i].half];
-      pixel.add_square(radiance);
-      film_.add_sample(targets[i].place, tracer.omitted(), tracer.gbuffer(), i);
-    }
+    RoundTracer<T> round(scene_, control_, film_, tiles_, deadline_, preview_);
+    each_tile([&](std::uint64_t tile, T& tracer) { round.trace(tile, allocation.half, tracer); });
   }
 
   void update_estimate() {
@@ -325,7 +278,7 @@ class AdaptiveSampler {
   void each_tile(const Work& work) {
     const std::uint64_t count = tiles_.count();
     const PreviewTiles::Open open(preview_);
-    for_each_tile(count, settings_.threads, [&](std::uint64_t index) {
+    for_each_tile(count, context_.settings.threads, [&](std::uint64_t index) {
       if (control_.cancelled()) return;
       typename TracerPool<T>::Lease tracer(pool_);
       work(scattered(index, count), *tracer);
@@ -371,13 +324,12 @@ class AdaptiveSampler {
   }
 
   const CompiledScene& scene_;
-  const RenderSettings& settings_;
   RenderControl& control_;
   const Adaptive& target_;
   Deadline deadline_;
   Tiles tiles_;
   const InParallel in_parallel_ = [this](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-    for_each_tile(count, settings_.threads, work);
+    for_each_tile(count, context_.settings.threads, work);
   };
   Film film_;
   ErrorGoal goal_;
@@ -386,6 +338,7 @@ class AdaptiveSampler {
   Pilots<T> pilots_;
   std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
   TracerPool<T> pool_;
+  const PartContext<T> context_;
   LookTracer<T> look_tracer_;
   Looks looks_;
   std::uint32_t round_ = 0;

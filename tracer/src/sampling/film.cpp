@@ -18,22 +18,17 @@ double certified_limit(std::span<const PixelState> pixels, double most) {
   }
 }
 
-}  // namespace
-
 template <class Work>
-void Film::each_pixel(const Work& work) const {
-  const Blocks blocks(size_, width_);
-  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+void each_place(const InParallel& in_parallel, const Blocks& blocks, const Work& work) {
+  in_parallel(blocks.count(), [&](std::uint64_t block) {
     blocks.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { work(place); });
   });
 }
 
-Film::Film(const CompiledScene& scene, const InParallel& in_parallel)
-    : scene_(scene),
-      in_parallel_(in_parallel),
-      width_(scene.image.window().width()),
-      size_(scene.image.window().pixels()),
-      rgb_(3 * size_) {
+}  // namespace
+
+Film::Film(const CompiledScene& scene, const PixelWindow& window, const InParallel& in_parallel)
+    : scene_(scene), in_parallel_(in_parallel), width_(window.width()), size_(window.pixels()), rgb_(3 * size_) {
   if (scene.needs.layers) layers_.resize(size());
   if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) omitted_.resize(size());
 }
@@ -62,7 +57,7 @@ void Film::begin(std::vector<RadianceInterval> bounds, double certified) {
   bounds_ = std::move(bounds);
   pixels_.resize(size());
   const DisplayTransform to_display = display();
-  each_pixel([&](std::size_t i) {
+  each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
     PixelState& pixel = pixels_[i];
     pixel.pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
     if (bounds_.empty()) return;
@@ -71,7 +66,8 @@ void Film::begin(std::vector<RadianceInterval> bounds, double certified) {
   });
   if (bounds_.empty()) return;
   const double limit = certified_limit(pixels_, certified);
-  each_pixel([&](std::size_t i) { pixels_[i].certified = pixels_[i].bound <= limit; });
+  each_place(in_parallel_, Blocks(size_, width_),
+             [&](std::size_t i) { pixels_[i].certified = pixels_[i].bound <= limit; });
 }
 
 void Film::add_sample(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
@@ -83,6 +79,11 @@ void Film::add_sample(std::size_t place, const std::vector<OmittedRadiance>& omi
 void Film::discard_samples(std::size_t place) {
   if (!omitted_.empty()) omitted_[place] = {};
   if (!layers_.empty()) layers_[place] = {};
+}
+
+Film::PixelSums Film::sums(std::size_t place) {
+  return {&rgb_[3 * place], pixels_.empty() ? nullptr : &pixels_[place], omitted_.empty() ? nullptr : &omitted_[place],
+          layers_.empty() ? nullptr : &layers_[place]};
 }
 
 void Film::add_feature(std::size_t place, const SubpixelFeature& feature, const Color& radiance,
@@ -226,7 +227,7 @@ RadianceBound Film::omitted_bound() const { return bound_omitted_radiance(scene_
 
 void Film::update_means() {
   if (pixels_.empty()) return;
-  each_pixel([&](std::size_t i) {
+  each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
     if (pixels_[i].refined()) write_color(&rgb_[3 * i], pixels_[i].mean());
   });
 }
@@ -252,7 +253,7 @@ void Film::write_errors(std::vector<float>& error, const Image& image, const Out
   // An upper bound for parts of the image: the squared error of some 30 pixels exceeds its expectation by up to twice.
   constexpr double margin = 2.2;
   const double factor = margin * (sum > 0 ? std::max(1.0, outcome.sampled.squared_upper / sum) : 1);
-  each_pixel([&](std::size_t i) {
+  each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
     const double variance = pixels_.empty() ? each : shown(pixels_[i]) * factor;
     error[i] = pixel_error(variance, image.rgb.data() + 3 * i, mean_omitted(i), context);
   });
@@ -282,7 +283,8 @@ void Film::write(Rendered& rendered, const Outcome& outcome) {
   const ErrorContext context{display(), omitted_bound(), scene_.output};
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
-  if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });
+  if (!layers_.empty())
+    each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) { layers_[i].write(image, i); });
   if (!image.layers.error.empty()) write_errors(image.layers.error, image, outcome, context);
 }
 

@@ -25,7 +25,8 @@ namespace tracer {
 /// little memory and time, since it may be the final image. begin() prepares it for rounds.
 class Film {
  public:
-  Film(const CompiledScene& scene, const InParallel& in_parallel);
+  /// `window`: the pixels of the film. The arguments must outlive it.
+  Film(const CompiledScene& scene, const PixelWindow& window, const InParallel& in_parallel);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::uint32_t width() const { return width_; }
@@ -48,6 +49,15 @@ class Film {
                   std::size_t sample);
   /// Discards the sums of add_sample().
   void discard_samples(std::size_t place);
+
+  /// All that the samples of a pixel change, by reference; null: the scene has none of it.
+  struct PixelSums {
+    float* rgb;         ///< three channels, before begin()
+    PixelState* state;  ///< from begin() on
+    OmittedRadiance* omitted;
+    LayerAccumulator* layers;
+  };
+  [[nodiscard]] PixelSums sums(std::size_t place);
   /// Adds the radiance of a subpixel feature at `place`.
   void add_feature(std::size_t place, const SubpixelFeature& feature, const Color& radiance,
                    const DisplayTransform& display);
@@ -89,9 +99,6 @@ class Film {
   [[nodiscard]] RadianceBound omitted_bound() const;
   void update_means();  ///< writes the means of refined pixels to `rgb_`
   void count(RenderStatistics& statistics) const;
-
-  template <class Work>
-  void each_pixel(const Work& work) const;
 
   const CompiledScene& scene_;
   const InParallel& in_parallel_;

@@ -86,6 +86,11 @@ class Pilots {
   }
   /// Rays per sample of the tile, in its last pass.
   [[nodiscard]] float cost(std::uint64_t tile) const { return cost_[tile]; }
+  /// The pilots of the tile are in the film, at that cost.
+  void set_traced(std::uint64_t tile, float cost) {
+    cost_[tile] = cost;
+    stride_[tile] = 1;
+  }
 
  private:
   static constexpr std::uint8_t unsampled = 255;

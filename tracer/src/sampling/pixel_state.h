@@ -56,6 +56,11 @@ class LayerAccumulator {
   void add(const GBuffer& gbuffer, std::size_t sample);
   /// Writes the means to the layers of `image`.
   void write(Image& image, std::size_t index) const;
+  /// Calls use(field...) with all fields of the accumulator `self`.
+  template <class Self, class Use>
+  static auto with_fields(Self& self, const Use& use) {
+    return use(self.count_, self.hit_count_, self.object_id_, self.depth_, self.normal_, self.albedo_);
+  }
 
  private:
   std::uint32_t count_ = 0, hit_count_ = 0, object_id_ = 0;

@@ -33,7 +33,7 @@ class Tiles {
 
   /// Pixels of the full image, in blocks of 4 x 4, so that a packet of 16 camera rays covers a square.
   [[nodiscard]] std::vector<Pixel> pixels(std::uint64_t index) const {
-    const auto [x0, y0, x1, y1] = tile(index);
+    const auto [x0, y0, x1, y1] = window(index);
     std::vector<Pixel> pixels(static_cast<std::size_t>(x1 - x0) * (y1 - y0));
     Pixel* next = pixels.data();
     for (std::uint32_t by = y0; by < y1; by += 4)
@@ -45,10 +45,18 @@ class Tiles {
 
   static constexpr std::uint32_t side = 32;
 
+  /// Pixels of the tile in the full image.
+  [[nodiscard]] PixelWindow window(std::uint64_t index) const {
+    const auto x = static_cast<std::uint32_t>(index % std::max(1u, columns_)) * side;
+    const auto y = static_cast<std::uint32_t>(index / std::max(1u, columns_)) * side;
+    return {window_.x0 + x, window_.y0 + y, window_.x0 + std::min(x + side, window_.width()),
+            window_.y0 + std::min(y + side, window_.height())};
+  }
+
   /// Place of the tile's first pixel.
   [[nodiscard]] std::size_t first_place(std::uint64_t index) const {
-    const PixelWindow window = tile(index);
-    return place({window.x0, window.y0});
+    const PixelWindow pixels = window(index);
+    return place({pixels.x0, pixels.y0});
   }
 
   /// Tile of the pixel.
@@ -66,13 +74,6 @@ class Tiles {
   }
 
  private:
-  [[nodiscard]] PixelWindow tile(std::uint64_t index) const {
-    const auto x = static_cast<std::uint32_t>(index % std::max(1u, columns_)) * side;
-    const auto y = static_cast<std::uint32_t>(index / std::max(1u, columns_)) * side;
-    return {window_.x0 + x, window_.y0 + y, window_.x0 + std::min(x + side, window_.width()),
-            window_.y0 + std::min(y + side, window_.height())};
-  }
-
   PixelWindow window_;
   std::uint32_t width_;  ///< width of the window, at least 1: a divisor
   std::uint32_t columns_, rows_;
