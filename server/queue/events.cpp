@@ -97,6 +97,7 @@ void Events::on_removed(const JobSummary& job) noexcept {
 void Events::on_progress(const std::string& id, double fraction) noexcept {
   const std::int64_t now = clock_();
   constexpr auto kind = JobEvent::Kind::progress;
+  if (listeners() == 0) return;
   const JobSummary job = describe(id, kind);
   {
     const std::lock_guard lock(mutex_);
@@ -107,10 +108,35 @@ void Events::on_progress(const std::string& id, double fraction) noexcept {
   publish({0, kind, job, name_of(JobState::running), fraction, now});
 }
 
-/// Without memory the event is lost for all listeners; clients that reconnect find its number missing.
+void Events::continue_from(std::int64_t number, std::function<void()> catch_up) {
+  const std::lock_guard lock(mutex_);
+  is_shared_ = true;
+  catch_up_ = std::move(catch_up);
+  last_ = floor_ = number;
+  kept_.clear();
+  const auto end = [](Listener& listener) {
+    listener.over_ = true;
+    if (listener.wake_) listener.wake_();
+  };
+  for (Listener* listener : of_all_) end(*listener);
+  for (auto& [topic, listener] : of_topic_) end(*listener);
+}
+
+void Events::add(JobEvent event) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (event.number <= last_) return;
+  last_ = event.number;
+  deliver(std::move(event));
+}
+
 void Events::publish(JobEvent event) noexcept {
   const std::lock_guard lock(mutex_);
-  event.number = ++last_;
+  event.number = is_shared_ ? last_ : ++last_;
+  deliver(std::move(event));
+}
+
+/// Within the lock. Without memory the event is lost for all listeners; clients that reconnect find its number missing.
+void Events::deliver(JobEvent event) noexcept {
   try {
     const bool progress = event.kind == JobEvent::Kind::progress;
     if (progress) known_[event.job.id] = {event.job, event.at};
@@ -136,7 +162,12 @@ void Events::publish(JobEvent event) noexcept {
 }
 
 std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::optional<std::int64_t> after) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  if (const auto catch_up = catch_up_; catch_up && after && *after > last_) {
+    lock.unlock();
+    catch_up();
+    lock.lock();
+  }
   if (of_all_.size() + of_topic_.size() >= settings_.listeners_max) return nullptr;
   const bool complete = after && *after >= floor_ && *after <= last_;
   auto listener = std::make_unique<Listener>(*this, topic, complete ? *after : last_, after && !complete);

@@ -28,7 +28,7 @@ namespace queue {
 
 struct JobEvent {
   enum class Kind { state, progress, done };
-  std::int64_t number = 0;  ///< grows, also over restarts: it begins with the clock
+  std::int64_t number = 0;  ///< grows, also over restarts: it begins with the clock, or continues that of the store
   Kind kind = Kind::state;
   JobSummary job;
   std::string state;  ///< a JobState's name, or "removed"
@@ -60,6 +60,13 @@ class Events final : public JobObserver {
   void on_progress(const std::string& id, double fraction) noexcept override;
   void on_removed(const JobSummary& job) noexcept override;
 
+  // ---- where several nodes have one order of events: ClusterStore has their numbers
+  /// The events after `number` follow by `add`; the earlier ones are not kept. From now on progress has the number of
+  /// the event before it. `catch_up` adds all events that exist; it is called, with no lock held, by a listener that
+  /// has received an event of another node which is not here yet. Listeners are ended.
+  void continue_from(std::int64_t number, std::function<void()> catch_up);
+  void add(JobEvent event) noexcept;
+
   struct Batch {
     std::string text;   ///< complete events
     bool over = false;  ///< no event follows: the last event of the job was taken, or the listener was too slow
@@ -88,6 +95,7 @@ class Events final : public JobObserver {
   JobSummary describe(const std::string& id, JobEvent::Kind kind);
   void remember(const JobSummary& job);
   void publish(JobEvent event) noexcept;
+  void deliver(JobEvent event) noexcept;
   void remove(Listener& listener);
 
   const Writer write_;
@@ -96,8 +104,10 @@ class Events final : public JobObserver {
   const Describe describe_;
 
   mutable std::mutex mutex_;
-  std::int64_t last_;             ///< number of the latest event
-  std::int64_t floor_;            ///< all state events after this number are kept
+  std::int64_t last_;       ///< number of the latest event
+  std::int64_t floor_;      ///< all state events after this number are kept
+  bool is_shared_ = false;  ///< since continue_from
+  std::function<void()> catch_up_;
   std::deque<SharedEvent> kept_;  ///< oldest first
   std::unordered_set<Listener*> of_all_;
   std::unordered_multimap<std::string, Listener*> of_topic_;

@@ -111,6 +111,8 @@ class PostgresStatement final : public sql::Statement {
   int row_ = -1;
 };
 
+}  // namespace
+
 PGconn* connect(const std::string& dsn) {
   // A cut is seen within 3.2 s: the first two limits are for the connection and for data that was sent, the others for
   // a wait for an answer. What `dsn` sets wins, as it comes last.
@@ -120,10 +122,13 @@ PGconn* connect(const std::string& dsn) {
   std::array<const char*, keywords.size() + 1> names{}, settings{};
   std::copy(keywords.begin(), keywords.end(), names.begin());
   std::copy(values.begin(), values.end(), settings.begin());
-  return PQconnectdbParams(names.data(), settings.data(), 1);
+  PGconn* const connection = PQconnectdbParams(names.data(), settings.data(), 1);
+  // Otherwise libpq prints messages, such as that of a server that ends a session, to standard error.
+  if (connection != nullptr)
+    PQsetNoticeProcessor(
+        connection, [](void*, const char*) {}, nullptr);
+  return connection;
 }
-
-}  // namespace
 
 std::string translated(const std::string& sql) {
   const std::string hint = " INDEXED BY ";

@@ -26,6 +26,9 @@ struct FreeResult {
 };
 using Result = std::unique_ptr<PGresult, FreeResult>;
 
+/// With the time limits of this program, unless `dsn` sets others. As PQconnectdb: null without memory.
+PGconn* connect(const std::string& dsn);
+
 /// Another transaction has changed the same rows: the work may run again.
 class Conflict : public std::exception {
  public:

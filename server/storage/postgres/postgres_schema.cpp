@@ -150,6 +150,101 @@ END $$;
 CREATE TRIGGER artifact_deleted AFTER DELETE ON artifacts FOR EACH ROW EXECUTE FUNCTION artifact_deleted();
 )sql";
 
+/// The state that nodes share beside the jobs (queue::ClusterStore). Transactions end in another order than they begin,
+/// so a sequence has gaps that are filled later, and a reader would miss events. Triggers therefore write events
+/// without a number, in the transaction of the change; number_events() moves those of ended transactions to `events`,
+/// one caller at a time. `until` is as `counted`. Of one job, `seq` has the order of the changes, because each locks
+/// its row.
+constexpr const char* cluster_tables = R"sql(
+CREATE TABLE new_events (
+  xid XID8 NOT NULL DEFAULT pg_current_xact_id(),
+  seq BIGINT NOT NULL GENERATED ALWAYS AS IDENTITY,
+  at BIGINT NOT NULL DEFAULT extract(epoch FROM clock_timestamp()) * 1000,
+  state TEXT NOT NULL,
+  job_id TEXT NOT NULL,
+  kind TEXT NOT NULL,
+  name TEXT NOT NULL,
+  batch_id TEXT,
+  owner TEXT NOT NULL,
+  keep BIGINT NOT NULL
+) WITH (autovacuum_vacuum_scale_factor = 0, autovacuum_vacuum_threshold = 10000);
+CREATE INDEX new_events_by_xid ON new_events (xid);
+CREATE TABLE events (
+  number BIGINT PRIMARY KEY,
+  at BIGINT NOT NULL,
+  state TEXT NOT NULL,
+  job_id TEXT NOT NULL,
+  kind TEXT NOT NULL,
+  name TEXT NOT NULL,
+  batch_id TEXT,
+  owner TEXT NOT NULL,
+  keep BIGINT NOT NULL
+);
+-- The numbers of the latest event and of the latest one that was deleted.
+CREATE TABLE numbered (number BIGINT NOT NULL, deleted BIGINT NOT NULL, until XID8 NOT NULL);
+INSERT INTO numbered VALUES (0, 0, '0');
+
+CREATE FUNCTION add_event(job jobs, event_state TEXT) RETURNS VOID LANGUAGE sql AS $$
+  INSERT INTO new_events (state, job_id, kind, name, batch_id, owner, keep)
+  VALUES (event_state, job.id, job.kind, job.name, job.batch_id, job.owner, job.keep)
+$$;
+CREATE FUNCTION add_job_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
+BEGIN
+  PERFORM add_event(new, new.state);
+  RETURN NULL;
+END $$;
+CREATE TRIGGER job_inserted_event AFTER INSERT ON jobs FOR EACH ROW EXECUTE FUNCTION add_job_event();
+CREATE TRIGGER job_moved_event AFTER UPDATE OF state ON jobs FOR EACH ROW
+  WHEN (old.state <> new.state) EXECUTE FUNCTION add_job_event();
+-- A change by the owner (JobStore::change), the only one of these columns.
+CREATE TRIGGER job_changed_event AFTER UPDATE OF name, priority, rank, expires_at ON jobs FOR EACH ROW
+  WHEN (old.state = new.state AND new.ended_at IS NULL) EXECUTE FUNCTION add_job_event();
+
+CREATE FUNCTION number_events() RETURNS BIGINT LANGUAGE plpgsql AS $$
+DECLARE
+  last numbered;
+  ended XID8;
+  added BIGINT;
+BEGIN
+  PERFORM FROM new_events WHERE xid >= (SELECT until FROM numbered) AND xid < XID8 '18446744073709551615' LIMIT 1;
+  IF NOT FOUND THEN RETURN 0; END IF;
+  SELECT * INTO last FROM numbered FOR UPDATE;  -- one caller at a time
+  ended := pg_snapshot_xmin(pg_current_snapshot());
+  WITH moved AS (
+    DELETE FROM new_events WHERE xid >= last.until AND xid < XID8 '18446744073709551615'
+    RETURNING seq, at, state, job_id, kind, name, batch_id, owner, keep)
+  INSERT INTO events SELECT last.number + row_number() OVER (ORDER BY seq), at, state, job_id, kind, name, batch_id,
+    owner, keep FROM moved;
+  GET DIAGNOSTICS added = ROW_COUNT;
+  last.number := last.number + added;
+  IF last.number - last.deleted > 12000 THEN
+    DELETE FROM events WHERE number > last.deleted AND number <= last.number - 10000;
+    last.deleted := last.number - 10000;
+  END IF;
+  UPDATE numbered SET number = last.number, deleted = last.deleted, until = greatest(until, ended);
+  RETURN added;
+END $$;
+
+CREATE TABLE nodes (
+  id TEXT NOT NULL PRIMARY KEY,
+  name TEXT NOT NULL,
+  role TEXT NOT NULL,
+  version TEXT NOT NULL,
+  slots BIGINT NOT NULL,
+  running BIGINT NOT NULL,
+  started_at BIGINT NOT NULL,
+  seen_at BIGINT NOT NULL
+);
+CREATE UNLOGGED TABLE running_results (
+  job_id TEXT NOT NULL,
+  name TEXT NOT NULL,
+  bytes BYTEA NOT NULL,
+  at BIGINT NOT NULL,
+  PRIMARY KEY (job_id, name)
+);
+CREATE INDEX jobs_cancelling ON jobs (boot_id) WHERE state = 'running' AND cancel_requested = 1;
+)sql";
+
 /// The tables of storage::sql with the types of PostgreSQL.
 std::string with_types(std::string tables) {
   for (const auto& [type, replacement] :
@@ -168,6 +263,7 @@ const std::vector<std::string>& migrations() {
 
 void create(PostgresDatabase& database) {
   database.script("BEGIN; " + with_types(sql::jobs_tables) + with_types(sql::deliveries_tables) + counts_and_triggers +
+                  cluster_tables +
                   "CREATE TABLE whittle_schema (version INTEGER NOT NULL); INSERT INTO whittle_schema VALUES (" +
                   std::to_string(schema_version) + "); COMMIT");
 }

@@ -1,17 +1,23 @@
 #include "server/storage/postgres/postgres_stores.h"
 
+#include "server/storage/postgres/postgres_cluster_store.h"
 #include "server/storage/postgres/postgres_schema.h"
 #include "server/storage/postgres/postgres_transactions.h"
+#include "server/storage/postgres/postgres_wakeups.h"
 #include "server/storage/sql/stores.h"
 
 namespace storage::postgres {
 
 struct PostgresStores::Parts {
   Parts(const std::string& dsn, const PostgresSettings& settings)
-      : transactions((prepare_schema(dsn), std::make_shared<PostgresTransactions>(dsn, settings.connections))) {}
+      : transactions((prepare_schema(dsn), std::make_shared<PostgresTransactions>(dsn, settings.connections))),
+        wakeups(dsn) {}
   std::shared_ptr<sql::Transactions> transactions;
   sql::JobStores jobs{*transactions};
   std::unique_ptr<queue::DeliveryStore> deliveries = sql::make_delivery_store(transactions);
+  DatabaseClock clock{*transactions};
+  std::unique_ptr<queue::ClusterStore> cluster = make_cluster_store(*transactions, clock);
+  PostgresWakeups wakeups;
 };
 
 void check_database(const std::string& dsn) { check_schema(dsn); }
@@ -22,5 +28,10 @@ PostgresStores::~PostgresStores() = default;
 
 queue::Stores PostgresStores::all() const { return parts_->jobs.all(); }
 queue::DeliveryStore& PostgresStores::deliveries() const { return *parts_->deliveries; }
+queue::ClusterStore& PostgresStores::cluster() const { return *parts_->cluster; }
+queue::Wakeups& PostgresStores::wakeups() const { return parts_->wakeups; }
+queue::Clock PostgresStores::clock() const {
+  return [&clock = parts_->clock] { return clock.now(); };
+}
 
 }  // namespace storage::postgres

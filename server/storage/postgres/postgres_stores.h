@@ -4,8 +4,11 @@
 #include <memory>
 #include <string>
 
+#include "server/queue/clock.h"
+#include "server/queue/cluster_store.h"
 #include "server/queue/delivery_store.h"
 #include "server/queue/job_store.h"
+#include "server/queue/wakeups.h"
 
 namespace storage::postgres {
 
@@ -34,6 +37,11 @@ class PostgresStores {
 
   [[nodiscard]] queue::Stores all() const;
   [[nodiscard]] queue::DeliveryStore& deliveries() const;
+  [[nodiscard]] queue::ClusterStore& cluster() const;
+  [[nodiscard]] queue::Wakeups& wakeups() const;
+  /// The time of the database: nodes agree on it, whatever the clocks of their machines show. It is read again when a
+  /// node is reported. Must not outlive this.
+  [[nodiscard]] queue::Clock clock() const;
 
  private:
   struct Parts;

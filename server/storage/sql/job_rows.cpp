@@ -196,6 +196,9 @@ std::optional<queue::JobSummary> read_summary(Database& database, const std::str
 }
 
 std::optional<queue::JobSummary> delete_job(Database& database, const std::string& id) {
+  if (database.is_shared()) {
+    database.post("SELECT add_event(jobs, 'removed') FROM jobs WHERE id = ? AND state <> 'running'", id);
+  }
   const std::string sql = "DELETE FROM jobs WHERE id = ? AND state <> 'running' RETURNING ";
   return take_summary(id, database.query(sql + summary_columns, id));
 }

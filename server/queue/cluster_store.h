@@ -1,0 +1,60 @@
+#pragma once
+/// State that the nodes of one database share beside the jobs: events in one order, results of running jobs that other
+/// nodes have asked for, and the nodes themselves.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/queue/events.h"
+#include "server/queue/job_store.h"
+
+namespace queue {
+
+/// A running daemon. Times are milliseconds since 1970 UTC of the database.
+struct Node {
+  std::string id;    ///< that of its run, as JobMove::worker
+  std::string name;  ///< its machine's
+  std::string role;  ///< all, api or worker
+  std::string version;
+  int slots = 0, running = 0;  ///< jobs that may run at once, and that do
+  std::int64_t started_at = 0, seen_at = 0;
+};
+
+inline constexpr const char* measurement_result = "measurement";
+
+/// Thread-safe. Fails with StoreFailure.
+class ClusterStore {
+ public:
+  virtual ~ClusterStore() = default;
+
+  // ---- events. Every committed change of a job has one; it has a number from number_events() on. The numbers are
+  // without gaps, and a reader that has read up to a number misses none before it.
+
+  /// Numbers the events of all changes that were committed before the call; how many there were.
+  virtual int number_events() = 0;
+  struct EventRange {
+    std::int64_t first = 1, last = 0;  ///< inclusive; `last` is that of the latest event ever
+  };
+  virtual EventRange event_range() = 0;
+  /// At most `limit` events after the number `after`, oldest first. Some thousands are kept.
+  virtual std::vector<JobEvent> events_after(std::int64_t after, int limit) = 0;
+
+  // ---- results of running jobs: previews and measurements. Kept for minutes, and not over a crash of the database.
+  virtual void put_result(const std::string& job_id, const std::string& name, const std::string& bytes) = 0;
+  virtual std::optional<std::string> find_result(const std::string& job_id, const std::string& name) = 0;
+
+  // ---- nodes
+  /// What a node has to do even if a message about it was lost.
+  struct Duties {
+    bool suspects_wait = false;          ///< a suspect (Job) may be claimed
+    std::vector<std::string> cancelled;  ///< jobs of this node whose cancel was requested
+  };
+  /// Adds or updates a node, seen now. Nodes that were not seen for an hour are removed.
+  virtual Duties report_node(const Node& node) = 0;
+  virtual void remove_node(const std::string& id) = 0;
+  virtual std::vector<Node> nodes() = 0;  ///< by name
+};
+
+}  // namespace queue
