@@ -239,6 +239,8 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
     errors.push_back(
         {"health_listen", "must differ from listen, both are " + find_option("listen")->text(command.config)});
   }
+  if (command.config.role != "all" && command.config.database.empty())
+    errors.push_back({"role", "nodes with parts of their own need --database, which they share"});
   if (arguments.backup) {
     command.task = Task::backup;
     command.backup_directory = *arguments.backup;

@@ -29,6 +29,7 @@ std::string to_text(const Address& address);  ///< "127.0.0.1:8080", "[::1]:8080
 struct Config {
   Address listen, health_listen;
   std::string data;
+  std::string role;                                   ///< all, api or worker
   std::string database;                               ///< empty: SQLite in the data directory
   std::string assets, keys;                           ///< a directory and a file; empty: none
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
@@ -41,7 +42,7 @@ struct Config {
   std::uint64_t job_days = 0, failed_job_days = 0, artifact_bytes = 0;
   std::uint64_t wall_time_s = 0, job_memory_bytes = 0;
   std::uint64_t connections = 0, connections_per_address = 0, streams = 0, handler_threads = 0;
-  std::uint64_t render_wait_s = 0, drain_s = 0;
+  std::uint64_t render_wait_s = 0, drain_s = 0, lease_s = 0;
 };
 
 struct ConfigError {

@@ -20,7 +20,8 @@ class EmbeddedDatabase final : public JobDatabase {
   queue::DeliveryStore& deliveries() override { return *deliveries_; }
   queue::ArtifactStore& artifacts() override { return artifacts_; }
   storage::files::FileArtifactStore& files() override { return files_; }
-  [[nodiscard]] bool is_shared() const override { return false; }
+  queue::Clock clock() override { return queue::system_clock(); }
+  std::optional<Sharing> sharing() override { return std::nullopt; }
 
  private:
   storage::sqlite::SqliteStores sqlite_;
@@ -38,7 +39,8 @@ class DatabaseServer final : public JobDatabase {
   queue::DeliveryStore& deliveries() override { return postgres_.deliveries(); }
   queue::ArtifactStore& artifacts() override { return files_; }
   storage::files::FileArtifactStore& files() override { return files_; }
-  [[nodiscard]] bool is_shared() const override { return true; }
+  queue::Clock clock() override { return postgres_.clock(); }
+  std::optional<Sharing> sharing() override { return Sharing{postgres_.cluster(), postgres_.wakeups()}; }
 
  private:
   const storage::files::DirectoryLock lock_;

@@ -77,6 +77,15 @@ void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::
   }
 }
 
+/// `port` is 0 without a client listener. Scripts read the ports from standard output.
+void print_addresses(const Config& config, std::uint16_t port, std::uint16_t health_port, const telemetry::Log& log) {
+  log.write(telemetry::Level::info, "listening",
+            {{"port", std::int64_t{port}}, {"health_port", std::int64_t{health_port}}});
+  if (port != 0) std::printf("{\"listening\":\"http://%s\"}\n", to_text({config.listen.host, port}).c_str());
+  std::printf("{\"health\":\"http://%s\"}\n", to_text({config.health_listen.host, health_port}).c_str());
+  std::fflush(stdout);
+}
+
 /// Serves until a signal. `keys`: null if none are needed. Returns false if the disk failed.
 bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* keys, const telemetry::Log& log) {
   StopSignals signals;
@@ -93,6 +102,8 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   const Maintenance maintenance(config, storage, jobs, event_log);
   const auto webhooks = start_webhooks(credentials, storage, jobs, event_log);
   worker::Supervisor supervisor(jobs.queue, supervisor_settings(config, storage), event_log);
+  const queue::Node node = own_node(config, storage, jobs);
+  join_nodes(config, node, jobs, supervisor);
 
   const queue::PeriodicTask history("record_history", event_log, [&] {
     const telemetry::GaugeValues now = gauge_values(storage, jobs, supervisor, 0);
@@ -103,35 +114,35 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
 
   telemetry::RequestMetrics request_metrics(jobs.registry);
   const auto new_request_id = [&jobs] { return jobs.ids.next(); };
-  http::HttpServer api(
-      api_server_settings(config, storage, keys, request_metrics),
-      http::client_routes(api_context(config, storage, jobs, supervisor, webhooks.get(), keys, draining)),
-      new_request_id, log);
+  std::optional<http::HttpServer> api;
+  if (config.role != "worker") {
+    api.emplace(
+        api_server_settings(config, storage, keys, request_metrics),
+        http::client_routes(api_context(config, storage, jobs, supervisor, webhooks.get(), keys, draining, node)),
+        new_request_id, log);
+  }
   const http::Health checks{.not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
                             .draining = [&draining] { return draining.load(); },
                             .metrics =
                                 [&] {
-                                  return telemetry::metrics_text(
-                                      jobs.registry, gauge_values(storage, jobs, supervisor, api.connections()));
+                                  const std::size_t connections = api ? api->connections() : 0;
+                                  return telemetry::metrics_text(jobs.registry,
+                                                                 gauge_values(storage, jobs, supervisor, connections));
                                 }};
   http::HttpServer health(health_server_settings(config, storage), http::health_routes(checks), new_request_id, log);
-  log.write(telemetry::Level::info, "listening",
-            {{"port", std::int64_t{api.port()}}, {"health_port", std::int64_t{health.port()}}});
-  std::printf("{\"listening\":\"http://%s\"}\n{\"health\":\"http://%s\"}\n",
-              to_text({config.listen.host, api.port()}).c_str(),
-              to_text({config.health_listen.host, health.port()}).c_str());
-  std::fflush(stdout);  // scripts read the ports from it
+  print_addresses(config, api ? api->port() : 0, health.port(), log);
 
   const int signal = signals.wait([&] {
     if (keys == nullptr) return;
     reload_keys(config.keys, *keys, log);
-    api.check_access();
+    if (api) api->check_access();
   });
   log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});
   draining = true;  // refuses new work; reads continue
   // After a disk failure no result can be stored; the next start continues from the content of the disk.
   const bool finished = supervisor.drain(std::chrono::seconds(disk_failed ? 0 : config.drain_s));
-  api.drain(std::chrono::seconds(10));
+  if (api) api->drain(std::chrono::seconds(10));
+  if (jobs.link) jobs.link->leave();
   health.drain(std::chrono::seconds(1));
   log.write(telemetry::Level::info, "stopped", {{"all_jobs_finished", finished}});
   return !disk_failed;

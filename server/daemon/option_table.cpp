@@ -29,6 +29,10 @@ constexpr std::array table{
          "client listener; loopback only, unless there are keys; port 0 takes a free one"),
     text("health_listen", "127.0.0.1:8081", &C::health_listen, "ADDRESS:PORT",
          "listener of /healthz, /readyz and /metrics, apart from clients so that load cannot block it"),
+    text(
+        "role", "all", &C::role, "all|api|worker",
+        "part of this node, where several share a database: api serves clients and renders nothing, worker renders and "
+        "serves only health_listen"),
     text("data", "./data", &C::data, "PATH", "directory of the database, images and uploads; created if missing"),
     text("database", "", &C::database, "URI",
          "PostgreSQL database of jobs, as postgres://user@host/name; its password belongs into PGPASSWORD or "
@@ -113,6 +117,9 @@ constexpr std::array table{
     number("drain_s", "20", &C::drain_s, 0, 86'400,
            "seconds that running jobs may continue after SIGTERM before they return to the queue; with 10 s for "
            "pending requests it is within the 30 s of Kubernetes"),
+    number(
+        "lease_s", "30", &C::lease_s, 2, 3600,
+        "seconds after which the jobs of a node that is gone run on another one; a disk or database stalls for less"),
     text("dashboard", "on", &C::dashboard, "on|off",
          "the page at / for browsers; it holds no data and reads what it shows from /v1 with the user's key"),
     text("log_level", "info", &C::log_level, "debug|info|warning|error",

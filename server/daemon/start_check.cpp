@@ -43,6 +43,7 @@ void check_writable(const std::string& directory) {
 void add_listen_failures(const Config& config, bool in_use, Errors& errors) {
   for (const auto& [flag, address] :
        {std::pair("--listen", config.listen), {"--health-listen", config.health_listen}}) {
+    if (config.role == "worker" && address == config.listen) continue;
     try {
       (void)http::Listener(address.host, address.port);
     } catch (const std::system_error& failure) {

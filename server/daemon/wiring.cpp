@@ -1,7 +1,11 @@
 #include "server/daemon/wiring.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <climits>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -52,6 +56,7 @@ queue::QueueSettings queue_settings(const Config& config, const Storage& storage
           .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
           .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes),
           .retention = retention(config),
+          .lease_ms = static_cast<std::int64_t>(config.lease_s) * 1000,
           .disk_space = [&disk = storage.disk] { return disk.now(); }};
 }
 
@@ -154,21 +159,52 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
       disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
       disk_health(std::move(on_disk_failure)),
       database(open_database(config, disk_health)),
+      clock(database->clock()),
       stores(database->stores()),
-      uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health) {
+      uploads(uploads_directory, clock, config.uploads_bytes, &disk_health) {
   std::filesystem::create_directories(spool_directory);
   if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
 }
 
+namespace {
+
+std::unique_ptr<queue::NodeLink> make_link(Storage& storage, queue::Queue& queue, queue::Events& events,
+                                           const queue::Log& log) {
+  const auto sharing = storage.database->sharing();
+  if (!sharing) return nullptr;
+  return std::make_unique<queue::NodeLink>(queue, events, sharing->store, sharing->wakeups, log);
+}
+
+}  // namespace
+
 JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log)
     : artifact_bytes_max(artifact_limit(config)),
-      ids(queue::system_clock(), queue::system_random()),
-      queue(storage.stores, storage.database->artifacts(), ids, queue::system_clock(), log,
-            queue_settings(config, storage)),
-      events(http::event_text, queue::system_clock(), {.listeners_max = config.streams},
+      ids(storage.clock, queue::system_random()),
+      queue(storage.stores, storage.database->artifacts(), ids, storage.clock, log, queue_settings(config, storage)),
+      events(http::event_text, storage.clock, {.listeners_max = config.streams},
              [&store = storage.stores.jobs](const std::string& id) { return store.summary(id); }),
-      job_metrics(registry, events) {
+      link(make_link(storage, queue, events, log)),
+      job_metrics(registry, link ? static_cast<queue::JobObserver&>(*link) : events) {
   queue.notifications.observe(&job_metrics);
+}
+
+queue::Node own_node(const Config& config, const Storage& storage, const JobQueue& jobs) {
+  std::array<char, HOST_NAME_MAX + 1> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  const std::int64_t now = storage.clock();
+  return {.id = jobs.queue.boot_id(),
+          .name = name.data(),
+          .role = config.role,
+          .version = std::string(tracer::version()),
+          .started_at = now,
+          .seen_at = now};
+}
+
+void join_nodes(const Config& config, const queue::Node& node, JobQueue& jobs, const worker::Supervisor& supervisor) {
+  if (!jobs.link) return;
+  jobs.link->start({.node = node,
+                    .load = [&supervisor] { return std::pair(supervisor.slots(), supervisor.running()); },
+                    .has_clients = config.role != "worker"});
 }
 
 namespace {
@@ -191,8 +227,8 @@ Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs,
                    return disk_interval;
                  }),
       maintainer(jobs.queue.lifecycle, log),
-      lease_renewer(jobs.queue.lifecycle, log),
-      collector(storage.uploads, storage.stores.maintenance, queue::system_clock(), log,
+      lease_renewer(jobs.queue.lifecycle, log, std::chrono::milliseconds(config.lease_s * 1000 / 3)),
+      collector(storage.uploads, storage.stores.maintenance, storage.clock, log,
                 {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
       scrub("scrub_artifacts", log,
             [&artifacts = storage.database->files(), log] { return scrub_next(artifacts, log); }) {}
@@ -205,8 +241,8 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
       webhooks::SenderSettings{.networks = credentials.webhook_networks});
   const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
   auto webhooks =
-      std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, queue::system_clock(), jobs.ids,
-                                           log, webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
+      std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, storage.clock, jobs.ids, log,
+                                           webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
   jobs.queue.notifications.set_completion_listener(webhooks.get());
   return webhooks;
 }
@@ -214,12 +250,13 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
 worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage) {
   worker::SupervisorSettings settings;
   settings.executable = worker::default_executable();
+  settings.claims_jobs = config.role != "api";
   settings.slots = static_cast<int>(config.jobs);
   settings.threads = static_cast<int>(config.threads);
   if (!config.keys.empty()) settings.owner_slots = static_cast<int>(config.key_running_jobs);
   settings.files = {config.assets, storage.uploads_directory, config.objects, config.triangles};
   // Other nodes take a job over in time if this one cannot write its result for longer than the lease.
-  if (storage.database->is_shared()) settings.store_tries = 0;
+  if (storage.database->sharing()) settings.store_tries = 0;
   settings.wall_time = std::chrono::seconds(config.wall_time_s);
   settings.job_memory_bytes = config.job_memory_bytes;
   settings.scene_cache_bytes = config.scene_cache_bytes;
@@ -259,15 +296,28 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
   return settings;
 }
 
+namespace {
+
+/// All nodes; without a shared database this one.
+std::vector<queue::Node> nodes(Storage& storage, const worker::Supervisor& supervisor, queue::Node own) {
+  if (const auto sharing = storage.database->sharing()) return sharing->store.nodes();
+  own.slots = supervisor.slots();
+  own.running = supervisor.running();
+  own.seen_at = storage.clock();
+  return {own};
+}
+
+}  // namespace
+
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
-                             const keys::KeyRing* keys, const std::atomic<bool>& draining) {
+                             const keys::KeyRing* keys, const std::atomic<bool>& draining, const queue::Node& node) {
   const api::Limits limits = document_limits(config);
   http::ApiContext context{
       .queue = jobs.queue,
       .events = jobs.events,
       .assets = storage.uploads,
-      .clock = queue::system_clock(),
+      .clock = storage.clock,
       .limits = limits,
       .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes, config.batch_values},
       .missing_files = [assets = config.assets, &uploads = storage.uploads](
@@ -284,6 +334,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .sandbox = [&supervisor] { return supervisor.sandbox(); },
       .not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
       .gauges = [&storage, &jobs, &supervisor] { return gauge_values(storage, jobs, supervisor, 0); },
+      .nodes = [&storage, &supervisor, node] { return nodes(storage, supervisor, node); },
       .history = [&jobs] { return jobs.job_metrics.history().hour(); },
       .dashboard = config.dashboard == "on",
       .keys = keys};
@@ -304,7 +355,7 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
     values.jobs.emplace_back(queue::name_of(state), storage.stores.statistics.count(state));
   }
   if (const auto oldest_at = storage.stores.statistics.depth().oldest_at) {
-    values.queue_age_s = static_cast<double>(std::max<std::int64_t>(queue::system_clock()() - *oldest_at, 0)) / 1000;
+    values.queue_age_s = static_cast<double>(std::max<std::int64_t>(storage.clock() - *oldest_at, 0)) / 1000;
   }
   values.disk_space = storage.disk.now();
   values.upload_bytes = storage.uploads.bytes();

@@ -15,6 +15,7 @@
 #include "server/keys/key_ring.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/events.h"
+#include "server/queue/node_link.h"
 #include "server/queue/queue.h"
 #include "server/queue/queue_maintainer.h"
 #include "server/storage/files/disk_space_monitor.h"
@@ -49,6 +50,7 @@ struct Storage {
   storage::files::DiskSpaceMonitor disk;
   queue::DiskHealth disk_health;
   const std::unique_ptr<JobDatabase> database;
+  const queue::Clock clock;
   const queue::Stores stores;
   storage::files::FileAssetStore uploads;
 };
@@ -61,6 +63,7 @@ struct JobQueue {
   queue::IdSource ids;
   queue::Queue queue;
   queue::Events events;
+  const std::unique_ptr<queue::NodeLink> link;  ///< null: there are no other nodes
   prometheus::Registry registry;
   telemetry::JobMetrics job_metrics;
 };
@@ -80,6 +83,11 @@ struct Maintenance {
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log);
 
+/// This daemon, for GET /v1/nodes.
+queue::Node own_node(const Config& config, const Storage& storage, const JobQueue& jobs);
+/// Begins the exchange with other nodes, if there may be any.
+void join_nodes(const Config& config, const queue::Node& node, JobQueue& jobs, const worker::Supervisor& supervisor);
+
 worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage);
 
 // ---- HTTP. `keys`: null if no keys are needed. All arguments but `config` must outlive the servers.
@@ -91,7 +99,7 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
 
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
-                             const keys::KeyRing* keys, const std::atomic<bool>& draining);
+                             const keys::KeyRing* keys, const std::atomic<bool>& draining, const queue::Node& node);
 
 /// Throws queue::StoreFailure.
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,

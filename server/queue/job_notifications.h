@@ -79,7 +79,20 @@ class RunningJobs {
   double progress(const std::string& id) {
     const std::lock_guard lock(mutex_);
     const auto found = running_.find(id);
-    return found == running_.end() ? 0 : found->second.progress;
+    if (found != running_.end()) return found->second.progress;
+    const auto elsewhere = elsewhere_.find(id);
+    return elsewhere == elsewhere_.end() ? 0 : elsewhere->second;
+  }
+  void set_progress_elsewhere(const std::string& id, double fraction) {
+    const std::lock_guard lock(mutex_);
+    if (elsewhere_.size() >= elsewhere_max) elsewhere_.clear();
+    elsewhere_.insert_or_assign(id, fraction);
+  }
+  /// The job has ended, here or on another node.
+  void end_elsewhere(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    elsewhere_.erase(id);
+    not_durable_.erase(id);
   }
   /// The progress afterwards, which never decreases; empty where the job does not run.
   std::optional<double> set_progress(const std::string& id, double fraction) {
@@ -159,6 +172,9 @@ class RunningJobs {
   std::unordered_map<std::string, Leader> leaders_;       ///< by content key: few, as they have workers
   std::unordered_map<std::string, std::int64_t> leases_;  ///< fence by id
   std::unordered_set<std::string> not_durable_;
+  /// Progress of jobs that other nodes run, which comes again within a second.
+  std::unordered_map<std::string, double> elsewhere_;
+  static constexpr std::size_t elsewhere_max = 10'000;
 };
 
 /// Thread-safe, except `observe`.
@@ -216,6 +232,17 @@ class JobNotifications {
   void notify_expired(const char* reason, int jobs) {
     if (observer_ != nullptr && jobs > 0) observer_->on_expired(reason, jobs);
   }
+  void notify_measurement(const std::string& id, const std::string& summary) {
+    if (observer_ != nullptr) observer_->on_measurement(id, summary);
+  }
+  /// The job has ended, perhaps on another node; may follow notify_end.
+  void on_ended(const std::string& id) {
+    running_.end_elsewhere(id);
+    waiters_.on_ended(id);
+    if (CompletionListener* const listener = listener_) listener->on_ended(id);
+  }
+  /// The progress of a job that another node runs.
+  void on_progress_elsewhere(const std::string& id, double fraction) { running_.set_progress_elsewhere(id, fraction); }
   void notify_progress(const std::string& id, double fraction) {
     if (observer_ != nullptr) observer_->on_progress(id, fraction);
   }

@@ -36,6 +36,8 @@ class JobObserver {
   virtual void on_waiters_notified(const EndedJob& /*job*/) noexcept {}
   virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
   virtual void on_removed(const JobSummary& job) noexcept = 0;
+  /// The results so far of a running measurement, as its report.
+  virtual void on_measurement(const std::string& /*id*/, const std::string& /*summary*/) noexcept {}
   /// That number of ended jobs lost their documents and images; `reason`: "expires_at", "age" or "artifact_bytes".
   virtual void on_expired(const char* /*reason*/, int /*jobs*/) noexcept {}
 };

@@ -14,6 +14,7 @@
 
 #include "server/queue/artifact_store.h"
 #include "server/queue/job_store.h"
+#include "server/queue/wakeups.h"
 
 namespace queue {
 
@@ -67,14 +68,25 @@ class JobRunner {
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
 };
 
-/// The attached runner, if there is one. Thread-safe.
+/// Messages to the runners of other nodes (Wakeups). The id is that of the job; a preview has its side after a blank,
+/// and `job_available` has the id "any".
+namespace topics {
+inline constexpr std::string_view job_available = "job_available", cancel = "cancel", preview = "preview";
+}
+
+/// The attached runner, if there is one, and those of other nodes. Thread-safe.
 class AttachedRunner {
  public:
+  /// Once, before jobs are submitted or run; must outlive all calls. Without it there are no other nodes.
+  void connect(Wakeups* wakeups) { wakeups_ = wakeups; }
+  [[nodiscard]] bool is_connected() const { return wakeups_ != nullptr; }
+
   /// Replaces the runner by another one or null; no call to the old one is in progress when this returns.
   void attach(JobRunner* runner) {
     const std::lock_guard lock(mutex_);
     runner_ = runner;
   }
+  /// Calls the runner of this node.
   template <class Call>
   void call(Call call) {
     const std::shared_lock lock(mutex_);
@@ -85,8 +97,19 @@ class AttachedRunner {
     if (runner_ == nullptr) return done({"no worker runs", {}});
     runner_->run_image_task(task, done);
   }
+
+  // ---- The job may run on any node.
   void notify(bool for_suspects = false) {
     call([&](JobRunner& runner) { runner.notify(for_suspects); });
+    if (wakeups_ != nullptr) wakeups_->publish(topics::job_available, "any");
+  }
+  void cancel(const std::string& id) {
+    call([&](JobRunner& runner) { runner.cancel(id); });
+    if (wakeups_ != nullptr) wakeups_->publish(topics::cancel, id);
+  }
+  void request_preview(const std::string& id, std::uint32_t side) {
+    call([&](JobRunner& runner) { runner.request_preview(id, side); });
+    if (wakeups_ != nullptr) wakeups_->publish(topics::preview, id + " " + std::to_string(side));
   }
 
   /// The slot that a submission has taken, if the runner offers one. `attach` waits for its end; no other call of this
@@ -113,6 +136,7 @@ class AttachedRunner {
  private:
   std::shared_mutex mutex_;
   JobRunner* runner_ = nullptr;
+  Wakeups* wakeups_ = nullptr;
 };
 
 }  // namespace queue

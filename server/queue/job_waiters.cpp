@@ -48,12 +48,22 @@ void Previews::cancel(std::uint64_t token) {
   if (found != waiters_.end()) waiters_.erase(found);
 }
 
+bool Previews::is_running(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  return running_.contains(id);
+}
+
+bool Previews::is_requested(const std::string& id, std::uint32_t side) const {
+  const std::lock_guard lock(mutex_);
+  return waiters_.contains({id, side});
+}
+
 Previews::Calls Previews::add(const std::string& id, std::uint32_t side, std::string png) {
   const std::int64_t now = clock_();
   Calls calls;
   const std::lock_guard lock(mutex_);
-  if (!running_.contains(id)) return calls;
   const Key key{id, side};
+  if (!running_.contains(id) && !waiters_.contains(key)) return calls;
   if (!entries_.contains(key)) evict_oldest(id);
   entries_.insert_or_assign(key, Entry{std::make_shared<const std::string>(std::move(png)), now});
   const auto [first, last] = waiters_.equal_range(key);
@@ -113,8 +123,15 @@ void JobWaiters::cancel(std::uint64_t token) {
 
 std::uint64_t JobWaiters::request_preview(const std::string& id, std::uint32_t side, std::function<void()> done) {
   const Previews::Request request = previews_.request(id, side, std::move(done));
-  if (request.is_new) runner_.call([&](JobRunner& runner) { runner.request_preview(id, side); });
+  if (request.is_new) runner_.request_preview(id, side);
   return request.token;
+}
+
+bool JobWaiters::request_own_preview(const std::string& id, std::uint32_t side, std::function<void()> done) {
+  if (!previews_.is_running(id)) return false;
+  if (previews_.request(id, side, std::move(done)).is_new)
+    runner_.call([&](JobRunner& runner) { runner.request_preview(id, side); });
+  return true;
 }
 
 void JobWaiters::add_preview(const std::string& id, std::uint32_t side, std::string png) {
@@ -137,6 +154,16 @@ void JobWaiters::on_ended(const std::string& id) {
   }
   for (const auto& call : calls) call();
   on_stopped(id);
+}
+
+void JobWaiters::wake_all() {
+  std::map<std::uint64_t, Waiter> waiters;
+  {
+    const std::lock_guard lock(mutex_);
+    waiters.swap(waiters_);
+    tokens_.clear();
+  }
+  for (const auto& [token, waiter] : waiters) waiter.done();
 }
 
 }  // namespace queue

@@ -35,7 +35,9 @@ class Previews {
 
   explicit Previews(Clock clock) : clock_(std::move(clock)) {}
 
-  void begin(const std::string& id);  ///< the job runs: its previews are kept until `end`
+  void begin(const std::string& id);                           ///< the job runs here: its previews are kept until `end`
+  [[nodiscard]] bool is_running(const std::string& id) const;  ///< since `begin`
+  [[nodiscard]] bool is_requested(const std::string& id, std::uint32_t side) const;
 
   struct Latest {
     Png png;             ///< null: there is none
@@ -51,7 +53,8 @@ class Previews {
   Request request(const std::string& id, std::uint32_t side, std::function<void()> done);
   void cancel(std::uint64_t token);
 
-  /// The caller makes the returned calls, with no lock of its own held.
+  /// Ignored where the job does not run here and the preview is not requested. The caller makes the returned calls,
+  /// with no lock of its own held.
   [[nodiscard]] Calls add(const std::string& id, std::uint32_t side, std::string png);
   [[nodiscard]] Calls end(const std::string& id);  ///< drops all previews of the job
 
@@ -93,12 +96,18 @@ class JobWaiters {
   /// where it did not run. Otherwise as when_ended. Returns a token for `cancel_preview`.
   std::uint64_t request_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
   void cancel_preview(std::uint64_t token) { previews_.cancel(token); }
+  /// As request_preview, of a job that this node runs; false where it does not.
+  bool request_own_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
+  [[nodiscard]] bool is_preview_requested(const std::string& id, std::uint32_t side) const {
+    return previews_.is_requested(id, side);
+  }
 
   // ---- for the runner and the life cycle of jobs
   void on_started(const std::string& id) { previews_.begin(id); }
-  void add_preview(const std::string& id, std::uint32_t side, std::string png);  ///< ignored of jobs that do not run
+  void add_preview(const std::string& id, std::uint32_t side, std::string png);  ///< as Previews::add
   void on_stopped(const std::string& id);                                        ///< ended or released
   void on_ended(const std::string& id);
+  void wake_all();  ///< the ends of some jobs may have been missed
 
  private:
   struct Waiter {

@@ -164,6 +164,7 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, const Rele
   if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued
   if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end({id, JobState::cancelled});
   if (outcome == ReleaseOutcome::queued) context_.notifications.notify_queued(id);
+  if (outcome == ReleaseOutcome::queued && release.pause_ms == 0) context_.runner.notify(release.suspect);
   end_followers(id);
   return outcome != ReleaseOutcome::stale;
 }
@@ -188,8 +189,7 @@ void JobLifecycle::renew_leases() {
 CancelOutcome JobLifecycle::cancel(const std::string& id, bool durable) {
   const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock(), durable);
   if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end({id, JobState::cancelled});
-  if (outcome == CancelOutcome::cancelling && !cancel_follower(id))
-    context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
+  if (outcome == CancelOutcome::cancelling && !cancel_follower(id)) context_.runner.cancel(id);
   return outcome;
 }
 
@@ -247,7 +247,7 @@ void JobLifecycle::cancel_batch(const std::string& id) {
   const BatchCancel changed = context_.stores.batches.cancel(id, context_.clock());
   for (const std::string& job : changed.cancelled) context_.notifications.notify_end({job, JobState::cancelled});
   for (const std::string& job : changed.cancelling) {
-    if (!cancel_follower(job)) context_.runner.call([&](JobRunner& runner) { runner.cancel(job); });
+    if (!cancel_follower(job)) context_.runner.cancel(job);
   }
 }
 
@@ -319,7 +319,9 @@ bool JobLifecycle::run_maintenance() {
   context_.notifications.notify_expired("age", result.aged);
   context_.notifications.notify_expired("artifact_bytes", result.evicted);
   const bool abandoned = !result.abandoned.empty();
-  if (result.due || abandoned) context_.runner.notify(result.suspects_due || abandoned);
+  // Nodes look for suspects by themselves (NodeLink), as all of them would wait until they are idle.
+  const bool may_be_suspect = abandoned && !context_.runner.is_connected();
+  if (result.due || abandoned) context_.runner.notify(result.suspects_due || may_be_suspect);
   return result.more;
 }
 
@@ -332,6 +334,10 @@ std::optional<JobView> JobQueries::find(const std::string& id) {
   JobView view{*std::move(job), fraction};
   if (view.job.state == JobState::queued) add_position(context_, view);
   if (view.job.state == JobState::running) view.measurement = context_.running.measurement(id);
+  if (view.job.state == JobState::running && view.job.kind == JobKind::measure && view.measurement.empty() &&
+      context_.cluster != nullptr) {
+    view.measurement = context_.cluster->find_result(id, measurement_result).value_or("");
+  }
   return view;
 }
 

@@ -19,6 +19,7 @@
 
 #include "server/queue/artifact_pins.h"
 #include "server/queue/clock.h"
+#include "server/queue/cluster_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/event_log.h"
 #include "server/queue/job.h"
@@ -71,6 +72,7 @@ struct QueueContext {
   ArtifactPins pins;
   JobWaiters waiters;
   JobNotifications notifications;
+  ClusterStore* cluster = nullptr;  ///< null: there are no other nodes
 };
 
 /// Sets the position and the estimated time of a waiting job.
@@ -133,6 +135,7 @@ class JobLifecycle {
   void set_progress(const std::string& id, double fraction);
   /// The results so far of a running measurement, as its report.
   void set_measurement(const std::string& id, std::string summary) {
+    context_.notifications.notify_measurement(id, summary);
     context_.running.set_measurement(id, std::move(summary));
   }
   /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.
@@ -224,6 +227,14 @@ class Queue {
   Queue(const Stores& stores, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log,
         QueueSettings settings)
       : context_(stores, artifacts, ids, std::move(clock), log, std::move(settings)), lifecycle(context_, log) {}
+
+  /// Once, before jobs are submitted or run: other nodes use the same stores. Both must outlive this; see NodeLink.
+  void connect(Wakeups& wakeups, ClusterStore& cluster) {
+    context_.runner.connect(&wakeups);
+    context_.cluster = &cluster;
+  }
+  /// Identifies the claims of this daemon.
+  [[nodiscard]] const std::string& boot_id() const { return context_.boot_id; }
 
   AttachedRunner& runner = context_.runner;
   JobNotifications& notifications = context_.notifications;

@@ -263,6 +263,21 @@ std::string write_queue(const queue::QueueState& state) {
                   {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}});
 }
 
+std::string write_nodes(const std::vector<queue::Node>& nodes) {
+  Json items = Json::array();
+  for (const queue::Node& node : nodes) {
+    items.push_back({{"id", node.id},
+                     {"name", node.name},
+                     {"role", node.role},
+                     {"version", node.version},
+                     {"slots", node.slots},
+                     {"running", node.running},
+                     {"started_at", time_text(node.started_at)},
+                     {"seen_at", time_text(node.seen_at)}});
+  }
+  return text_of({{"items", std::move(items)}});
+}
+
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
                      const queue::OwnerUsage& quotas, const queue::OwnerUsage& used) {
   const auto usage_json = [](const queue::OwnerUsage& usage) -> Json {

@@ -68,6 +68,9 @@ struct ServiceStatus {
 };
 std::string write_status(const ServiceStatus& status);
 
+/// {items[{id, name, role, version, slots, running, started_at, seen_at}]}
+std::string write_nodes(const std::vector<queue::Node>& nodes);
+
 /// {name, scopes, quotas, used}; an empty name becomes null.
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
                      const queue::OwnerUsage& quotas, const queue::OwnerUsage& used);

@@ -71,6 +71,9 @@ class JobMetrics final : public queue::JobObserver {
   void on_waiters_notified(const queue::EndedJob& job) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
   void on_removed(const queue::JobSummary& job) noexcept override { next_.on_removed(job); }
+  void on_measurement(const std::string& id, const std::string& summary) noexcept override {
+    next_.on_measurement(id, summary);
+  }
   void on_expired(const char* reason, int jobs) noexcept override;
   ServiceHistory& history() { return history_; }
 

@@ -19,7 +19,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("listBatches", 503), ("removeBatch", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPreviewPng", 503), ("getReferenceExr", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
-    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("getAnimation", 503), ("getView", 503), ("compareImages", 503), ("getHistory", 503), ("getStatus", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503), ("getDeliveries", 503), ("getMe", 503), ("getAnimation", 503), ("getView", 503), ("compareImages", 503), ("getHistory", 503), ("getStatus", 503), ("listNodes", 503), ("changeJobs", 503), ("getScene", 503), ("redeliver", 503), ("testWebhook", 503), ("getWebhookTest", 503), ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
 }
 
 
@@ -241,6 +241,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.daemon.request("POST", f"/v1/jobs/{cancelled}/cancel")
         self.check(seen, retry, self.daemon.request("POST", retry.format(id=cancelled)), "POST")
         self.check(seen, "/v1/queue", self.daemon.get("/v1/queue"))
+        self.check(seen, "/v1/nodes", self.daemon.get("/v1/nodes"))
         bulk = "/v1/jobs/bulk"
         for body in ({"action": "cancel", "ids": [NOBODY, cancelled]}, {"action": "cancel"}, b"{", b"[" * 100):
             self.check(seen, bulk, self.daemon.request("POST", bulk, body), "POST")

@@ -140,6 +140,7 @@ Answer get_version(Request& request, const ApiContext& context);
 /// The key of a request; none without keys. (routes.cpp)
 std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& context);
 Answer get_me(Request& request, const ApiContext& context);
+Answer get_nodes(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
 Answer get_scene_schema(Request& request);
 Answer get_scene_docs(Request& request);

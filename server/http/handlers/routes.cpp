@@ -119,6 +119,12 @@ void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const
   }
 }
 
+void add_status_route(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
+  const auto readiness = std::make_shared<Readiness>(Health{context->not_ready, context->draining, {}});
+  const auto status = [context, readiness](Request& request) { return get_status(request, *readiness, *context); };
+  routes.push_back({"GET", "/v1/status", status, {"history"}});
+}
+
 }  // namespace
 
 std::vector<Route> client_routes(const ApiContext& api_context) {
@@ -166,6 +172,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/v1/batches/{id}/artifacts.tar", with_context(get_batch_artifacts), {}},
       {"GET", "/v1/batches/{id}/animation.apng", with_context(get_animation), {"fps", "max"}, true},
       {"GET", "/v1/queue", with_context(get_queue), {}},
+      {"GET", "/v1/nodes", with_context(get_nodes), {}},
       {"GET", "/v1/jobs/{id}/deliveries", with_context(get_deliveries), {}},
       {"POST", "/v1/jobs/{id}/deliveries/{delivery}/redeliver", with_context(redeliver), {}},
       {"POST", "/v1/webhooks/test", with_context(test_webhook), {}},
@@ -174,9 +181,7 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"PUT", "/v1/assets/{sha256}", with_context(put_asset), {}},
       {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
-  const auto readiness = std::make_shared<Readiness>(Health{context->not_ready, context->draining, {}});
-  const auto status = [context, readiness](Request& request) { return get_status(request, *readiness, *context); };
-  routes.push_back({"GET", "/v1/status", status, {"history"}});
+  add_status_route(routes, context);
   add_artifact_routes(routes, context);
   for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;

@@ -18,6 +18,7 @@
 #include "server/keys/key_ring.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
+#include "server/queue/cluster_store.h"
 #include "server/queue/delivery_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/events.h"
@@ -59,6 +60,7 @@ struct ApiContext {
   std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
   std::function<std::string()> not_ready{};                             ///< as Health's
   std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
+  std::function<std::vector<queue::Node>()> nodes{};
   std::function<telemetry::ServiceHistory::Hour()> history{};
   std::shared_ptr<handlers::ThumbnailCache> thumbnails{};  ///< set by client_routes
   bool dashboard = true;                                   ///< the page at /; false: text only

@@ -74,6 +74,12 @@ Answer get_me(Request& request, const ApiContext& context) {
   return reply;
 }
 
+Answer get_nodes(Request&, const ApiContext& context) {
+  Reply reply = json_reply(200, resources::write_nodes(context.nodes()));
+  reply.headers.emplace_back("Cache-Control", "no-store");
+  return reply;
+}
+
 Answer get_openapi(Request&) { return json_reply(200, std::string(api::openapi_json())); }
 
 Answer get_scene_schema(Request&) {

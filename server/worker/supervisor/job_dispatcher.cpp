@@ -17,7 +17,9 @@ void JobDispatcher::on_jobs_available(bool suspects) noexcept {
 }
 
 void JobDispatcher::claim_jobs(Time now) {
-  if (process_.state() != WorkerState::ready || deadlines_.draining() || now < claims_paused_until_) return;
+  if (!settings_.claims_jobs || process_.state() != WorkerState::ready || deadlines_.draining() ||
+      now < claims_paused_until_)
+    return;
   if (suspects_available_.exchange(false)) suspects_first_ = true;
   if (suspects_first_) {
     if (idle()) start_claim(ClaimKind::suspect);
@@ -85,7 +87,7 @@ void JobDispatcher::post_claim(ClaimResult result) noexcept {
 
 void JobDispatcher::offer_slot(Time now) {
   const bool none_wait = claims_.none_left == notifications_ && claims_.none_left_small == notifications_;
-  const bool may_claim = process_.state() == WorkerState::ready && !deadlines_.draining() &&
+  const bool may_claim = settings_.claims_jobs && process_.state() == WorkerState::ready && !deadlines_.draining() &&
                          now >= claims_paused_until_ && !suspects_first_ && !suspects_available_;
   // The owner of the next submission is unknown, so no owner may be at its limit.
   offering_slot_ =

@@ -53,7 +53,7 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   ~Loop() override { drain(std::chrono::milliseconds(0)); }
 
-  [[nodiscard]] int slots() const { return settings_.slots; }
+  [[nodiscard]] int slots() const { return settings_.claims_jobs ? settings_.slots : 0; }
 
   void notify(bool for_suspects) noexcept override {
     dispatcher_.on_jobs_available(for_suspects);

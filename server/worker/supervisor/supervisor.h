@@ -30,6 +30,8 @@ namespace worker {
 
 struct SupervisorSettings {
   std::string executable;  ///< absolute path of whittled-worker
+  /// False: no job is claimed; the worker only processes finished images (queue::ImageTask).
+  bool claims_jobs = true;
   /// Jobs that run at once; they share the threads, and a job that runs alone has all of them. If there are several
   /// slots, large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends.
   /// 0: threads + 1, because small jobs are mostly sequential.
@@ -96,7 +98,7 @@ class Supervisor {
 
   [[nodiscard]] int worker_pid() const;  ///< 0 without a worker
   [[nodiscard]] int running() const;     ///< jobs in the worker
-  [[nodiscard]] int slots() const;       ///< jobs that run at once
+  [[nodiscard]] int slots() const;       ///< jobs that run at once; 0 if none are claimed
   /// Bytes that the worker keeps for later jobs, of its last heartbeat.
   struct CacheBytes {
     std::uint64_t geometry = 0, images = 0;

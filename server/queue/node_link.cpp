@@ -1,0 +1,249 @@
+#include "server/queue/node_link.h"
+
+#include <algorithm>
+#include <charconv>
+#include <exception>
+#include <optional>
+#include <utility>
+
+namespace queue {
+namespace {
+
+using Time = std::chrono::steady_clock::time_point;
+
+constexpr int events_at_once = 1000;
+constexpr std::chrono::milliseconds pause_after_failure{250};
+/// A node that runs jobs starts with suspects, which need it alone, only when no idle one has taken them meanwhile.
+constexpr int steps_until_suspects = 5;
+
+// Topics beside those of the runners. The id of progress is that of the job and the fraction after a blank.
+constexpr std::string_view new_events = "events", progress_made = "progress", preview_made = "preview_made";
+
+/// A job and a number of it.
+template <class Number>
+struct JobValue {
+  std::string id;
+  Number value;
+};
+
+template <class Number>
+std::optional<JobValue<Number>> parse(const std::string& text) {
+  const std::size_t blank = text.find(' ');
+  if (blank == std::string::npos) return std::nullopt;
+  JobValue<Number> parsed{text.substr(0, blank), {}};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + blank + 1, end, parsed.value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return parsed;
+}
+
+std::string result_name(std::uint32_t side) { return "preview " + std::to_string(side); }
+
+}  // namespace
+
+NodeLink::NodeLink(Queue& queue, Events& events, ClusterStore& store, Wakeups& wakeups, Log log)
+    : queue_(queue), events_(events), store_(store), wakeups_(wakeups), log_(std::move(log)) {
+  queue_.connect(wakeups_, store_);
+  store_.number_events();
+  read_to_ = store_.event_range().first - 1;
+  events_.continue_from(read_to_, [this] { read_events(); });
+  read_events();
+}
+
+NodeLink::~NodeLink() { stop(); }
+
+void NodeLink::stop() noexcept {
+  subscriptions_.clear();
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void NodeLink::start(NodeLinkSettings settings) {
+  settings_ = std::move(settings);
+  subscribe();
+  thread_ = std::thread([this] { run(); });
+}
+
+void NodeLink::leave() noexcept {
+  stop();
+  try {
+    if (store_.number_events() > 0) wakeups_.publish(new_events, "new");
+    store_.remove_node(settings_.node.id);
+  } catch (const std::exception& failure) {
+    log_(LogLevel::warning, "store_failure", {{"during", "leave"}, {"detail", failure.what()}});
+  }
+}
+
+/// Called from the thread of the messages, so the work is left to that of this object.
+void NodeLink::subscribe() {
+  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::job_available), [this](const std::string&) {
+    queue_.runner.call([](JobRunner& runner) { runner.notify(false); });
+  }));
+  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::cancel), [this](const std::string& id) {
+    if (!id.empty()) queue_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
+  }));
+  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::preview),
+                                              [this](const std::string& id_and_side) { answer_preview(id_and_side); }));
+  if (!settings_.has_clients) return;
+  subscriptions_.push_back(wakeups_.subscribe(std::string(new_events), [this](const std::string&) {
+    {
+      const std::lock_guard lock(mutex_);
+      has_events_ = true;
+    }
+    changed_.notify_all();
+  }));
+  subscriptions_.push_back(wakeups_.subscribe(std::string(preview_made),
+                                              [this](const std::string& id_and_side) { fetch_preview(id_and_side); }));
+  subscriptions_.push_back(wakeups_.subscribe(std::string(progress_made), [this](const std::string& id_and_fraction) {
+    const auto progress = parse<double>(id_and_fraction);
+    if (!progress) return;
+    post([this, progress = *progress] {
+      queue_.notifications.on_progress_elsewhere(progress.id, progress.value);
+      events_.on_progress(progress.id, progress.value);
+    });
+  }));
+}
+
+// ---- the thread
+
+void NodeLink::run() {
+  Time next{};
+  bool failing = false;
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    changed_.wait_until(lock, next, [&] { return stopping_ || has_changes_ || has_events_ || !tasks_.empty(); });
+    if (stopping_) return;
+    const Time now = std::chrono::steady_clock::now();
+    const bool is_due = now >= next;
+    const bool has_changes = std::exchange(has_changes_, false), has_events = std::exchange(has_events_, false);
+    if (is_due) next = now + settings_.interval;
+    lock.unlock();
+    try {
+      step(has_changes, has_events, is_due);
+      failing = false;
+      lock.lock();
+    } catch (const std::exception& failure) {
+      if (!failing) log_(LogLevel::error, "store_failure", {{"during", "nodes"}, {"detail", failure.what()}});
+      failing = true;
+      lock.lock();
+      has_changes_ = true;
+      changed_.wait_for(lock, pause_after_failure, [&] { return stopping_; });
+    }
+  }
+}
+
+void NodeLink::step(bool has_changes, bool has_events, bool is_due) {
+  bool is_new = false;
+  if (has_changes || is_due) is_new = store_.number_events() > 0;
+  if (is_new) wakeups_.publish(new_events, "new");
+  if (settings_.has_clients && (is_new || has_events || is_due)) read_events();
+  std::deque<std::function<void()>> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    tasks.swap(tasks_);
+  }
+  for (const auto& task : tasks) task();
+  if (!is_due) return;
+  send_progress();
+  report();
+}
+
+void NodeLink::report() {
+  Node node = settings_.node;
+  std::tie(node.slots, node.running) = settings_.load();
+  const ClusterStore::Duties duties = store_.report_node(node);
+  steps_with_suspects_ = duties.suspects_wait ? steps_with_suspects_ + 1 : 0;
+  const bool takes_suspects =
+      duties.suspects_wait && (node.running == 0 || steps_with_suspects_ > steps_until_suspects);
+  queue_.runner.call([&](JobRunner& runner) {
+    runner.notify(takes_suspects);  // also where a message about a job was lost
+    for (const std::string& id : duties.cancelled) runner.cancel(id);
+  });
+}
+
+void NodeLink::send_progress() {
+  std::map<std::string, double> progress;
+  {
+    const std::lock_guard lock(mutex_);
+    progress.swap(progress_);
+  }
+  for (const auto& [id, fraction] : progress) wakeups_.publish(progress_made, id + " " + std::to_string(fraction));
+}
+
+void NodeLink::read_events() {
+  const std::lock_guard lock(read_mutex_);
+  std::vector<JobEvent> events;
+  do {
+    events = store_.events_after(read_to_, events_at_once);
+    if (!events.empty() && events.front().number != read_to_ + 1) {  // this node was away for long
+      events_.continue_from(events.front().number - 1, [this] { read_events(); });
+      queue_.waiters.wake_all();
+    }
+    for (const JobEvent& event : events) {
+      events_.add(event);
+      if (event.kind == JobEvent::Kind::done) queue_.notifications.on_ended(event.job.id);
+      read_to_ = event.number;
+    }
+  } while (events.size() == events_at_once);
+}
+
+void NodeLink::post(std::function<void()> task) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+  }
+  changed_.notify_all();
+}
+
+void NodeLink::wake() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    has_changes_ = true;
+  }
+  changed_.notify_all();
+}
+
+// ---- changes of this node
+
+void NodeLink::on_state_changed(const std::string& /*id*/, JobState /*to*/) noexcept { wake(); }
+
+void NodeLink::on_removed(const JobSummary& /*job*/) noexcept { wake(); }
+
+void NodeLink::on_progress(const std::string& id, double fraction) noexcept {
+  if (settings_.has_clients) events_.on_progress(id, fraction);
+  const std::lock_guard lock(mutex_);
+  progress_.insert_or_assign(id, fraction);
+}
+
+void NodeLink::on_measurement(const std::string& id, const std::string& summary) noexcept {
+  post([this, id, summary] { store_.put_result(id, measurement_result, summary); });
+}
+
+// ---- previews of jobs that another node runs
+
+void NodeLink::answer_preview(const std::string& id_and_side) {
+  const auto request = parse<std::uint32_t>(id_and_side);
+  if (!request) return;
+  const auto store = [this, request = *request] {
+    const Previews::Png png = queue_.waiters.preview(request.id, request.value).png;
+    if (!png) return;
+    store_.put_result(request.id, result_name(request.value), *png);
+    wakeups_.publish(preview_made, request.id + " " + std::to_string(request.value));
+  };
+  queue_.waiters.request_own_preview(request->id, request->value, [this, store] { post(store); });
+}
+
+void NodeLink::fetch_preview(const std::string& id_and_side) {
+  const auto made = parse<std::uint32_t>(id_and_side);
+  if (!made || !queue_.waiters.is_preview_requested(made->id, made->value)) return;
+  post([this, made = *made] {
+    if (auto png = store_.find_result(made.id, result_name(made.value)))
+      queue_.waiters.add_preview(made.id, made.value, *std::move(png));
+  });
+}
+
+}  // namespace queue
