@@ -10,6 +10,7 @@ EXAMPLES = {
     "changeJob": {"headers": {"If-Match": "*"}, "body": {"priority": 50}},
     "changeJobs": {"body": {"action": "cancel", "filter": {"batch": "BATCH"}, "dry_run": True}},
     "compareImages": {"body": {"a": "JOB", "b": "OTHER_JOB", "tolerance": 1}},
+    "createTicket": {"body": {"path": "/v1/batches/BATCH/artifacts.tar"}},
     "findMissingAssets": {"body": {"sha256": ["SHA256"]}},
     "getAnimation": {"query": "fps=24&max=256"},
     "getAsset": {"output": "asset.bin"},

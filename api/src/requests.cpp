@@ -174,6 +174,22 @@ std::string write_asset(const std::string& sha256, std::uint64_t bytes) {
   return Json{{"sha256", sha256}, {"bytes", bytes}}.dump() + '\n';
 }
 
+tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const DocumentLimits& document_limits) {
+  return read_request<std::string>(bytes, document_limits, [&](json::Tape& tape, std::string& path) {
+    Limits limits;
+    limits.document = document_limits;
+    Reading reading(tape, limits);
+    Fields fields(reading, reading.root, "the request");
+    if (const auto at = fields.take_required("path"); at && read(reading, *at, Name{path})) {
+      const bool is_plain =
+          std::all_of(path.begin(), path.end(), [](char c) { return c > ' ' && c <= '~' && c != '#'; });
+      if (!is_plain || !path.starts_with("/v1/")) add_issue(reading, *at, "malformed", "must be a path below /v1/");
+    }
+    fields.finish();
+    return reading.take_issues();
+  });
+}
+
 tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits) {
   return read_request<RequestedChange>(bytes, limits.document, [&](json::Tape& tape, RequestedChange& change) {
     Reading reading(tape, limits);

@@ -49,7 +49,11 @@ Refusal read_query(std::string_view text, RequestHead& head) {
     auto name = percent_decoded(pair.substr(0, equals));
     auto value = percent_decoded(equals == std::string_view::npos ? std::string_view{} : pair.substr(equals + 1));
     if (!name || !value) return bad("the query has a bad percent escape");
-    head.query.emplace_back(std::move(*name), std::move(*value));
+    if (*name == "ticket") {
+      head.ticket = *std::move(value);
+    } else {
+      head.query.emplace_back(*std::move(name), *std::move(value));
+    }
   }
   return std::nullopt;
 }

@@ -34,7 +34,8 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 struct RequestHead {
   std::string method;  ///< GET HEAD POST PUT PATCH DELETE OPTIONS
   std::string path;    ///< as received, up to '?'; printable ASCII, starts with '/'
-  Pairs query;         ///< percent-decoded, in order
+  Pairs query;         ///< percent-decoded, in order, without `ticket`
+  std::string ticket;  ///< the parameter "ticket" of the query, which stands for a key: see keys/key_ring.h
   Pairs headers;       ///< names in lower case, values trimmed, in order
   std::optional<std::uint64_t> content_length;
   bool keep_alive = true;

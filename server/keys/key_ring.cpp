@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -55,6 +56,12 @@ std::string read_line(const std::string& line, Key& key) {
   if (!is_number || key.weight < 1 || key.weight > weight_max)
     return "the weight must be 1.." + std::to_string(weight_max) + ", got \"" + weight + "\"";
   return {};
+}
+
+std::string ticket_text(const Key& key, std::string_view path, std::int64_t expires_s) {
+  const std::string expires = std::to_string(expires_s);
+  return key.name + '.' + expires + '.' +
+         tracer::hex_of(tracer::hmac_sha256(key.sha256, expires + ' ' + std::string(path)));
 }
 
 [[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
@@ -167,6 +174,31 @@ std::optional<Key> KeyRing::find(std::string_view token) const {
   const auto keys = current();
   const Key* const key = keys::find(*keys, token);
   return key == nullptr ? std::nullopt : std::optional(*key);
+}
+
+std::int64_t system_time_s() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::seconds>(since_1970).count();
+}
+
+Ticket KeyRing::create_ticket(const Key& key, std::string_view path) const {
+  const std::int64_t expires_s = now_s_() + ticket_lifetime_s;
+  return {ticket_text(key, path, expires_s), expires_s};
+}
+
+std::optional<Key> KeyRing::find_by_ticket(std::string_view ticket, std::string_view path) const {
+  const std::size_t mac = ticket.rfind('.');
+  if (mac == std::string_view::npos || mac == 0) return std::nullopt;
+  const std::size_t expires = ticket.rfind('.', mac - 1);  // a name may have dots
+  if (expires == std::string_view::npos) return std::nullopt;
+  const std::string_view name = ticket.substr(0, expires), digits = ticket.substr(expires + 1, mac - expires - 1);
+  std::int64_t expires_s = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), expires_s);
+  if (error != std::errc() || end != digits.data() + digits.size() || expires_s < now_s_()) return std::nullopt;
+  const auto keys = current();
+  for (const Key& key : *keys)  // a name may have several keys
+    if (key.name == name && is_equal(ticket_text(key, path, expires_s), ticket)) return key;
+  return std::nullopt;
 }
 
 }  // namespace keys

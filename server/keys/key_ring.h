@@ -4,7 +4,14 @@
 /// The file has a line for each key, "NAME SCOPE[,SCOPE] SHA256 [WEIGHT]"; '#' begins a comment. A key has 256 random
 /// bits, so a plain SHA-256 is safe against guessing. Two lines may share a name, for rotation; the name identifies the
 /// owner of jobs and quotas.
+///
+/// A ticket stands for a key where a program cannot send a header, such as a browser that saves a file: it permits to
+/// read one path for a short time. It is "NAME.EXPIRES.MAC": the name of the key, s since 1970 UTC, and the
+/// HMAC-SHA-256 of path and time under the stored hash of the key, in hex. Nothing is stored, and a ticket ends with
+/// its key.
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -56,16 +63,31 @@ bool is_name(std::string_view text);
 /// Appends the line to the file, durably; creates a missing file with mode 0600. Throws std::system_error.
 void append(const std::string& path, const std::string& line);
 
+constexpr std::int64_t ticket_lifetime_s = 60;
+
+struct Ticket {
+  std::string text;
+  std::int64_t expires_s = 0;  ///< s since 1970 UTC
+};
+
+std::int64_t system_time_s();  ///< s since 1970 UTC
+
 /// The current keys. Thread-safe.
 class KeyRing {
  public:
-  explicit KeyRing(std::vector<Key> keys) : keys_(std::make_shared<const std::vector<Key>>(std::move(keys))) {}
+  explicit KeyRing(std::vector<Key> keys, std::function<std::int64_t()> now_s = system_time_s)
+      : now_s_(std::move(now_s)), keys_(std::make_shared<const std::vector<Key>>(std::move(keys))) {}
   void reload(std::vector<Key> keys);
   [[nodiscard]] std::optional<Key> find(std::string_view token) const;
+  /// A ticket of a key for a path without query.
+  [[nodiscard]] Ticket create_ticket(const Key& key, std::string_view path) const;
+  /// The key of a ticket that is valid now for this path.
+  [[nodiscard]] std::optional<Key> find_by_ticket(std::string_view ticket, std::string_view path) const;
   [[nodiscard]] std::size_t size() const { return current()->size(); }
 
  private:
   [[nodiscard]] std::shared_ptr<const std::vector<Key>> current() const;
+  const std::function<std::int64_t()> now_s_;
   mutable std::mutex mutex_;
   std::shared_ptr<const std::vector<Key>> keys_;
 };

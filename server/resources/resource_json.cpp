@@ -287,6 +287,10 @@ std::string write_me(const std::string& name, const std::vector<std::string_view
       {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
 }
 
+std::string write_ticket(const std::string& url, std::optional<std::int64_t> expires_at_unix_ms) {
+  return text_of({{"url", url}, {"expires_at", time_json(expires_at_unix_ms)}});
+}
+
 std::string write_bulk(std::int64_t matched, std::int64_t done,
                        const std::vector<std::pair<std::string, std::string_view>>& refused) {
   Json items = Json::array();

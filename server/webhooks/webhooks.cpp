@@ -1,16 +1,14 @@
 #include "server/webhooks/webhooks.h"
 
 #include <openssl/evp.h>
-#include <openssl/hmac.h>
 
 #include <algorithm>
-#include <array>
-#include <new>
 #include <optional>
 #include <sstream>
 #include <utility>
 
 #include "server/resources/resource_json.h"
+#include "tracer/sha256.h"
 
 namespace webhooks {
 namespace {
@@ -42,16 +40,6 @@ std::optional<Secret> read_secret(std::string_view text) {
   return secret;
 }
 
-std::string hmac_sha256(const Secret& secret, std::string_view text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), raw(text), text.size(), digest.data(),
-           &size) == nullptr) {
-    throw std::bad_alloc();
-  }
-  return {reinterpret_cast<const char*>(digest.data()), size};
-}
-
 constexpr std::string_view test_event = "webhook.test";
 constexpr int gone = 410;  // the receiver rejects further deliveries (Standard Webhooks, "Delivery")
 constexpr std::chrono::milliseconds longest_sleep = std::chrono::hours(1);
@@ -78,7 +66,7 @@ std::string signature(const std::vector<Secret>& secrets, std::string_view id, s
   text.append(".").append(std::to_string(timestamp_s)).append(".").append(body);
   std::string value;
   for (const Secret& secret : secrets) {
-    value += (value.empty() ? "v1," : " v1,") + base64(hmac_sha256(secret, text));
+    value += (value.empty() ? "v1," : " v1,") + base64(tracer::hmac_sha256(secret, text));
   }
   return value;
 }

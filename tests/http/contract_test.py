@@ -355,14 +355,15 @@ class Contract(ContractParts, unittest.TestCase):
         self.check(seen, template, reply)
         self.check(seen, template, self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
         self.check(seen, template, self.daemon.get("/v1/assets/" + "0" * 64))
-        question = "/v1/assets/missing"
-        for body in ({"sha256": ["0" * 64]}, {"sha256": ["0"]}, b"{", b"[" * 100):
-            self.check(seen, question, self.daemon.request("POST", question, body), "POST")
-        self.check(seen, question, self.daemon.request("POST", question, b"{}", {"Content-Type": "text/plain"}), "POST")
-        with self.daemon.socket() as connection:
-            connection.sendall(f"POST {question} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
-            self.assertIn(b" 411 ", connection.makefile("rb").readline())
-            seen.add(("findMissingAssets", 411))
+        for question, name, good in (("/v1/assets/missing", "findMissingAssets", {"sha256": ["0" * 64]}),
+                                     ("/v1/tickets", "createTicket", {"path": "/v1/jobs?limit=1"})):
+            for body in (good, {}, b"{", b"[" * 100):
+                self.check(seen, question, self.daemon.request("POST", question, body), "POST")
+            self.check(seen, question, self.daemon.request("POST", question, b"{}", {"Content-Type": "text/plain"}), "POST")
+            with self.daemon.socket() as connection:
+                connection.sendall(f"POST {question} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+                self.assertIn(b" 411 ", connection.makefile("rb").readline())
+                seen.add((name, 411))
 
     def check_refusals_of_a_busy_daemon(self, seen):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:

@@ -122,6 +122,32 @@ TEST(Access, AcceptsChangesByItsOwnPagesAndPrograms) {
   }
 }
 
+TEST(KeyRing, FindsAKeyByATicketForItsPathAndTime) {
+  const keys::CreatedKey made = keys::create("a.n-n", {Scope::jobs_read});
+  std::int64_t now_s = 1000;
+  keys::KeyRing ring(*keys::parse(made.line + "\n" + keys::create("a.n-n", {Scope::admin}).line),
+                     [&] { return now_s; });
+  const keys::Ticket ticket = ring.create_ticket(*ring.find(made.token), "/v1/jobs");
+  EXPECT_EQ(ticket.expires_s, 1000 + keys::ticket_lifetime_s);
+  const auto found = ring.find_by_ticket(ticket.text, "/v1/jobs");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->sha256, ring.find(made.token)->sha256);
+  EXPECT_FALSE(ring.find_by_ticket(ticket.text, "/v1/job"));
+  now_s = ticket.expires_s;
+  EXPECT_TRUE(ring.find_by_ticket(ticket.text, "/v1/jobs"));
+  now_s = ticket.expires_s + 1;
+  EXPECT_FALSE(ring.find_by_ticket(ticket.text, "/v1/jobs"));
+  now_s = 1000;
+  std::string later = ticket.text;
+  later.replace(later.find("1060"), 4, "9999");
+  for (const std::string& wrong : {later, std::string(), std::string("."), std::string(".."), std::string("a.n-n"),
+                                   "a.n-n.x" + ticket.text.substr(10), ticket.text + "0"}) {
+    EXPECT_FALSE(ring.find_by_ticket(wrong, "/v1/jobs")) << wrong;
+  }
+  ring.reload(*keys::parse(keys::create("a.n-n", {Scope::jobs_read}).line));
+  EXPECT_FALSE(ring.find_by_ticket(ticket.text, "/v1/jobs"));
+}
+
 TEST(Access, SetsTheOwnerOfARequestToTheNameOfItsKey) {
   const keys::CreatedKey made = keys::create("ann", {Scope::jobs_read});
   const keys::KeyRing ring(*keys::parse(made.line));

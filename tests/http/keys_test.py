@@ -111,6 +111,28 @@ class WithKeys(unittest.TestCase):
         self.assert_problem(self.ask("reader", "POST", "/v1/compare", pair), 403, "forbidden")
         self.assertEqual(json_of(self.ask("admin", "POST", "/v1/compare", pair))["rmse"], 0)
 
+    def test_a_ticket_reads_one_path_without_a_key(self):
+        job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))["id"]
+        self.ask("both", path=f"/v1/jobs/{job}?wait=60")
+        path = f"/v1/jobs/{job}/view.png?max=16"
+        self.assert_problem(self.ask(None, "POST", "/v1/tickets", {"path": path}), 401, "unauthenticated")
+        self.assert_problem(self.ask("writer", "POST", "/v1/tickets", {"path": path}), 403, "forbidden")
+        reply = self.ask("reader", "POST", "/v1/tickets", {"path": path})
+        self.assertEqual((reply.status, reply.headers["Cache-Control"]), (200, "no-store"), reply.body)
+        url = json_of(reply)["url"]
+        self.assertTrue(url.startswith(path + "&ticket=reader."), url)
+        self.assertEqual(self.ask(None, path=url).body, self.ask("reader", path=path).body)
+        self.assertEqual(self.ask(None, "HEAD", url).status, 200)
+        ticket = url.split("ticket=")[1]
+        other = url[:-1] + ("0" if url[-1] != "0" else "1")
+        for wrong in (other, f"/v1/jobs/{job}?ticket={ticket}", url.replace("reader.", "both."), url.replace("=reader.", "=reader.9")):
+            self.assert_problem(self.ask(None, path=wrong), 401, "unauthenticated")
+        for method, body in (("DELETE", None), ("POST", {})):
+            self.assert_problem(self.ask(None, method, f"/v1/jobs/{job}?ticket={ticket}", body), 401, "unauthenticated")
+        for bad in ("/metrics", "http://127.0.0.1/v1/jobs", "/v1/jobs#x", "/v1/a b"):
+            self.assert_problem(self.ask("reader", "POST", "/v1/tickets", {"path": bad}), 422, "invalid_request")
+        self.assertNotIn(ticket, self.daemon.log())
+
     def test_what_the_service_is_and_how_it_does_needs_no_key(self):
         for path in ("/", "/docs", "/docs/scene", "/openapi.json"):
             self.assertEqual(self.ask(None, path=path).status, 200)

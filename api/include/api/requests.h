@@ -68,6 +68,9 @@ struct CompareRequest {
 /// Reads {"a", "b", "tolerance"?, "heat"?}. As parse_scene: all issues at once, never throws.
 tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const DocumentLimits& limits);
 
+/// Reads {"path"} of POST /v1/tickets: below /v1/, with or without a query. As parse_scene: never throws.
+tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const DocumentLimits& limits);
+
 /// Reads a webhook, as in a document. As parse_scene: all issues at once, never throws.
 tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits);
 

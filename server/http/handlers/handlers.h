@@ -141,6 +141,7 @@ Answer get_version(Request& request, const ApiContext& context);
 std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& context);
 Answer get_me(Request& request, const ApiContext& context);
 Answer get_nodes(Request& request, const ApiContext& context);
+Answer create_ticket(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
 Answer get_scene_schema(Request& request);
 Answer get_scene_docs(Request& request);

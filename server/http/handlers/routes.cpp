@@ -36,7 +36,17 @@ bool is_open(const RequestHead& head) {
          head.path == "/schemas/scene.schema.json" || head.path.starts_with("/ui/");
 }
 
+/// Tickets permit to read only.
+bool reads(const RequestHead& head) { return head.method == "GET" || head.method == "HEAD"; }
+
+std::optional<keys::Key> find_key(const RequestHead& head, const keys::KeyRing& ring) {
+  if (head.ticket.empty() || !reads(head)) return ring.find(token_of(head));
+  return ring.find_by_ticket(head.ticket, head.path);
+}
+
 Problem unauthenticated(const RequestHead& head) {
+  if (!head.ticket.empty() && reads(head))
+    return {failures::unauthenticated, "the ticket is not valid for this path now; POST /v1/tickets returns one"};
   if (head.header("authorization")) return {failures::unauthenticated, "the key in Authorization is not valid"};
   return {failures::unauthenticated, "send the header Authorization: Bearer KEY"};
 }
@@ -74,29 +84,29 @@ std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* rin
     return Problem{failures::misdirected_request,
                    "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
   }
-  if (is_open(head) || ring->find(token_of(head))) return std::nullopt;
+  if (is_open(head) || find_key(head, *ring)) return std::nullopt;
   return unauthenticated(head);
 }
 
 std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring) {
   if (ring == nullptr || is_open(head)) return std::nullopt;
-  const auto key = ring->find(token_of(head));
+  const auto key = find_key(head, *ring);
   if (!key) return unauthenticated(head);
-  const bool reads = head.method == "GET" || head.method == "HEAD";
-  const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
+  const bool changes = !reads(head) && head.path != "/v1/tickets";
+  const keys::Scope scope = changes ? keys::Scope::jobs_write : keys::Scope::jobs_read;
   if (key->allows(scope) || head.path == "/v1/me") return std::nullopt;
   return Problem{failures::forbidden, "key " + key->name + " does not have the scope " + std::string(name_of(scope))};
 }
 
 std::optional<keys::Key> handlers::key_of(const RequestHead& head, const ApiContext& context) {
-  return context.keys == nullptr ? std::nullopt : context.keys->find(token_of(head));
+  return context.keys == nullptr ? std::nullopt : find_key(head, *context.keys);
 }
 
 Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
   if (ring == nullptr) return handler;
   return [handler, ring](Request& request) -> Answer {
     if (const auto problem = access_problem(request.head, ring)) return problem_reply(*problem, request.id);
-    if (const auto key = ring->find(token_of(request.head))) {
+    if (const auto key = find_key(request.head, *ring)) {
       request.owner = key->name;
       request.owner_weight = key->weight;
     }
@@ -107,6 +117,11 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
 namespace {
 
 constexpr std::size_t thumbnail_bytes_max = 64u << 20;  // those of 2000 frames
+
+/// Query of the list of jobs.
+std::vector<std::string> list_parameters() {
+  return {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"};
+}
 
 void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
   std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
@@ -134,8 +149,6 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [context, handler](Request& request) { return handler(request, *context); };
   };
-  const std::vector<std::string> listed{"state",         "label",          "batch", "kind",  "owner",
-                                        "created_after", "created_before", "q",     "limit", "cursor"};
   std::vector<Route> routes{
       {"GET", "/", with_context(get_root), {}},
       {"GET", "/ui/{tree}/{file}", with_context(get_page_file), {}},
@@ -145,8 +158,9 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},
       {"GET", "/v1/version", with_context(get_version), {}},
       {"GET", "/v1/me", with_context(get_me), {}},
+      {"POST", "/v1/tickets", with_context(create_ticket), {}},
       {"POST", "/v1/jobs", with_context(submit_job), {}},
-      {"GET", "/v1/jobs", with_context(list_jobs), listed},
+      {"GET", "/v1/jobs", with_context(list_jobs), list_parameters()},
       {"POST", "/v1/jobs/validate", with_context(validate_job), {}},
       {"POST", "/v1/jobs/bulk", with_context(change_jobs), {}, true},
       {"POST", "/v1/compare", with_context(compare_images), {}},

@@ -4,6 +4,7 @@
 #include <httplib.h>
 
 #include "api/openapi.h"
+#include "api/requests.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
@@ -76,6 +77,21 @@ Answer get_me(Request& request, const ApiContext& context) {
 
 Answer get_nodes(Request&, const ApiContext& context) {
   Reply reply = json_reply(200, resources::write_nodes(context.nodes()));
+  reply.headers.emplace_back("Cache-Control", "no-store");
+  return reply;
+}
+
+Answer create_ticket(Request& request, const ApiContext& context) {
+  const auto target = take_request(request, "the path", api::parse_ticket, context.limits.document);
+  if (!target) return target.error();
+  std::string url = *target;
+  std::optional<std::int64_t> expires_at;
+  if (const auto key = key_of(request.head, context)) {
+    const keys::Ticket ticket = context.keys->create_ticket(*key, target->substr(0, target->find('?')));
+    url.append(url.find('?') == std::string::npos ? "?ticket=" : "&ticket=").append(ticket.text);
+    expires_at = ticket.expires_s * 1000;
+  }
+  Reply reply = json_reply(200, resources::write_ticket(url, expires_at));
   reply.headers.emplace_back("Cache-Control", "no-store");
   return reply;
 }

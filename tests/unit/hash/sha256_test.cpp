@@ -37,6 +37,14 @@ TEST(Sha256, WritesTheDigestAsBytesToo) {
   EXPECT_EQ(hash.digest().substr(0, 4), "\xe3\xb0\xc4\x42");
 }
 
+TEST(HmacSha256, IsThatOfRfc4231) {
+  EXPECT_EQ(tracer::hex_of(tracer::hmac_sha256("Jefe", "what do ya want for nothing?")),
+            "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843");
+  EXPECT_EQ(tracer::hex_of(tracer::hmac_sha256(std::string(131, '\xaa'),
+                                               "Test Using Larger Than Block-Size Key - Hash Key First")),
+            "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54");
+}
+
 TEST(IsSha256, AcceptsOnlyLowerCaseHexOfFullLength) {
   const std::string digest = tracer::sha256_hex("");
   EXPECT_TRUE(tracer::is_sha256(digest));

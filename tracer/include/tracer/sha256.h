@@ -35,6 +35,12 @@ class Sha256 {
 /// Sha256::hex() of `bytes`.
 std::string sha256_hex(std::string_view bytes);
 
+/// HMAC-SHA-256 (RFC 2104): 32 bytes.
+std::string hmac_sha256(std::string_view key, std::string_view text);
+
+/// Bytes as lower-case hex digits.
+std::string hex_of(std::string_view bytes);
+
 /// True for exactly 64 lower-case hex digits. Names from outside must pass this test before they become part of a path.
 bool is_sha256(std::string_view name);
 

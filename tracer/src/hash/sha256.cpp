@@ -1,8 +1,10 @@
 #include "tracer/sha256.h"
 
 #include <openssl/evp.h>
+#include <openssl/hmac.h>
 
 #include <algorithm>
+#include <array>
 #include <new>
 
 namespace tracer {
@@ -25,13 +27,25 @@ std::string Sha256::digest() {
   return digest;
 }
 
-std::string Sha256::hex() {
+std::string Sha256::hex() { return hex_of(digest()); }
+
+std::string hex_of(std::string_view bytes) {
   std::string text;
-  for (const unsigned char byte : digest()) {
+  for (const char each : bytes) {
+    const auto byte = static_cast<unsigned char>(each);
     text += "0123456789abcdef"[byte >> 4];
     text += "0123456789abcdef"[byte & 15];
   }
   return text;
+}
+
+std::string hmac_sha256(std::string_view key, std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), reinterpret_cast<const unsigned char*>(text.data()),
+           text.size(), digest.data(), &size) == nullptr)
+    throw std::bad_alloc();
+  return {reinterpret_cast<const char*>(digest.data()), size};
 }
 
 std::string sha256_hex(std::string_view bytes) {
