@@ -4,13 +4,13 @@ import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {mayWrite, postJson} from './api.js';
 import {duration} from './format.js';
-import {attempt, State, Thumbnail} from './parts.js';
+import {attempt, Icon, State, Thumbnail} from './parts.js';
 import {indexOf, leaves} from './sweep.js';
 import {useWindow} from './windowed.js';
 import {words} from './words.js';
 
 /** Px, as in app.css. */
-const CELL = {width: 168, height: 200, gap: 10};
+const CELL = {width: 168, height: 178, gap: 10};
 const THUMBNAIL_SIDE = 256, SMALL_SIDE = 128, MANY = 100;
 const text = words.batches;
 
@@ -95,6 +95,6 @@ function Cell({job, index, label, many}) {
   return html`<span class="cell" data-index=${index} data-id=${job.id} data-state=${job.state}><a href=${`#/jobs/${job.id}`} aria-label=${label ? `${label}, ${name}` : name}><${Thumbnail} key=${job.id} job=${job} side=${many ? SMALL_SIDE : THUMBNAIL_SIDE} /></a>
     ${label && html`<span class="number line">${label}</span>`}
     ${job.state === 'running' ? html`<progress max="1" value=${job.progress} aria-label=${words.queue.columns.progress}></progress>`
-      : job.state === 'succeeded' ? html`<span class="dim number">${job.report ? duration(job.report.time_ms.trace / 1000) : ''}</span>` : html`<span class="ended"><${State} state=${job.state} />${failed && mayWrite.value && html`<button onClick=${retry}>${words.queue.retry}</button>`}</span>`}
-    ${failed && html`<span class="reason line" title=${job.problem?.detail}>${job.problem?.detail}</span>`}</span>`;
+      : job.state === 'succeeded' ? html`<span class="dim number">${job.report ? duration(job.report.time_ms.trace / 1000) : ''}</span>` : html`<span class="ended">${failed ? html`<span class="reason line" title=${job.problem?.detail}><${Icon} name="failed" /> ${job.problem?.detail}</span>` : html`<${State} state=${job.state} />`}
+          ${failed && mayWrite.value && html`<button onClick=${retry}>${words.queue.retry}</button>`}</span>`}</span>`;
 }

@@ -17,7 +17,7 @@ const text = words.compare;
  * @property {Blob | null} png the PNG of a job, if the page itself can compare it
  * @property {Blob | null} shown null: of a kind that browsers do not show
  */
-/** @typedef {Omit<import('./diff.js').Difference, 'heat' | 'sign' | 'histogram'> & {heat: Blob, sign?: Blob, histogram?: number[], formats?: string[]}} Found */
+/** @typedef {Omit<import('./diff.js').Difference, 'heat' | 'sign' | 'histogram'> & {heat: Blob, white: number, sign?: Blob, histogram?: number[], formats?: string[]}} Found */
 
 /** @param {string} path @returns {Promise<Blob>} */
 const bytesAt = async (path) => (await request('GET', path)).blob();
@@ -64,6 +64,6 @@ export async function load(reference, worker, signal) {
 /** @param {[Side, Side]} sides @param {Caller} worker @returns {Promise<Found>} */
 export async function difference([a, b], worker) {
   if (a.png && b.png) return worker.call({method: 'compare', a: a.png, b: b.png});
-  const {formats, width, height, rmse, bias, psnr_db, differing, worst, greatest, heat_map} = await postJson('/v1/compare', {a: a.reference, b: b.reference, heat: true});
-  return {formats, width, height, rmse, bias, psnr: psnr_db ?? Infinity, share: differing, worst: {x: worst[0]?.x ?? 0, y: worst[0]?.y ?? 0, levels: greatest}, heat: await bytesAt(heat_map)};
+  const {formats, width, height, rmse, bias, psnr_db, differing, worst, greatest, heat_map, heat_white} = await postJson('/v1/compare', {a: a.reference, b: b.reference, heat: true});
+  return {formats, width, height, rmse, bias, psnr: psnr_db ?? Infinity, share: differing, worst: {x: worst[0]?.x ?? 0, y: worst[0]?.y ?? 0, levels: greatest}, white: heat_white, heat: await bytesAt(heat_map)};
 }

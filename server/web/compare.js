@@ -7,8 +7,8 @@ import {difference, load} from './compare-source.js';
 import {documentDifference} from './document-difference.js';
 import {upload} from './drop.js';
 import {count, duration, figure} from './format.js';
-import {addKeys} from './keys.js';
-import {attempt, Thumbnail} from './parts.js';
+import {addKeys, DIGITS} from './keys.js';
+import {attempt, HeatLegend, Icon, Thumbnail} from './parts.js';
 import {errorText} from './queue.js';
 import {route, setQuery} from './routes.js';
 import {Viewer} from './viewer.js';
@@ -75,15 +75,15 @@ function Pair({a, b}) {
     }, 300);
     return () => clearTimeout(timer);
   }, [view.value]);
-  useEffect(() => addKeys(Object.fromEntries(MODES.map((name, index) => [String(index + 1), () => setQuery({mode: name})]))), []);
+  useEffect(() => addKeys({[DIGITS]: (key) => { if (MODES[Number(key) - 1]) setQuery({mode: MODES[Number(key) - 1]}); }}), []);
   if (!sides.value) return html`<div class="page"><h1>${words.titles.compare}</h1>${problem.value ? html`<p class="note bad" role="alert">${problem.value}</p>` : html`<p class="dim">${words.loading}</p>`}</div>`;
   const [first, second] = sides.value, still = matchMedia('(prefers-reduced-motion: reduce)').matches;
-  const name = (/** @type {Side} */ side) => side.job ? html`<a href=${`#/jobs/${side.job.id}`}>${side.name}</a>` : side.name;
+  const name = (/** @type {Side} */ side) => side.job ? html`<a href=${`#/jobs/${side.job.id}`}>${side.name}</a> <span class="dim number">${errorText(side.job)}</span>` : side.name;
   const goTo = () => { const {x: column, y: row} = found.value.worst; view.value = {zoom: 16, x: 300 - column * 16, y: 200 - row * 16}; };
   const size = found.value || first.job?.image || second.job?.image || null, viewer = {size, view};
   const isOff = (/** @type {string} */ each) => (each === 'blink' && still) || (each === 'sign' && !!found.value && !maps.value.sign);
   return html`<div class="job compare">
-    <header class="bar"><h1>${words.titles.compare}</h1><span>A: ${name(first)} · B: ${name(second)}</span><span class="spring"></span>
+    <header class="bar"><h1>${words.titles.compare}</h1><span class="pair">A: ${name(first)}</span><span class="pair">B: ${name(second)}</span><span class="spring"></span>
       <div class="buttons" role="group" aria-label=${text.mode}>${MODES.map((each) => html`<button aria-pressed=${mode === each} disabled=${isOff(each)} onClick=${() => setQuery({mode: each})}>${text.modes[each]}</button>`)}</div></header>
     ${mode === 'blink' && !still ? html`<${Blink} first=${first} second=${second} viewer=${viewer} />`
       : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A">${text.notShown}</${Viewer}><${Viewer} ...${viewer} url=${second.url} alt="B">${text.notShown}</${Viewer}></div>`
@@ -91,6 +91,8 @@ function Pair({a, b}) {
       : html`<${Viewer} ...${viewer} url=${first.url || second.url} alt=${first.url ? 'A' : 'B'} cover=${first.url && second.url} coverAlt="B" sides="A | B">${text.notShown}</${Viewer}>`}
     <div class="tabs"><div class="tab">
       ${problem.value && html`<p class="note bad" role="alert">${problem.value}</p>`}
+      ${mode === 'difference' && found.value?.white && html`<${HeatLegend} white=${found.value.white} unit=${words.queue.levels} />`}
+      ${mode === 'sign' && maps.value.sign && html`<p class="legend-sign dim"><span class="key darker"></span>${text.darker} <span class="key brighter"></span>${text.brighter}</p>`}
       ${found.value && html`<${Numbers} found=${found.value} tolerance=${tolerance} goTo=${goTo} />`}
       ${first.job && second.job && html`<${Documents} first=${first} second=${second} />`}
     </div></div>
@@ -123,10 +125,10 @@ function Numbers({found, tolerance, goTo}) {
       <dt>PSNR</dt><dd class="number" data-value=${found.psnr}>${Number.isFinite(found.psnr) ? found.psnr.toFixed(2) + ' dB' : text.equal}</dd>
       <dt>${text.beyond}</dt><dd class="number">${(100 * found.share).toFixed(2)} %</dd>
       <dt>${text.worst}</dt><dd class="number"><button class="link" onClick=${goTo}>x ${found.worst.x}, y ${found.worst.y}: ${figure(found.worst.levels)} ${words.queue.levels}</button></dd></dl>
-    <div class="buttons"><label class="switch">${text.tolerance}<input class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${(/** @type {any} */ event) => { tolerance.value = Number(event.target.value); setQuery({tolerance: event.target.value}); }} /></label>
-      <strong class="verdict">${passes ? text.pass : text.fail}</strong></div>
+    <div class="buttons"><label class="switch">${text.tolerance}<input class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${(/** @type {any} */ event) => { tolerance.value = Number(event.target.value); setQuery({tolerance: event.target.value}); }} />${text.toleranceUnit}</label>
+      <span class="state verdict" data-state=${passes ? 'succeeded' : 'failed'}><${Icon} name=${passes ? 'succeeded' : 'failed'} /><strong>${passes ? text.pass : text.fail}</strong></span></div>
     ${found.formats && html`<p class="dim">${text.byService(found.formats)}</p>`}
-    ${found.histogram && html`<table class="plain"><caption class="visually-hidden">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>`}
+    ${found.histogram && html`<table class="plain"><caption class="dim">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>`}
   </section>`;
 }
 
@@ -135,7 +137,7 @@ function Documents({first, second}) {
   const rows = documentDifference({...first.scene, job: undefined}, {...second.scene, job: undefined});
   const rays = (/** @type {Side} */ {job}) => Object.values(job?.report?.rays || {}).reduce((sum, each) => sum + Number(each), 0);
   const seconds = (/** @type {Side} */ {job}) => (job?.report?.time_ms.trace || 0) / 1000;
-  return html`<section><h2>${text.differs}</h2><table class="plain"><thead><tr><th></th><th>A</th><th>B</th></tr></thead><tbody>
+  return html`<section><h2>${text.differs}</h2><table class="plain differs"><thead><tr><th></th><th>A</th><th>B</th></tr></thead><tbody>
     ${rows.slice(0, 100).map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a.slice(0, 60)}</td><td class="number">${b.slice(0, 60)}</td></tr>`)}
     ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.sameDocument}</td></tr>`}
     <tr><td>${words.job.time}</td><td class="number">${duration(seconds(first))}</td><td class="number">${duration(seconds(second))}</td></tr>

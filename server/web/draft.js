@@ -1,6 +1,6 @@
 /** Live drafts: each change of the text is checked, then rendered small and quickly; when typing stops, as the document asks. */
 import {batch, signal} from '@preact/signals';
-import {getJson, postJson, Problem, request} from './api.js';
+import {getJson, mayWrite, postJson, Problem, request} from './api.js';
 
 const TYPING_PAUSE_MS = 150, REFINE_AFTER_MS = 600, POLL_MS = 500;
 const HISTORY_MAX = 24;
@@ -100,7 +100,7 @@ export class Drafts {
   /** @param {boolean} [asked] by the user */
   async run(asked = false) {
     const number = this.latest, text = this.text;
-    if (!this.isJson(text)) return;
+    if (!mayWrite.value || !this.isJson(text)) return;  // a key that may only read renders nothing
     const controller = this.inFlight = new AbortController();
     this.busy.value = true;
     try {
@@ -275,5 +275,5 @@ export class Drafts {
 
 /** @param {string} id */
 function cancel(id) {
-  request('POST', `/v1/jobs/${id}/cancel`).catch(() => undefined);  // it may have ended
+  postJson('/v1/jobs/bulk', {action: 'cancel', ids: [id]}).catch(() => undefined);  // unlike the job's own route, no error if it has ended
 }

@@ -4,8 +4,7 @@ import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {getJson, mayWrite, postJson, request} from './api.js';
 import {figure} from './format.js';
-import {heatColor} from './heat.js';
-import {attempt, say} from './parts.js';
+import {attempt, HeatLegend, say} from './parts.js';
 import {go} from './routes.js';
 import {Caller} from './workers.js';
 import {words} from './words.js';
@@ -105,10 +104,9 @@ export function HeatMap({job, heat}) {
   if (!url || (exr.value && !hasLayers)) {
     return html`<section><h2>${text.map}</h2><p class="dim">${text.noLayer}</p>${mayWrite.value && html`<div class="buttons"><button onClick=${again}>${text.again}</button></div>`}</section>`;
   }
-  const stops = Array.from({length: 9}, (_, i) => `rgb(${heatColor(i / 8).join(' ')})`).join(', ');
   return html`<section><h2>${text.map}</h2>
     <div class="buttons">${/** @type {const} */ (['error', 'samples']).map((name) => html`<button aria-pressed=${layer.value === name} disabled=${!exr.value?.channels[name]} onClick=${() => { layer.value = name; white.value = 0; }}>${text.layers[name]}</button>`)}
       <label class="switch">${text.white}<input class="white" type="number" min="0" step="any" value=${Number(scale.toPrecision(3))} onChange=${(/** @type {any} */ event) => { white.value = Math.max(0, Number(event.target.value)); }} /></label></div>
-    <div class="legend"><div style=${{background: `linear-gradient(to right, ${stops})`}}></div><div class="number"><span>0</span><span>${figure(scale / 2)}</span><span>${figure(scale)} ${layer.value === 'error' ? words.queue.levels : text.samples}</span></div></div>
+    <${HeatLegend} white=${scale} unit=${layer.value === 'error' ? words.queue.levels : text.samples} />
     <p class="dim">${text.largest(figure(most), layer.value === 'error' ? words.queue.levels : text.samples)}</p></section>`;
 }

@@ -12,6 +12,7 @@ export class EventStream {
     this.send = send;
     this.key = '';
     this.lastId = '';
+    this.wasLive = false;
     this.figuresAt = 0;
     this.figuresTimer = 0;
     /** @type {AbortController | null} */
@@ -43,10 +44,8 @@ export class EventStream {
 
   /** @param {AbortSignal} signal */
   async run(signal) {
-    let first = true;
     while (!signal.aborted) {
-      const status = await this.connect(signal, first);
-      first = false;
+      const status = await this.connect(signal);
       if (signal.aborted) return;
       if (status === 401 || status === 403) {
         this.send({type: 'state', state: 'locked'});
@@ -62,8 +61,8 @@ export class EventStream {
     }
   }
 
-  /** Reads one connection to its end. @param {AbortSignal} signal @param {boolean} first @returns {Promise<number>} the status; 0: no reply, or the end */
-  async connect(signal, first) {
+  /** Reads one connection to its end. @param {AbortSignal} signal @returns {Promise<number>} the status; 0: no reply, or the end */
+  async connect(signal) {
     const silence = new AbortController();
     const end = () => silence.abort();
     signal.addEventListener('abort', end);
@@ -73,9 +72,10 @@ export class EventStream {
       const reply = await fetch('/v1/events', {headers, signal: silence.signal, cache: 'no-store'});
       if (!reply.ok || !reply.body) return reply.status;
       this.send({type: 'state', state: 'live'});
-      if (!first && !this.lastId) this.send({type: 'reload'});
+      if (this.wasLive && !this.lastId) this.send({type: 'reload'});  // events between are lost
       this.readFigures();
-      if (!first) this.readHealth();
+      if (this.wasLive) this.readHealth();
+      this.wasLive = true;
       const reader = reply.body.pipeThrough(new TextDecoderStream()).getReader();
       for (let rest = ''; ;) {
         const {done, value} = await reader.read();

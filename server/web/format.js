@@ -1,4 +1,5 @@
 /** Numbers as people read them. */
+import {words} from './words.js';
 
 /** @param {number | null | undefined} seconds */
 export function duration(seconds) {
@@ -27,6 +28,12 @@ export function figure(value) {
   const size = Math.abs(value);
   if (size >= 1e5 || size < 1e-3) return value.toExponential(1);
   return String(Number(value.toPrecision(size >= 1000 ? 4 : size >= 100 ? 3 : 2)));
+}
+
+/** With the unit. @param {number | null | undefined} value of an error */
+export function levels(value) {
+  const text = figure(value);
+  return text && `${text} ${text === '1' ? words.queue.level : words.queue.levels}`;
 }
 
 /** @param {number | null | undefined} value */

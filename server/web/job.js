@@ -8,13 +8,16 @@ import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
-import {attempt, copy, download, Failure, imageUrl, State} from './parts.js';
+import {attempt, copy, download, Failure, imageUrl, NotModelled, say, State} from './parts.js';
 import {errorText} from './queue.js';
-import {route} from './routes.js';
+import {addKeys, DIGITS} from './keys.js';
+import {route, setQuery} from './routes.js';
 import {Viewer} from './viewer.js';
 import {words} from './words.js';
 
-const PREVIEW_MS = 500, PREVIEW_SIDE = 1024;
+const PREVIEW_MS = 500, PREVIEW_SIDE = 1024, LAYER_SIDE = 2048, STOPS_MAX = 100;
+/** Layers that the service draws, and those that are light, which has an exposure. */
+const LAYERS = ['color', 'depth', 'normal', 'albedo', 'object_id', 'samples', 'error'], LIGHT = ['color', 'albedo'], COUNTS = ['samples', 'error'];
 const TABS = /** @type {const} */ (['image', 'error', 'cost', 'document', 'history', 'webhooks']);
 const text = words.job;
 
@@ -48,10 +51,26 @@ function useImage(job) {
   return url;
 }
 
+/** The layer and the exposure that the address names, as an image of the service; empty: the image itself. @param {Job | null} job */
+function useLayer(job) {
+  const url = useSignal(''), query = route.value.query;
+  const layer = LAYERS.find((each) => each === query.get('layer')) || 'color', stops = LIGHT.includes(layer) ? Number(query.get('exposure')) || 0 : 0;
+  const wanted = job?.state === 'succeeded' && job.kind === 'render' && !job.expired && (layer !== 'color' || stops !== 0);
+  useEffect(() => {
+    if (!wanted || !job) return;
+    const controller = new AbortController();
+    const parameters = `layer=${layer}&max=${LAYER_SIDE}${stops !== 0 ? `&exposure=${stops}` : ''}${COUNTS.includes(layer) ? '&map=heat' : ''}`;
+    imageUrl(`/v1/jobs/${job.id}/view.png?${parameters}`, controller.signal).then((made) => { url.value = made; }, (error) => { if (!controller.signal.aborted) say(error.message); });
+    return () => { controller.abort(); URL.revokeObjectURL(url.value); url.value = ''; };
+  }, [job?.id, wanted, layer, stops]);
+  return {layer, stops, url: url.value};
+}
+
 /** @param {{id: string}} properties */
 export function JobPage({id}) {
   const {job, etag, problem} = useJob(id);
   const url = useImage(job);
+  const view = useLayer(job.value);
   const heat = useSignal(/** @type {import('./error-tab.js').Heat | null} */ (null));
   const value = job.value;
   if (!value) return html`<div class="page">${problem.value ? html`<div class="empty"><h1>${words.titles.jobs}</h1><p>${problem.value.message}</p><a class="button" href="#/">${words.toQueue}</a></div>` : html`<p class="dim">${words.loading}</p>`}</div>`;
@@ -67,16 +86,16 @@ export function JobPage({id}) {
       <${Actions} job=${job} etag=${etag} />
     </header>
     ${value.state === 'running' && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
-    <${Viewer} url=${url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} size=${value.image} cover=${tab === 'error' && heat.value ? heat.value.url : ''} coverAlt=${text.heat}
+    <${Viewer} url=${tab === 'image' && view.url || url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} size=${value.image} cover=${tab === 'error' && heat.value ? heat.value.url : ''} coverAlt=${text.heat}
       valueAt=${heat.value && tab === 'error' ? heat.value.valueAt : undefined}>
       <h2>${text.noImage[/** @type {'queued'} */ (value.state)]}</h2>
-      <p>${value.problem ? value.problem.detail : value.queue_position ? text.position(value.queue_position) : ''}</p>
+      <p>${value.problem ? value.problem.detail : waits(value)}</p>
     </${Viewer}>
     <div class="tabs">
       <nav aria-label=${words.titles.jobs}>${TABS.map((each) => html`<a href=${`#/jobs/${id}?tab=${each}`} aria-current=${each === tab ? 'page' : undefined}>${text.tabs[each]}</a>`)}</nav>
       <div class="tab">
         ${value.problem && html`<${Trouble} job=${value} />`}
-        ${tab === 'image' && html`<${Files} job=${value} />`}
+        ${tab === 'image' && html`<${Layers} job=${value} view=${view} /><${Files} job=${value} />`}
         ${tab === 'error' && html`<${ErrorTab} job=${value} /><${HeatMap} job=${value} heat=${heat} />`}
         ${tab === 'cost' && html`<${Cost} job=${value} />`}
         ${tab === 'document' && html`<${Document} job=${value} />`}
@@ -87,10 +106,36 @@ export function JobPage({id}) {
   </div>`;
 }
 
+/** @param {Job} job */
+function waits({state, not_before: at, queue_position: place}) {
+  if (state !== 'queued') return '';
+  return at && Date.parse(at) > Date.now() ? text.startsAt(new Date(at).toLocaleString()) : place ? text.position(place) : '';
+}
+
 /** Why the job failed, with links into its document. @param {{job: Job}} properties */
 function Trouble({job}) {
   return html`<div class="note bad"><strong>${job.problem.code}</strong>: ${job.problem.detail}
     ${(job.problem.errors || []).map((/** @type {any} */ each) => html`<br /><a href=${`#/edit/${job.id}?at=${encodeURIComponent(each.pointer)}`}><code>${each.pointer}</code></a> ${each.detail}`)}</div>`;
+}
+
+/** Chooses what is shown: the image at an exposure, or a layer of its OpenEXR file. @param {{job: Job, view: {layer: string, stops: number}}} properties */
+function Layers({job, view}) {
+  const layers = useSignal(['color']), {layer, stops} = view;
+  const hasLayers = job.report?.requirements.layers && job.artifacts.some((/** @type {any} */ each) => each.name === 'image.exr');
+  const isShown = job.state === 'succeeded' && job.kind === 'render' && !job.expired;
+  useEffect(() => {
+    if (!hasLayers) return;
+    documentOf(job.id).then((document) => { const asked = JSON.parse(document).output?.layers || []; layers.value = LAYERS.filter((each) => each === 'color' || asked.includes(each)); }, () => undefined);
+  }, [job.id, hasLayers]);
+  const show = (/** @type {string} */ name) => setQuery({layer: name === 'color' ? null : name});
+  const brighten = (/** @type {number} */ by) => expose((Number(route.value.query.get('exposure')) || 0) + by);
+  const expose = (/** @type {number} */ to) => setQuery({exposure: to === 0 ? null : String(Math.max(-STOPS_MAX, Math.min(STOPS_MAX, to)))});
+  useEffect(() => isShown ? addKeys({[DIGITS]: (key) => { const name = layers.value[Number(key) - 1]; if (name) show(name); }, '[': () => brighten(-1), ']': () => brighten(1)}) : undefined, [isShown]);
+  if (!isShown) return null;
+  return html`<section><h2>${text.view}</h2>
+    ${layers.value.length > 1 && html`<div class="buttons" role="group" aria-label=${text.layer}>${layers.value.map((name) => html`<button aria-pressed=${layer === name} onClick=${() => show(name)}>${text.layers[/** @type {'color'} */ (name)]}</button>`)}</div>`}
+    ${LIGHT.includes(layer) && html`<label class="switch">${text.exposure}<input class="stops" type="number" step="0.5" min=${-STOPS_MAX} max=${STOPS_MAX} value=${stops} onChange=${(/** @type {any} */ event) => expose(Number(event.target.value) || 0)} />${text.stops}</label>`}
+  </section>`;
 }
 
 /** @param {{job: Job}} properties */
@@ -99,6 +144,7 @@ function Files({job}) {
   return html`<dl class="facts-list">
       <dt>${text.id}</dt><dd><code>${job.id}</code></dd>
       ${job.image && html`<dt>${words.queue.columns.size}</dt><dd class="number">${job.image.width} × ${job.image.height}</dd>`}
+      <dt>${text.submitted}</dt><dd class="number"><time datetime=${job.created_at}>${new Date(job.created_at).toLocaleString()}</time></dd>
       <dt>${words.queue.columns.priority}</dt><dd class="number">${job.priority}</dd>
       ${job.owner && html`<dt>${text.owner}</dt><dd>${job.owner}</dd>`}
       ${job.batch && html`<dt>${text.batch}</dt><dd><a href=${`#/batches/${job.batch}`}><code>${job.batch}</code></a></dd>`}
@@ -119,7 +165,8 @@ function Cost({job}) {
       ${report.culled_shadows?.rays > 0 && html`<tr><td>${text.culled}</td><td class="right number">${count(report.culled_shadows.rays)}</td></tr>`}</tbody></table></section>
     <section><h2>${text.samples}</h2><p class="number">${text.samplesOf(figure(report.samples.min), figure(report.samples.mean), figure(report.samples.max))}</p>
       <p class="number dim">${size(report.memory_bytes)} ${report.geometry_reused ? text.reused : ''}</p></section>
-    <section><h2>${words.playground.needs}</h2><ul class="needs">${Object.entries(report.reasons || {}).map(([name, pointer]) => html`<li>${name.replaceAll('_', ' ')} <a href=${`#/edit/${job.id}?at=${encodeURIComponent(String(pointer))}`}><code>${String(pointer)}</code></a></li>`)}</ul></section>`;
+    <section><h2>${words.playground.needs}</h2><ul class="needs">${Object.entries(report.reasons || {}).map(([name, pointer]) => html`<li>${name.replaceAll('_', ' ')} <a href=${`#/edit/${job.id}?at=${encodeURIComponent(String(pointer))}`}><code>${String(pointer)}</code></a></li>`)}</ul>
+      <${NotModelled} requirements=${report.requirements} /></section>`;
 }
 
 /** @param {{job: Job}} properties */

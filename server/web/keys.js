@@ -3,14 +3,16 @@ import {signal} from '@preact/signals';
 
 const STORED = 'whittle.keys.off', SEQUENCE_MS = 1000;
 
+export const DIGITS = '1 … 7';
 export const helpOpen = signal(false);
 export const disabled = signal(new Set(/** @type {string[]} */ (JSON.parse(localStorage.getItem(STORED) || '[]'))));
 
-/** @type {Map<string, (() => void)[]>} */
+/** @typedef {(key: string) => void} Command takes the key that was pressed */
+/** @type {Map<string, Command[]>} */
 const commands = new Map();
 let prefix = '', prefixAt = 0;
 
-/** Registers commands while a part of the page is shown. @param {Record<string, () => void>} added @returns {() => void} removes them */
+/** Registers commands while a part of the page is shown. @param {Record<string, Command>} added by key; DIGITS: any of them @returns {() => void} removes them */
 export function addKeys(added) {
   for (const [name, run] of Object.entries(added)) commands.set(name, [...(commands.get(name) || []), run]);
   return () => {
@@ -35,7 +37,7 @@ window.addEventListener('keydown', (event) => {
   const isControl = event.target instanceof HTMLElement && event.target.closest('a, button, summary, input');
   if (event.key === 'Enter' && isControl) return;  // it has a meaning there
   const inSequence = prefix && performance.now() - prefixAt < SEQUENCE_MS;
-  const single = event.key === 'Escape' ? 'Esc' : event.key;
+  const single = event.key === 'Escape' ? 'Esc' : /^[1-7]$/.test(event.key) ? DIGITS : event.key;
   const name = inSequence ? `${prefix} ${event.key}` : single;
   prefix = '';
   if (!inSequence && single === 'g') {
@@ -46,5 +48,5 @@ window.addEventListener('keydown', (event) => {
   const run = (commands.get(name) || []).at(-1);
   if (!run || disabled.value.has(name)) return;
   event.preventDefault();
-  run();
+  run(event.key);
 });

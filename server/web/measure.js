@@ -11,6 +11,7 @@ import {nameOf, Plot, time} from './measure-plot.js';
 import {attempt, Failure, State} from './parts.js';
 import {changesTo} from './pointers.js';
 import {go, route, setQuery} from './routes.js';
+import {figures} from './store.js';
 import {words} from './words.js';
 
 const text = words.measure;
@@ -35,16 +36,18 @@ export function Measure({id}) {
   if (value.kind !== 'measure') return html`<div class="empty"><h1>${words.titles.measure}</h1><p>${text.notMeasured}</p><a class="button" href=${`#/jobs/${id}`}>${words.titles.jobs}</a></div>`;
   /** @type {Measurement | null} */
   const measurement = value.measurement;
+  const queue = figures.value, isAlone = queue?.jobs.running === 1 && queue.jobs.queued === 0;
+  const left = value.eta_s || (isAlone && queue.eta_s);
   const isRunning = value.state === 'running', hasPoints = !!measurement && measurement.points.length > 0;
   return html`<div class="page measure">
     <header class="heading"><h1>${words.titles.measure}: ${value.name || words.queue.untitled}</h1> <${State} state=${value.state} />
-      ${isRunning && html`<span class="number">${Math.floor(value.progress * 100)} % ${value.eta_s ? html`<span class="dim">${words.job.left(duration(value.eta_s))}</span>` : ''}</span>`}
+      ${isRunning && html`<span class="number">${Math.floor(value.progress * 100)} % ${left ? html`<span class="dim">${words.job.left(duration(left))}</span>` : ''}</span>`}
       <span class="spring"></span><a class="button" href=${`#/jobs/${id}`}>${words.titles.jobs}</a><${Actions} job=${job} etag=${etag} /></header>
     ${isRunning && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
     ${value.problem && html`<p class="note bad"><strong>${value.problem.code}</strong>: ${value.problem.detail}</p>`}
     ${measurement && !measurement.alone && html`<p class="note">${text.notAlone}</p>`}
     ${hasPoints ? html`<${Result} job=${value} measurement=${/** @type {Measurement} */ (measurement)} scene=${scene.value} />`
-      : html`<div class="empty"><h2>${isRunning ? text.reference : words.job.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.state === 'queued' || isRunning ? text.soon : ''}</p></div>`}
+      : html`<div class="empty"><h2>${isRunning ? text.reference : words.job.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.state === 'queued' || isRunning ? text.soon : ''} ${isRunning ? text.bell : ''}</p></div>`}
   </div>`;
 }
 

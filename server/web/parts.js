@@ -2,7 +2,9 @@
 import {signal, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
-import {Problem, request} from './api.js';
+import {postJson, Problem, request} from './api.js';
+import {figure} from './format.js';
+import {heatColor} from './heat.js';
 import {bells, setBells} from './store.js';
 import {words} from './words.js';
 
@@ -35,6 +37,18 @@ export function Bell({ids, label}) {
 export function Failure({problem}) {
   if (!problem) return null;
   return html`<p class="note bad" role="alert">${problem.message} ${problem.requestId && html`<span class="dim">(request <code>${problem.requestId}</code>)</span>`}</p>`;
+}
+
+/** Features that the scene does not need, which cost nothing. @param {{requirements: Record<string, boolean>}} properties */
+export function NotModelled({requirements}) {
+  const absent = Object.entries(requirements || {}).filter(([, needed]) => !needed).map(([name]) => name.replaceAll('_', ' '));
+  return absent.length > 0 && html`<p class="dim">${words.job.notModelled}: ${absent.join(', ')}.</p>`;
+}
+
+/** Colours of heat maps with their values. @param {{white: number, unit: string}} properties */
+export function HeatLegend({white, unit}) {
+  const stops = Array.from({length: 9}, (_, i) => `rgb(${heatColor(i / 8).join(' ')})`).join(', ');
+  return html`<div class="legend"><div style=${{background: `linear-gradient(to right, ${stops})`}}></div><div class="number"><span>0</span><span>${figure(white / 2)}</span><span>${figure(white)} ${unit}</span></div></div>`;
 }
 
 /** @param {{open: boolean, onClose: () => void, title: string, children?: any}} properties */
@@ -111,14 +125,19 @@ export function Thumbnail({job, side = 128}) {
   return html`<span class="thumb" ref=${box}>${url.value && html`<img class="thumb" src=${url.value} alt="" />`}</span>`;
 }
 
-/** Saves the bytes at a path as a file; the key is sent. @param {string} path @param {string} name */
+const DOWNLOAD_IN_MEMORY_MAX = 8e6;
+
+/** Saves the bytes at a path as a file: a large one by the browser itself, under a ticket. @param {string} path @param {string} name */
 export async function download(path, name) {
-  const url = URL.createObjectURL(await (await request('GET', path)).blob());
+  const stop = new AbortController(), reply = await request('GET', path, {signal: stop.signal});
+  const isLarge = Number(reply.headers.get('Content-Length')) > DOWNLOAD_IN_MEMORY_MAX;
+  if (isLarge) stop.abort();
+  const url = isLarge ? (await postJson('/v1/tickets', {path})).url : URL.createObjectURL(await reply.blob());
   const link = document.createElement('a');
   link.href = url;
   link.download = name;
   link.click();
-  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+  if (!isLarge) setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
 /** At most four images are requested at once. */

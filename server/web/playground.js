@@ -10,7 +10,7 @@ import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
 import {documentOf} from './job-source.js';
-import {attempt, copy, Failure} from './parts.js';
+import {attempt, copy, Failure, NotModelled} from './parts.js';
 import {changesTo} from './pointers.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
@@ -263,7 +263,7 @@ function Facts({drafts, editor}) {
       <dt>${text.memory}</dt><dd class="number">${size(estimate.memory_bytes)}</dd></dl></section>`}
     ${estimate && html`<section><h2>${text.accuracy}</h2><${Target} editor=${editor} /></section>`}
     ${validation.valid && html`<section><h2>${text.needs}</h2>${reasons.length === 0 ? html`<p class="dim">${text.noReasons}</p>` : html`<ul>${reasons.map(([name, pointer]) => html`
-      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}</section>`}
+      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}<${NotModelled} requirements=${validation.requirements} /></section>`}
   </aside>`;
 }
 

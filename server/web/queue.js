@@ -3,7 +3,7 @@ import {signal, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useMemo, useRef} from 'preact/hooks';
 import {mayWrite, postJson} from './api.js';
-import {age, count, duration, figure} from './format.js';
+import {age, count, duration, figure, levels} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
 import {attempt, Bell, Dialog, Failure, say, State, Thumbnail} from './parts.js';
@@ -23,8 +23,7 @@ setInterval(() => { if (document.visibilityState === 'visible') now.value = Date
 export function errorText(job) {
   const error = job.report?.error;
   if (!error) return '';
-  const unit = (/** @type {number} */ value) => value === 1 ? text.level : text.levels;
-  return error.target ? text.of(figure(error.estimate), `${figure(error.target)} ${unit(error.target)}`) : `${figure(error.estimate)} ${unit(error.estimate)}`;
+  return error.target ? text.of(figure(error.estimate), levels(error.target)) : levels(error.estimate);
 }
 
 export function Queue() {
@@ -129,7 +128,7 @@ function Rows({list, selected}) {
   return html`<div class="rows panel" ref=${box} onScroll=${measure} tabindex="-1">
     <table aria-rowcount=${list.order.length + 1} aria-busy=${list.loading.value}>
       <thead><tr>${mayWrite.value && html`<th class="c-check"></th>`}<th class="c-thumb"></th><th class="c-name" scope="col">${columns.name}</th><th class="c-state" scope="col">${columns.state}</th>
-        <th class="c-progress" scope="col">${columns.progress}</th><th class="c-error" scope="col">${columns.error}</th><th class="c-size" scope="col">${columns.size}</th>
+        <th class="c-progress" scope="col">${columns.time}</th><th class="c-error" scope="col">${columns.error}</th><th class="c-size" scope="col">${columns.size}</th>
         <th class="c-priority" scope="col">${columns.priority}</th><th class="c-age" scope="col">${columns.age}</th></tr></thead>
       <tbody>
         ${first > 0 && html`<tr class="space" aria-hidden="true" style=${{height: `${first * ROW}px`}}></tr>`}
@@ -164,11 +163,12 @@ function Row({job, index, isCurrent, isSelected, toggle}) {
 
 /** What can be done with the selected jobs. @param {{list: JobList, filter: Record<string, string>, selected: import('@preact/signals').Signal<Set<string>>}} properties */
 function BulkBar({list, filter, selected}) {
-  const everything = useSignal(false);
+  /** The selection that stands for all jobs of the filter, until it changes. */
+  const widened = useSignal(/** @type {Set<string> | null} */ (null)), everything = widened.value === selected.value;
   const asked = useSignal(/** @type {{action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
-  const clear = () => { selected.value = new Set(); everything.value = false; };
+  const clear = () => { selected.value = new Set(); };
   const ask = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
-    const body = everything.value ? {action, filter} : {action, ids: [...selected.value]};
+    const body = widened.value === selected.value ? {action, filter} : {action, ids: [...selected.value]};
     const trial = await postJson('/v1/jobs/bulk', {...body, dry_run: true});
     asked.value = {action, body, matched: trial.matched, refused: trial.refused.length};
   });
@@ -178,18 +178,18 @@ function BulkBar({list, filter, selected}) {
     asked.value = null;
     const {done, refused} = await postJson('/v1/jobs/bulk', body);
     say(text.outcome(text[action], done, refused.length));
-    clear();
+    selected.value = new Set(refused.map((/** @type {{id: string}} */ each) => each.id));
     list.scheduleReload();
   });
   useEffect(() => addKeys({
     'c': () => { if (selected.value.size > 0) ask('cancel'); }, 'r': () => { if (selected.value.size > 0) ask('retry'); }, 'Esc': clear,
   }), [list]);
   if (selected.value.size === 0 || !mayWrite.value) return null;
-  const canSelectAll = Object.keys(filter).length > 0 && list.order.every((id) => selected.value.has(id)) && list.cursor !== null;
+  const canSelectAll = Object.keys(filter).length > 0 && list.order.length > selected.value.size;
   const confirmed = asked.value;
   return html`<div class="bulk" role="toolbar" aria-label=${text.selected(selected.value.size)}>
-    <strong class="number">${everything.value ? text.allMatching : text.selected(selected.value.size)}</strong>
-    ${canSelectAll && !everything.value && html`<button class="quiet" onClick=${() => { everything.value = true; }}>${text.allMatching}</button>`}
+    <strong class="number">${everything ? text.allMatching : text.selected(selected.value.size)}</strong>
+    ${canSelectAll && !everything && html`<button class="quiet" onClick=${() => { widened.value = selected.value; }}>${text.allMatching}</button>`}
     ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
     <${Bell} ids=${[...selected.value]} label=${words.bell.ringAll} />
     <button onClick=${() => ask('cancel')}>${text.cancel}</button>

@@ -21,5 +21,5 @@ export function serviceState(queue, health, isLost = false) {
   }
   if (!queue) return {word: '', help: '', isBad: false};
   if (health && queue.jobs.queued >= health.limits.queued_jobs) return bad(service.full, serviceHelp.full);
-  return {word: queue.jobs.running > 0 || queue.jobs.queued > 0 ? service.busy : service.idle, help: '', isBad: false};
+  return {word: queue.jobs.running > 0 ? service.busy : queue.jobs.queued > 0 ? service.waiting : service.idle, help: '', isBad: false};
 }

@@ -1,5 +1,5 @@
 /** What the service reports of itself while the page is open: connection, figures of the queue, events of jobs. */
-import {effect, signal} from '@preact/signals';
+import {effect, signal, untracked} from '@preact/signals';
 import {identify, key, locked} from './api.js';
 import {Bells} from './bells.js';
 import {EventStream} from './event-stream.js';
@@ -89,7 +89,7 @@ function ownStream() {
 export function startStream() {
   const stream = typeof SharedWorker === 'function' ? shareStream() : ownStream();
   effect(() => {
-    if (locked.value === null) stream.enter();
+    if (locked.value === null) untracked(() => stream.enter());  // it changes the bells
   });
   window.addEventListener('pagehide', () => stream.leave());
   window.addEventListener('pageshow', (event) => { if (event.persisted) stream.enter(); });

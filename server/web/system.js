@@ -77,6 +77,9 @@ function uses({used, limits, streams}) {
   ];
 }
 
+/** @param {number} seconds since 1970 */
+const clock = (seconds) => new Date(1000 * seconds).toLocaleTimeString([], {hour: '2-digit', minute: '2-digit'});
+
 /** @param {{title: string, lines: Line[], history: Status['history']}} properties */
 function Plot({title, lines, history}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null)), plot = useRef(/** @type {uPlot | null} */ (null));
@@ -89,12 +92,14 @@ function Plot({title, lines, history}) {
     const made = plot.current = new uPlot({
       width: element.clientWidth, height: PLOT_HEIGHT, legend: {show: false}, cursor: {drag: {x: false, y: false}},
       scales: {y: {range: (_, __, most) => [0, Math.max(1, most * 1.1)]}},
-      axes: [{...axis, space: 70}, {...axis, size: 44, space: 36}],
+      axes: [{...axis, space: 70, size: 30, values: (_, seconds) => seconds.map(clock)}, {...axis, size: 44, space: 36}],
       series: [{}, ...lines.map((line) => ({label: line.name, stroke: () => color(line.color), width: 1.5, spanGaps: true, points: {show: steps < 30}}))],
     }, data, element);
+    const themes = new MutationObserver(() => made.redraw());
+    themes.observe(document.documentElement, {attributeFilter: ['data-theme']});
     const observer = new ResizeObserver(() => made.setSize({width: element.clientWidth, height: PLOT_HEIGHT}));
     observer.observe(element);
-    return () => { observer.disconnect(); made.destroy(); };
+    return () => { themes.disconnect(); observer.disconnect(); made.destroy(); };
   }, []);
   useEffect(() => { plot.current?.setData(data); }, [history]);
   const last = (/** @type {Line} */ line) => line.values.findLast((value) => value !== null);

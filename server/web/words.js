@@ -21,7 +21,7 @@ export const words = {
     live: 'Changes arrive as they happen.', connecting: 'Catching up with the service.',
     polling: 'Event streams are not available; the page asks every 5 seconds.', lost: 'The service does not answer; the page keeps trying.',
   },
-  service: {idle: 'Idle', busy: 'Busy', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready', lost: 'Unreachable'},
+  service: {idle: 'Idle', busy: 'Busy', waiting: 'Waiting', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready', lost: 'Unreachable'},
   serviceHelp: {
     full: 'New jobs are refused until others have ended. Cancel what is not needed.',
     disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `${free} free, new jobs are refused below ${reserve}. Remove jobs, or free space on the server.`,
@@ -35,7 +35,7 @@ export const words = {
   states: {queued: 'queued', running: 'running', succeeded: 'succeeded', failed: 'failed', cancelled: 'cancelled'},
   queue: {
     all: 'All', search: 'Search names', searchKey: 'Search names ( / )',
-    columns: {name: 'Name', state: 'State', progress: 'Progress', error: 'Error', size: 'Size', priority: 'Priority', age: 'Age'},
+    columns: {name: 'Name', state: 'State', progress: 'Progress', time: 'Time', error: 'Error', size: 'Size', priority: 'Priority', age: 'Age'},
     empty: 'No jobs yet', emptyText: 'A job is a scene that the service renders. Try an example in the playground, or send one:',
     nothing: 'No job matches', nothingText: 'Other states or another search may have some.', clear: 'Show all jobs',
     openPlayground: 'Open the playground',
@@ -53,12 +53,14 @@ export const words = {
     compare: 'Compare', back: 'Back', doIt: {cancel: 'Cancel them', retry: 'Retry them', remove: 'Remove them'},
     allMatching: 'All that match', notPossible: (/** @type {number} */ n) => n === 1 ? 'For 1 job this is not possible now.' : `For ${n} jobs this is not possible now.`,
     outcome: (/** @type {string} */ what, /** @type {number} */ done, /** @type {number} */ refused) =>
-      `${what}: ${done} done${refused ? `, ${refused} refused` : ''}`,
+      `${what}: ${done} done${refused ? `, ${refused} refused, which ${refused === 1 ? 'stays' : 'stay'} selected` : ''}`,
   },
   viewer: {
     hint: 'Wheel: zoom. Drag: move. Point at a pixel for its values.', wipe: 'Image | map', fit: 'Fit', one: 'One to one', in: 'Zoom in', out: 'Zoom out',
   },
   job: {
+    view: 'Shown', layer: 'Layer', layers: {color: 'Image', depth: 'Depth', normal: 'Normal', albedo: 'Albedo', object_id: 'Objects', samples: 'Samples', error: 'Error'}, exposure: 'Exposure', stops: 'stops',
+    startsAt: (/** @type {string} */ at) => `It does not start before ${at}.`, submitted: 'Submitted', notModelled: 'Not modelled, as nothing needs it',
     tabs: {image: 'Image', error: 'Error', cost: 'Cost', document: 'Document', history: 'History', webhooks: 'Webhooks'},
     left: (/** @type {string} */ time) => `${time} left`, confidence: (/** @type {number} */ percent) => `at ${percent} %`,
     imageAlt: (/** @type {string} */ name) => `Image of ${name}`, heat: 'Map of the error',
@@ -94,18 +96,18 @@ export const words = {
     mode: 'Mode', modes: {wipe: 'Wipe', side: 'Side by side', blink: 'Blink', difference: 'Difference', sign: 'Sign'},
     chooseOther: 'Choose the image to compare with.', chooseFirst: 'Choose the first image.', nothing: 'There is no other image',
     noImage: (/** @type {string} */ name) => `${name} has no image.`, numbers: 'B against A', bias: 'Bias', equal: 'equal', beyond: 'Above 1 level', worst: 'Worst pixel',
-    tolerance: 'Tolerance', pass: 'Pass', fail: 'Fail', histogram: 'Pixels by their greatest difference in levels', differs: 'What differs', sameDocument: 'The documents are equal.',
+    tolerance: 'Tolerance', toleranceUnit: 'levels RMS', darker: 'B is darker', brighter: 'B is brighter', pass: 'Pass', fail: 'Fail', histogram: 'Pixels by their greatest difference in levels', differs: 'What differs', sameDocument: 'The documents are equal.',
     pause: 'Pause', play: 'Play', speed: 'Slower', file: 'Or a file:', upload: (/** @type {string} */ hash) => `upload ${hash}…`, notShown: 'A browser cannot show this image.',
     byService: (/** @type {string[]} */ formats) => `Compared by the service (${formats.join(', ')}).`,
   },
   measure: {
-    notMeasured: 'This job is a render. Only a measurement has a trade-off.', reference: 'The reference is computed', soon: 'The first settings appear here as soon as they are measured.',
+    notMeasured: 'This job is a render. Only a measurement has a trade-off.', reference: 'The reference is computed', soon: 'The first settings appear here as soon as they are measured.', bell: 'That may take minutes: the bell above announces the end, also on other pages.',
     notAlone: 'Other jobs ran at the same time: the times are longer than on an idle machine.',
     plot: (/** @type {number} */ n) => `True error against time at ${n} settings; the table below has the same numbers`,
     seconds: 'time to render', errorAxis: 'true error in levels', noise: (/** @type {string} */ error) => `Standard error of the reference: ${error} levels`,
     levels: (/** @type {string} */ value) => `${value} ${value === '1' ? 'level' : 'levels'}`, claims: (/** @type {string} */ value) => `claimed ${value}`,
     document: 'the document', front: 'best in time and claimed error', whisker: 'up to the claimed error',
-    of: (/** @type {number} */ n, /** @type {number} */ width, /** @type {number} */ height) => `${n} settings at ${width} × ${height}.`,
+    of: (/** @type {number} */ n, /** @type {number} */ width, /** @type {number} */ height) => `${n} ${n === 1 ? 'setting' : 'settings'} at ${width} × ${height}.`,
     referenceIs: (/** @type {number} */ samples, /** @type {string} */ error) => `The reference has ${samples} samples per pixel; its own error (dashed) is ${error} levels.`,
     wish: {seconds: 'I have', error: 'I need'}, unit: {seconds: 's', error: 'levels'},
     none: {seconds: 'No setting is that fast.', error: 'No setting is that exact.'}, choose: 'Choose a point.',
@@ -149,7 +151,7 @@ export const words = {
     list: /** @type {[string, string][]} */ ([
       ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g b', 'Batches'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
       ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
-      ['0', 'Zoom to 1:1'], ['f', 'Fit'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Close, or clear the selection'],
+      ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['1 … 7', 'Layer, or way to compare'], ['[', 'Darker'], [']', 'Brighter'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Close, or clear the selection'],
     ]),
   },
 };

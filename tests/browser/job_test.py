@@ -4,65 +4,21 @@ import json
 import os
 import pathlib
 import random
+import re
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import urllib.request
 
 import numpy
+from selenium.webdriver.common.action_chains import ActionChains
 
-from tests.browser.browser import BrowserTest
+from tests.browser.job_page import JobPage, SMALL_SCENES, example
 from tests.http.daemon import json_of, long_scene, scene
-from tests.support.images import read_exr_channels
-from tests.support.sources import SOURCE
+from tests.support.images import read_exr_channels, read_png
 from tests.support.whittle import BIN
-
-SMALL_SCENES = ("cornell", "haze", "instances", "isometric", "lens", "lights", "local_models", "panorama", "relief", "shapes", "tiny",
-                "tone", "torus", "transparency")
-
-
-def example(name, **changes):
-    document = json.loads((SOURCE / f"scenes/{name}.json").read_text(encoding="utf-8"))
-    return {**document, "image": {"width": 80, "height": 60}, "job": {"cache": "off"}, **changes}
-
-
-def digits(value):
-    """As the page writes numbers: two significant digits below 100."""
-    return 0 if value == 0 else float(f"{value:.{2 if abs(value) < 100 else 3 if abs(value) < 1000 else 4}g}")
-
-
-class JobPage(BrowserTest):
-    options = ("--assets", str(SOURCE / "scenes"))
-
-    def finished(self, document):
-        job = self.daemon.wait_for_end(self.daemon.submit(document))
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-        return job
-
-    def table(self):
-        """{part: (share in percent, levels)} of the error account."""
-        self.browser.until(lambda: self.browser.all(".tab .plain tbody tr"), "the table")
-        rows = self.browser.execute_script("return [...document.querySelectorAll('.tab .plain tbody tr')].map(row => [...row.cells].map(cell => cell.innerText.trim()))")
-        return {name: (float(share.rstrip(" %") or "nan"), float(levels)) for name, share, levels in rows}
-
-    def read_channels(self, data):
-        """The channels of an EXR as the page's worker reads them; a sentence if it refuses the file."""
-        return self.browser.execute_async_script("""
-          const done = arguments[1], bytes = Uint8Array.from(atob(arguments[0]), c => c.charCodeAt(0)).buffer;
-          window.reader ??= new Worker(trustedTypes.createPolicy('test', {createScriptURL: x => x}).createScriptURL(
-            document.querySelector('script').src.replace('main.js', 'image-worker.js')), {type: 'module'});
-          reader.onmessage = ({data}) => {
-            if (data.error !== undefined) { done(data.error); return; }
-            const {width, height, channels} = data.result, found = {};
-            for (const [name, values] of Object.entries(channels)) {
-              const raw = new Uint8Array(values.buffer); let text = '';
-              for (let i = 0; i < raw.length; i += 4096) text += String.fromCharCode(...raw.subarray(i, i + 4096));
-              found[name] = btoa(text);
-            }
-            done([width, height, found]);
-          };
-          reader.postMessage({id: 1, method: 'exr', bytes});""", base64.b64encode(data).decode())
 
 
 class Account(JobPage):
@@ -74,31 +30,15 @@ class Account(JobPage):
         self.open("#/nothing")
         for (name, accuracy), job in zip(cases, jobs):
             with self.subTest(name, accuracy=accuracy):
-                error = self.daemon.wait_for_end(job)
-                self.assertEqual(error["state"], "succeeded", error["problem"])
-                self.browser.execute_script("location.hash = '#/nothing'")
-                self.browser.until(lambda: not self.browser.all(".tab"), "the page of no job")
-                self.browser.execute_script("location.hash = arguments[0]", f"#/jobs/{job}?tab=error")
-                error = error["report"]["error"]
-                rows = self.table()
-                shares = [rows[part][0] for part in ("Sampling", "Truncation", "Approximation")]
-                self.assertTrue(all(share >= 0 for share in shares), rows)
-                if error["estimate"] > 0:
-                    self.assertAlmostEqual(sum(shares), 100, delta=0.15)
-                    widths = [float(part.get_attribute("data-share")) for part in self.browser.all(".parts-bar .part")]
-                    self.assertAlmostEqual(sum(widths), 1, delta=0.001)
-                    self.assertAlmostEqual(widths[0], error["parts"]["sampling"] ** 2 / error["estimate"] ** 2, delta=0.001)
-                for row, value in (("Sampling", error["parts"]["sampling"]), ("Approximation", error["parts"]["approximation"]),
-                                   ("max_depth alone", error["parts"]["depth"]), ("cutoff alone", error["parts"]["cutoff"]), ("Estimate", error["estimate"])):
-                    self.assertAlmostEqual(rows[row][1], digits(value), delta=0.06 * abs(value), msg=f"{row}: {rows}")
+                self.check_account(job)
 
     def test_pixels_of_the_map_equal_the_layer(self):
-        """Acceptance test 21, with the CLI's own reading of the file in numpy."""
+        """Acceptance test 21: the value under the pointer and its colour, against the reader of tests/support."""
         job = self.finished(example("transparency", accuracy={"samples": [4, 4]}, output={"formats": ["png", "exr"], "layers": ["error", "samples"]}))
         self.open(f"#/jobs/{job['id']}?tab=error")
         self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")
-        width, _, channels = self.read_channels(self.daemon.get(f"/v1/jobs/{job['id']}/image.exr").body)
-        values = numpy.frombuffer(base64.b64decode(channels["error"]), numpy.float32)
+        layer = read_exr_channels(self.daemon.get(f"/v1/jobs/{job['id']}/image.exr").body)["error"]
+        width, values = layer.shape[1], layer.ravel()
         white = float(self.browser.one("input.white").get_attribute("value"))
         colors = self.browser.execute_async_script("""const done = arguments[0], image = document.querySelector('img[data-cover]');
           image.decode().then(() => { const canvas = document.createElement('canvas'); canvas.width = image.naturalWidth; canvas.height = image.naturalHeight;
@@ -109,6 +49,11 @@ class Account(JobPage):
             at = pick.randrange(len(values))
             expected = cubehelix(min(1, values[at] / white))
             self.assertLessEqual(max(abs(a - b) for a, b in zip(colors[4 * at:4 * at + 3], expected)), 2, f"x {at % width}")
+            shown = self.browser.execute_script("""const [x, y] = arguments, box = document.querySelector('.canvas'), image = box.querySelector('img').getBoundingClientRect();
+              box.dispatchEvent(new PointerEvent('pointermove', {clientX: image.left + (x + 0.5) * image.width / 80, clientY: image.top + (y + 0.5) * image.height / 60, bubbles: true}));
+              return new Promise((done) => requestAnimationFrame(() => setTimeout(() => done(document.querySelector('.viewer .caption').innerText))));""", at % width, at // width)
+            self.assertIn(f"x {at % width}, y {at // width}", shown)
+            self.assertAlmostEqual(float(re.search(r"([\d.e-]+) levels", shown)[1]), values[at], delta=0.01 + 0.05 * values[at], msg=shown)
 
     def test_offers_to_render_with_the_layers(self):
         job = self.finished(example("tiny", accuracy={"samples": [1, 1]}))
@@ -133,36 +78,46 @@ def cubehelix(fraction):
 class Layers(JobPage):
     def test_equal_those_of_another_reader(self):
         """Acceptance test 22, with six layers: every channel bit for bit as the Python reader of tests/support reads it."""
-        layers = ["depth", "normal", "albedo", "object_id", "samples", "error"]
         self.open("#/nothing")
         for name, half in (("shapes", False), ("transparency", True)):
-            output = {"formats": ["exr"], "layers": layers, "half": half}
-            job = self.finished(example(name, accuracy={"samples": [3, 3]}, output=output))
-            data = self.daemon.get(f"/v1/jobs/{job['id']}/image.exr").body
-            width, height, found = self.read_channels(data)
-            expected = read_exr_channels(data)
-            self.assertEqual((width, height, set(found)), (80, 60, set(expected)))
-            self.assertGreaterEqual(len(found), 13)
-            for channel, values in expected.items():
-                read = numpy.frombuffer(base64.b64decode(found[channel]), numpy.float32).reshape(height, width)
-                numpy.testing.assert_array_equal(read, numpy.asarray(values, numpy.float32).reshape(height, width), channel)
+            self.check_layers(name, half)
 
     def test_hostile_files_are_refused_soon(self):
         """Acceptance test 22: the corpus and mutations."""
         self.open("#/nothing")
         job = self.finished(example("tiny", image={"width": 24, "height": 20}, output={"formats": ["exr"], "layers": ["error"]}))
         good = self.daemon.get(f"/v1/jobs/{job['id']}/image.exr").body
-        files = [path.read_bytes() for path in sorted((SOURCE / "tests/fuzz/corpus").rglob("*")) if path.is_file() and path.read_bytes()[:4] == b"\x76\x2f\x31\x01"]
-        self.assertGreaterEqual(len(files), 10)
-        pick = random.Random(7)
-        for _ in range(150):
-            changed = bytearray(good)
-            for _ in range(pick.randint(1, 8)):
-                changed[pick.randrange(min(len(changed), 700))] = pick.randrange(256)
-            files.append(bytes(changed[:pick.randint(1, len(changed))] if pick.random() < 0.3 else changed))
-        for file in files:
+        for file in self.mutations(good, 150):
             self.assertIsInstance(self.read_channels(file), (str, list))
         self.assertIsInstance(self.read_channels(good), list, "a good file is read after them")
+
+
+class Views(JobPage):
+    def test_shows_layers_and_exposures(self):
+        job = self.finished(example("transparency", accuracy={"samples": [2, 2]}, output={"formats": ["png", "exr"], "layers": ["depth", "error"]}))
+        self.open(f"#/jobs/{job['id']}")
+        first = self.browser.until(lambda: self.source(), "the image")
+        ActionChains(self.browser).send_keys("2").perform()
+        self.browser.until(lambda: "layer=depth" in self.browser.current_url and self.source() != first, "the depth")
+        self.assertEqual(self.pixels(), self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=depth&max=2048"))
+        self.assertEqual(self.browser.all("input.stops"), [])
+        self.browser.button("Image", ".tab").click()
+        self.browser.until(lambda: self.source() == first, "the image again")
+        ActionChains(self.browser).send_keys("]").send_keys("]").perform()
+        self.browser.until(lambda: "exposure=2" in self.browser.current_url and self.source() not in ("", first), "two stops more")
+        self.browser.until(lambda: self.pixels() == self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=color&max=2048&exposure=2"), "brighter pixels")
+        self.assertEqual(len(self.browser.all(".tab [role=group] button")), 3)
+
+    def source(self):
+        images = self.browser.all(".viewer img")
+        return images[0].get_attribute("src") if images else ""
+
+    def pixels(self):
+        return self.browser.execute_script("const image = document.querySelector('.viewer img'); return image.decode().then(() => { const canvas = new OffscreenCanvas(80, 60), context = canvas.getContext('2d');"
+                                           "context.drawImage(image, 0, 0); return [...context.getImageData(0, 0, 80, 60).data].filter((_, i) => i % 4 < 3); }, () => null)")
+
+    def decoded(self, path):
+        return read_png(self.daemon.get(path).body)[:, :, :3].ravel().tolist()
 
 
 class Life(JobPage):
@@ -173,7 +128,12 @@ class Life(JobPage):
         self.open(f"#/jobs/{job}")
         self.expected.append("/preview")  # asked for while the job is cancelled
         sources = set()
+        self.browser.requests()
+        begin = time.monotonic()
         self.browser.until(lambda: self.browser.all(".viewer img") and sources.add(self.browser.one(".viewer img").get_attribute("src")) or len(sources) >= 3, "three previews")
+        seconds = time.monotonic() - begin
+        requests = [url for _, url in self.browser.requests() if f"/v1/jobs/{job}" in url]
+        self.assertLessEqual(len(requests), 3 * seconds + 3, requests)
         self.browser.button("Cancel").click()
         self.browser.button("Cancel it", "dialog[open]").click()
         self.browser.until(lambda: self.browser.text(".bar .state") == "cancelled", "the end")
@@ -211,18 +171,7 @@ class Life(JobPage):
     def test_links_lead_to_the_line_that_needs_a_feature(self):
         """Acceptance test 23, for some examples."""
         for name in ("transparency", "torus", "shapes"):
-            job = self.finished(example(name, accuracy={"samples": [1, 1]}))
-            self.open(f"#/jobs/{job['id']}?tab=cost")
-            link = self.browser.until(lambda: self.browser.all(".needs a"), "the needs")[0]
-            pointer = link.text
-            link.click()
-            self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
-            at, text = self.editor("return [view.state.selection.main.head, view.state.doc.toString()]")
-            value = json.loads(text)
-            for part in pointer.split("/")[1:]:
-                value = value[int(part)] if isinstance(value, list) else value[part]
-            parsed, _ = json.JSONDecoder().raw_decode(text[at:])
-            self.assertEqual(parsed, value, pointer)
+            self.check_links(name)
 
     def test_the_document_is_shown_whole_in_an_editor_that_changes_nothing(self):
         """Of a document that is larger than the 100,000 characters that were once shown."""
@@ -254,7 +203,7 @@ class Life(JobPage):
                 self.assertEqual(pathlib.Path(folder, "image.png").read_bytes(), image)
 
 
-del JobPage
+del JobPage  # only its subclasses have tests
 
 if __name__ == "__main__":
     unittest.main()

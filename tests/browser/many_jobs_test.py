@@ -1,10 +1,43 @@
-"""Batches of many jobs: the contact sheet and the animation."""
+"""Many jobs: the queue, the contact sheet and the animation of a batch."""
+import time
+
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 
 from tests.browser.batches_test import LATER, BatchesTest
+from tests.browser.browser import BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_png
+
+
+FRAMES = """window.longest = 0; window.last = 0;
+(function frame(now) { if (last) longest = Math.max(longest, now - last); last = now; requestAnimationFrame(frame); })();"""
+
+
+class FullQueue(BrowserTest):
+    options = ("--queued-jobs", "100000")
+
+    def test_shows_the_first_rows_of_100000_jobs_at_once(self):
+        """Acceptance test 13; the times and the heap are printed."""
+        for batch in range(10):
+            frames = [{"name": f"frame {10_000 * batch + index}"} for index in range(10_000)]
+            reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER), "frames": frames})
+            self.assertEqual(reply.status, 202, reply.body)
+        begin = time.monotonic()
+        self.open("#/")
+        self.browser.until(lambda: self.browser.all(".rows tbody tr[data-id]"), "rows")
+        print(f"first rows of 100,000 after {time.monotonic() - begin:.2f} s")
+        self.browser.until(lambda: any("100 k" in each.text for each in self.browser.all(".count")), "the count")
+        self.browser.execute_script(FRAMES)
+        rows = 0
+        for place in range(0, 2000, 10):
+            self.browser.execute_script("document.querySelector('.rows').scrollTop = arguments[0]", 44 * place)
+            rows = max(rows, len(self.browser.all(".rows tbody tr[data-id]")))
+        self.assertLessEqual(rows, 60)
+        self.browser.until(lambda: "frame 98010" in self.browser.execute_script("return [...document.querySelectorAll('.rows .c-name a')].map((each) => each.textContent)"), "row 1,990")
+        self.browser.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        heap = self.browser.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"] / 1e6
+        print(f"scrolled through 2,000 rows: longest frame {self.browser.execute_script('return longest'):.0f} ms, {rows} rows, heap {heap:.0f} MB")
 
 
 class ManyJobs(BatchesTest):

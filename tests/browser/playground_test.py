@@ -1,6 +1,7 @@
 """The playground: drafts while typing, completion, problems, orbit, dropped files."""
 import base64
 import hashlib
+import itertools
 import json
 import statistics
 import time
@@ -12,7 +13,9 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
+from tests.browser.documents import CURSORS, is_plain, line_of
 from tests.http.daemon import json_of, scene
+from tests.reader import invalid_documents
 from tests.support.sources import SOURCE, text
 
 SHAPES = text("scenes/shapes.json")
@@ -133,7 +136,7 @@ class Drafts(Playground):
         self.assertEqual(self.daemon.job(job)["state"], "running")
         begin = time.monotonic()
         self.put_cursor_after('"version": 1')
-        self.type(" ")
+        self.type(" ", pause_s=0)
         self.daemon.wait_for_state(job, "cancelled")
         print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
 
@@ -213,7 +216,52 @@ class Assistance(Playground):
             self.assertLessEqual(expected, found, document)
             self.type(Keys.ESCAPE)
 
-    def test_shows_the_problems_of_the_server_at_their_lines(self):
+    def test_completes_at_each_cursor_position(self):
+        """Acceptance test 27, with the language service of the page; the longest time is printed."""
+        self.assertGreaterEqual(len(CURSORS), 60)
+        cases = [(before.format(key=""), sorted(expected)) for before, expected in CURSORS]
+        found = self.browser.execute_async_script("""
+          const [cases, done] = arguments, url = [...performance.getEntriesByType('resource')].map((each) => each.name).find((name) => name.includes('/ui/')).replace(/[^/]*$/, 'schema-worker.js');
+          const worker = new Worker(trustedTypes.createPolicy('test', {createScriptURL: (x) => x}).createScriptURL(url), {type: 'module'});
+          fetch('/schemas/scene.schema.json').then((reply) => reply.json()).then((schema) => {
+            worker.postMessage({schema});
+            const found = []; let begin;
+            const next = () => { begin = performance.now(); worker.postMessage({id: found.length, method: 'complete', text: cases[found.length], offset: cases[found.length].length}); };
+            worker.onmessage = ({data}) => {
+              found.push([performance.now() - begin, data.error ?? data.result.map((each) => each.label.replaceAll('"', ''))]);
+              found.length < cases.length ? next() : done(found);
+            };
+            next();
+          });""", [text for text, _ in cases])
+        for (document, expected), (_, labels) in zip(cases, found, strict=True):
+            with self.subTest(document):
+                self.assertLessEqual(set(expected), set(labels))
+        print(f"{len(cases)} positions, longest {max(time for time, _ in found[1:]):.0f} ms after the first one, which took {found[0][0]:.0f} ms")
+
+    def test_shows_the_problems_of_30_invalid_documents(self):
+        """Acceptance test 28: of each, pointers and codes are those of the service, at their lines."""
+        chosen = []
+        for table in sorted(invalid_documents.TABLES.glob("*.jsonl")):
+            texts = (case.text.decode("utf-8", "replace") for case in invalid_documents.cases_of(table) if case.is_read and len(case.text) < 1500)
+            chosen += itertools.islice(filter(is_plain, texts), 1)
+        checked = 0
+        self.browser.all("label.switch input")[1].click()  # no refinement
+        for document in map(json.loads, chosen):
+            errors = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))["errors"]
+            checked += bool(errors)
+            if not errors or checked > 30:  # some are refused under stricter limits only
+                continue
+            expected = [[each["pointer"], each["code"]] for each in errors]
+            with self.subTest(expected):
+                self.set_document(document)
+                self.browser.until(lambda expected=expected: self.browser.execute_script(
+                    "return [...document.querySelectorAll('.facts section:first-child li')].map((each) => [each.querySelector('code').textContent, each.querySelector('strong')?.textContent])")
+                    == [[pointer or "#", code] for pointer, code in expected[:20]], "the problems")
+                lines = {line_of(document, pointer) for pointer, _ in expected}
+                self.browser.until(lambda lines=lines: set(self.diagnostics()) == lines, f"marks at {lines}")
+        self.assertGreaterEqual(checked, 30)
+
+    def test_leads_from_a_problem_to_its_line(self):
         """A part of acceptance test 28."""
         document = scene(32, 24)
         document["objects"][0]["material"] = "glas"
@@ -268,11 +316,15 @@ class Orbit(Playground):
         return json.loads(self.document())["camera"]
 
     def test_turns_the_camera_and_is_one_step_of_the_history(self):
-        """Acceptance test 30 without its rate, which is printed."""
+        """Acceptance test 30; the rate is printed."""
+        before = self.browser.one(".canvas img").get_attribute("src")
+        self.browser.all("label.switch input")[1].click()  # no refinement
+        self.set_document(text("scenes/sphereflake.json"))
+        self.shown("draft", before)
         before, camera = self.document(), self.camera()
         self.browser.execute_script(RECORD)
         begin = time.monotonic()
-        self.drag(200, 50, steps=40)
+        self.drag(200, 50, steps=50)
         seconds = time.monotonic() - begin
         shown = len(self.browser.execute_script("return record.shown"))
         print(f"orbit: {shown / seconds:.1f} images/s")

@@ -95,7 +95,7 @@ class Header(unittest.TestCase):
     def test_has_a_word_for_every_state(self):
         jobs = {"running": 0, "queued": 3}
         health = {"ready": True, "reason": "", "draining": False, "disk": {"free_bytes": 5e6, "reserve_bytes": 6e7}, "limits": {"queued_jobs": 4}}
-        states = [(None, None), (jobs, None), (jobs, health), ({**jobs, "queued": 0}, health), ({**jobs, "queued": 4}, health),
+        states = [(None, None), (jobs, None), ({**jobs, "running": 1}, health), ({**jobs, "queued": 0}, health), ({**jobs, "queued": 4}, health),
                   *((jobs, {**health, "ready": False, "reason": reason}) for reason in ("disk: 5 bytes are free", "store: locked", "worker: restarting")),
                   (jobs, {**health, "ready": False, "reason": "draining", "draining": True})]
         script = """import {serviceState} from './service-state.js';
@@ -103,7 +103,7 @@ class Header(unittest.TestCase):
         done = subprocess.run(["node", "--input-type=module", "--eval", script, json.dumps(states)], cwd=CACHE / "sources", check=True,
                               capture_output=True, text=True, timeout=60)
         found = json.loads(done.stdout)
-        self.assertEqual([each["word"] for each in found], ["", "Busy", "Busy", "Idle", "Queue full", "Disk full", "Store down", "Not ready", "Stopping"])
+        self.assertEqual([each["word"] for each in found], ["", "Waiting", "Busy", "Idle", "Queue full", "Disk full", "Store down", "Not ready", "Stopping"])
         self.assertEqual([each["isBad"] for each in found], [False] * 4 + [True] * 5)
         self.assertTrue(all(each["help"] for each in found[4:]))
 
