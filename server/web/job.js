@@ -164,7 +164,7 @@ function Cost({job}) {
     <section><h2>${text.rays}</h2><table class="plain"><tbody>${Object.entries(report.rays).map(([name, rays]) => html`<tr><td>${name}</td><td class="right number">${count(Number(rays))}</td></tr>`)}
       ${report.culled_shadows?.rays > 0 && html`<tr><td>${text.culled}</td><td class="right number">${count(report.culled_shadows.rays)}</td></tr>`}</tbody></table></section>
     <section><h2>${text.samples}</h2><p class="number">${text.samplesOf(figure(report.samples.min), figure(report.samples.mean), figure(report.samples.max))}</p>
-      <p class="number dim">${size(report.memory_bytes)} ${report.geometry_reused ? text.reused : ''}</p></section>
+      <p class="dim">${words.system.memory} <span class="number">${size(report.memory_bytes)}</span> ${report.geometry_reused ? text.reused : ''}</p></section>
     <section><h2>${words.playground.needs}</h2><ul class="needs">${Object.entries(report.reasons || {}).map(([name, pointer]) => html`<li>${name.replaceAll('_', ' ')} <a href=${`#/edit/${job.id}?at=${encodeURIComponent(String(pointer))}`}><code>${String(pointer)}</code></a></li>`)}</ul>
       <${NotModelled} requirements=${report.requirements} /></section>`;
 }

@@ -78,7 +78,7 @@ function uses({used, limits, streams}) {
 }
 
 /** @param {number} seconds since 1970 */
-const clock = (seconds) => new Date(1000 * seconds).toLocaleTimeString([], {hour: '2-digit', minute: '2-digit'});
+const clock = (seconds) => new Date(1000 * seconds).toLocaleTimeString([], {hour: '2-digit', minute: '2-digit', hour12: false});
 
 /** @param {{title: string, lines: Line[], history: Status['history']}} properties */
 function Plot({title, lines, history}) {
@@ -92,7 +92,7 @@ function Plot({title, lines, history}) {
     const made = plot.current = new uPlot({
       width: element.clientWidth, height: PLOT_HEIGHT, legend: {show: false}, cursor: {drag: {x: false, y: false}},
       scales: {y: {range: (_, __, most) => [0, Math.max(1, most * 1.1)]}},
-      axes: [{...axis, space: 70, size: 30, values: (_, seconds) => seconds.map(clock)}, {...axis, size: 44, space: 36}],
+      axes: [{...axis, space: 90, size: 30, values: (_, seconds) => seconds.map(clock)}, {...axis, size: 44, space: 36}],
       series: [{}, ...lines.map((line) => ({label: line.name, stroke: () => color(line.color), width: 1.5, spanGaps: true, points: {show: steps < 30}}))],
     }, data, element);
     const themes = new MutationObserver(() => made.redraw());
