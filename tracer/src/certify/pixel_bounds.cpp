@@ -56,9 +56,11 @@ class TileBounds {
   using Cover = Occupancy::Cover;
   static constexpr std::size_t entries_max = 64;
   static constexpr std::size_t levels = 7;  ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  /// Blocks with about as many primitives as pixels are not divided: hardly one of their pixels would be narrow.
-  static constexpr std::uint32_t dense_side_max = 4;
-  static constexpr std::size_t dense_entries_min = 24;
+  /// Small blocks with many primitives are not divided: few of their pixels would be narrow, and the pixels of a mesh
+  /// whose triangles have the size of a pixel cost more to bound than to sample.
+  static bool is_dense(std::uint32_t side, std::size_t entries) {
+    return side == 8 ? entries > 24 : side <= 4 && entries > 8;
+  }
 
   /// Precondition: they are linear.
   [[nodiscard]] CompiledCamera::LinearRays rays_of(const PixelBlock& block) const {
@@ -91,7 +93,7 @@ class TileBounds {
       return divide_surface(block, side, level, cover->primitive, side);
     }
     if (cover) entries.push_back(cover->entry);
-    if (side == 1 || (side <= dense_side_max && entries.size() > dense_entries_min)) {
+    if (side == 1 || is_dense(side, entries.size())) {
       fill(block, all_of(beam.rays, !cover, entries), true);
       return;
     }

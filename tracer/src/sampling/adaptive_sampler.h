@@ -91,9 +91,9 @@ class AdaptiveSampler {
     if (!control_.cancelled() && !deadline_.over()) find_features();
     deadline_.reserve_time_for([&] {
       film_.predict_variance(film_.display());
-      update_estimate();
+      if (deadline_.set()) update_estimate();
     });
-    look(first_looks);
+    if (look(first_looks) == 0 && !deadline_.set()) update_estimate();
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
       look_before_samples();
       const bool enough = round_ > 1 || target_.samples_min == 1;
@@ -229,7 +229,7 @@ class AdaptiveSampler {
     known_.omitted = film_.omitted_error(display);
     known_.tone = scene_.output.overflow == Output::Overflow::scale ? film_.tone_error() : 0;
     known_.fixed = parts_.certified + known_.omitted.both + known_.tone;
-    known_.worst_tile = film_.tile_errors().worst();
+    if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
   }
 
   void estimate_with_looks() {
@@ -285,16 +285,18 @@ class AdaptiveSampler {
     });
   }
 
-  /// Proves what can be proven of the sampling error; to be called when all samples are taken.
+  /// Proves what can be proven of the sampling error, and measures the worst tile; to be called when all samples are
+  /// taken.
   void prove() {
+    known_.worst_tile = film_.tile_errors().worst();
     const std::span<const PixelState> pixels = film_.pixels();
     const bool any_open = std::ranges::any_of(pixels, &PixelState::open);
     const auto certified = std::ranges::count_if(pixels, [](const auto& p) { return p.certified && !p.refined(); });
     known_.certified_share = static_cast<double>(certified) / static_cast<double>(film_.size());
     const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
-    if (!theorem) return;
-    known_.proven = parts_.certified + parts_.undetected + (any_open ? looks_.proven() : 0) +
-                    proven_refined_error(pixels, film_.display(), 0.025);
+    if (theorem)
+      known_.proven = parts_.certified + parts_.undetected + (any_open ? looks_.proven() : 0) +
+                      proven_refined_error(pixels, film_.display(), 0.025);
     summarize();
   }
 

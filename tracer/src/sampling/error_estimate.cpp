@@ -94,6 +94,7 @@ class VarianceUpdate {
         in_parallel_(in_parallel),
         blocks_(pixels.states.size(), pixels.width),
         of_one_(pixels.states.size()),
+        suspicions_(pixels.states.size()),
         neighborhood_(of_one_, pixels.width) {}
 
   SampledParts run(std::span<const LookError> looks) {
@@ -110,7 +111,7 @@ class VarianceUpdate {
       const double own = of_one_[place], predicted = prediction(place, neighbors);
       predict(place, std::isnan(own) ? pilots.corrected(predicted) : refined.corrected_without(predicted, own));
       pixels_[place].shown = shown(place, neighbors);
-      if (!std::isnan(own)) sum.suspected.add(suspected(place, neighbors));
+      if (!std::isnan(own)) suspect(place, neighbors, sum.suspected);
     }));
     raise_suspected(parts.suspected);
     for (const LookError& look : looks) predict_without_its_look(look, pilots);
@@ -118,6 +119,16 @@ class VarianceUpdate {
   }
 
  private:
+  static constexpr double quiet = 1e-3;  ///< variance relative to the bound of a pixel in which nothing was found
+
+  /// Error that the samples of a refined pixel may have missed; none if they found something.
+  struct Suspicion {
+    enum Place : std::uint8_t { near_find, elsewhere, on_surface };
+    float error = 0;
+    Place place = near_find;
+    bool found = false;
+  };
+
   /// Sum over all pixels in a fixed order: work(place, x, y, sum).
   template <class Sum, class Work>
   Sum sum_of_blocks(const Work& work) {
@@ -131,10 +142,12 @@ class VarianceUpdate {
     of_one_[place] = std::numeric_limits<float>::quiet_NaN();
     sum.brightest = std::max(sum.brightest, brightest_sample(pixel));
     if (pixel.refined() && pixel.measured()) {
-      const double error = refined_error(pixel, display_);
+      const double error = refined_error(pixel, display_), expected = expected_refined_error(pixel, display_);
       of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
       sum.refined.add(std::max(error, pixel.undetected()));
-      sum.expected.add(expected_refined_error(pixel, display_));
+      sum.expected.add(expected);
+      const double found = quiet * pixel.bound;  // the samples may differ even if the means of the halves do not
+      suspicions_[place].found = of_one_[place] > found || variance_of_one(expected, pixel.count()) > found;
     } else if (pixel.refined()) {  // the deadline was over
       sum.refined.add(pixel.bound);
     } else if (pixel.certified) {
@@ -148,40 +161,54 @@ class VarianceUpdate {
   void raise_suspected(const SuspectedErrors& all) {
     const double near_finds = all.share_near_finds(), elsewhere = all.elsewhere.share(1), alike = all.share_alike(),
                  on_surfaces = all.on_surfaces.share(1);
-    sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
+    const auto expected = [&](const Suspicion& own, double share) {
+      if (own.found) return 0.0;
+      if (own.place == Suspicion::near_find) return near_finds * own.error;
+      if (own.place == Suspicion::on_surface) return on_surfaces * own.error;
+      return elsewhere * own.error + alike * all.error_alike(own.error, share * share);
+    };
+    sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t, std::size_t, SampledParts&) {
       if (std::isnan(of_one_[place])) return;
-      const SuspectedErrors own = suspected(place, neighborhood_.neighbors(x, y));
-      const double error = near_finds * own.near_finds.sum + elsewhere * own.elsewhere.sum +
-                           alike * all.error_alike(own.elsewhere.sum, own.squared_shares) +
-                           on_surfaces * own.on_surfaces.sum;
       PixelState& pixel = pixels_[place];
+      const double error = expected(suspicions_[place], missed_share(pixel.count()));
       pixel.suspected = error > pixel.variance;
       if (pixel.suspected) pixel.variance = static_cast<float>(error);
     });
   }
 
-  /// Precondition: the pixel is refined and measured.
-  [[nodiscard]] SuspectedErrors suspected(std::size_t place, const Neighborhood::Neighbors& neighbors) const {
-    constexpr double quiet = 1e-3;
+  /// Adds a pixel to the suspected ones or to those with a find, and sets the error of its suspicion. Precondition: the
+  /// pixel is refined and measured.
+  void suspect(std::size_t place, const Neighborhood::Neighbors& neighbors, SuspectedErrors& sum) {
     const PixelState& pixel = pixels_[place];
-    SuspectedErrors result;
+    Suspicion& own = suspicions_[place];
     const double count = pixel.count(), share = missed_share(count);
-    const bool found = of_one_[place] > quiet * pixel.bound || deviates(pixel, quiet);
-    if (!pixel.edge) {
-      if (!found) result.on_surfaces = {pixel.bound / 3 * share * share, 1};
-      return result;
-    }
     const bool alone = !(neighbors.sum > quiet * pixel.bound);
-    if (found) {
-      const double hits = alone ? effective_hits(pixel) : 0;
-      result.missed_near_finds = 1 / (count + 1);
-      result.found_by_one = hits > 0.5 && hits < 1.5 ? 1 : 0;
-      result.found_by_two = hits >= 1.5 && hits < 2.5 ? 1 : 0;
-      if (!alone) return result;
-      result.squared_heights.add(squared_height(pixel, display_));
-      result.found_alone = 1;
-      return result;
+    if (own.found) {
+      if (pixel.edge) add_find(pixel, alone, sum);
+      return;
     }
+    own.place = !pixel.edge ? Suspicion::on_surface : alone ? Suspicion::elsewhere : Suspicion::near_find;
+    own.error = static_cast<float>(pixel.edge ? missed_edge_error(place, neighbors, alone, share)
+                                              : pixel.bound / 3 * share * share);
+    SuspectedErrors::Pixels& pixels = !pixel.edge ? sum.on_surfaces : alone ? sum.elsewhere : sum.near_finds;
+    pixels.add({own.error, 1});
+    if (own.place == Suspicion::elsewhere) sum.squared_shares += share * share;
+  }
+
+  void add_find(const PixelState& pixel, bool alone, SuspectedErrors& sum) const {
+    const double hits = alone ? effective_hits(pixel) : 0;
+    sum.missed_near_finds += 1 / (static_cast<double>(pixel.count()) + 1);
+    sum.found_by_one += hits > 0.5 && hits < 1.5 ? 1 : 0;
+    sum.found_by_two += hits >= 1.5 && hits < 2.5 ? 1 : 0;
+    if (!alone) return;
+    sum.squared_heights.add(squared_height(pixel, display_));
+    ++sum.found_alone;
+  }
+
+  /// Error of a pixel with an edge whose samples have missed a part of `share`.
+  [[nodiscard]] double missed_edge_error(std::size_t place, const Neighborhood::Neighbors& neighbors, bool alone,
+                                         double share) const {
+    const PixelState& pixel = pixels_[place];
     double error = pixel.bound * share * share;
     if (!bounds_.empty()) {
       RadianceInterval interval = bounds_[place];
@@ -191,15 +218,7 @@ class VarianceUpdate {
     }
     // An edge of height h at a random position has the variance h^2 / 6. Its neighbors have two or three pixels of it.
     constexpr double squared_heights = 3;
-    if (!alone) error = std::min(error, squared_heights * neighbors.sum * share * share);
-    (alone ? result.elsewhere : result.near_finds) = {error, 1};
-    result.squared_shares = alone ? share * share : 0;
-    return result;
-  }
-
-  /// True if the samples of a pixel differ, even if the means of its halves do not.
-  [[nodiscard]] bool deviates(const PixelState& pixel, double quiet) const {
-    return variance_of_one(expected_refined_error(pixel, display_), pixel.count()) > quiet * pixel.bound;
+    return alone ? error : std::min(error, squared_heights * neighbors.sum * share * share);
   }
 
   /// A pixel's own estimate has few degrees of freedom: it is averaged with its neighbors and the prediction. What
@@ -249,6 +268,7 @@ class VarianceUpdate {
   const InParallel& in_parallel_;
   Blocks blocks_;
   std::vector<float> of_one_;  ///< variance of one sample of a refined pixel, by itself; else NaN
+  std::vector<Suspicion> suspicions_;
   Neighborhood neighborhood_;
 };
 

@@ -112,7 +112,8 @@ void Film::predict_variance(const DisplayTransform& display) {
       PixelState* pixel = pixels_.data() + y * width_;
       for (const float contrast : contrasts.row(y)) {
         pixel->contrast = contrast;
-        pixel->variance = static_cast<float>(std::max(predicted_variance(contrast), pixel->undetected()));
+        const double variance = std::min(predicted_variance(contrast), double{pixel->bound});
+        pixel->variance = static_cast<float>(std::max(variance, pixel->undetected()));
         ++pixel;
       }
     }
@@ -145,7 +146,10 @@ Color Film::mean(std::size_t place) const {
 }
 
 OmittedError Film::omitted_error(const DisplayTransform& display) {
-  if (omitted_.empty()) return {};
+  const auto omits = [](const OmittedRadiance& omitted) {
+    return omitted.depth != 0 || omitted.cutoff != 0 || omitted.culled != 0;
+  };
+  if (std::ranges::none_of(omitted_, omits)) return {};
   update_means();
   const ErrorContext context{display, omitted_bound(), scene_.output};
   const Blocks blocks(size_, width_);

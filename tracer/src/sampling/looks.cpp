@@ -110,10 +110,12 @@ EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
 
 EstimatedSum LookPool::estimate(std::span<const PixelState> pixels) const {
   double bounds = 0, predictions = 0;
-  for (const PixelState& pixel : pixels) {
-    if (!pixel.open()) continue;
-    bounds += pixel.bound;
-    predictions += pixel.variance;
+  if (looks_.size() < looks_min) {  // else the estimate does not depend on them
+    for (const PixelState& pixel : pixels) {
+      if (!pixel.open()) continue;
+      bounds += pixel.bound;
+      predictions += pixel.variance;
+    }
   }
   SummedLooks sum;
   for (std::size_t i = 0; i < looks_.size(); ++i) {
