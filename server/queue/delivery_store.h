@@ -65,12 +65,18 @@ class DeliveryStore {
   virtual std::vector<std::string> subscribed_jobs() = 0;
   virtual void unsubscribe(const std::string& job_id) = 0;
 
-  /// Replaces the subscription of its job. Precondition: pending, without attempts, with a new id.
+  /// Precondition: pending, without attempts, with a new id.
   virtual void enqueue(const Delivery& delivery) = 0;
+  /// As enqueue, in place of the subscription of its job. False, without an effect, if there is none: another node has
+  /// made the delivery.
+  virtual bool replace_subscription(const Delivery& delivery) = 0;
 
   /// The pending delivery with the earliest next attempt whose host is not in `busy`. Its cost does not grow with the
   /// number of deliveries.
   virtual std::optional<Delivery> next(const std::set<std::string>& busy) = 0;
+  /// Before an attempt of what `next` has returned: no other node begins one before `until`. False if one has begun
+  /// one. No effect where the store has one node.
+  virtual bool reserve(const Delivery& delivery, std::int64_t until) = 0;
   /// Records the result of an attempt. Without `next_attempt_at` the delivery is not pending any more.
   virtual void record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                               std::optional<std::int64_t> next_attempt_at) = 0;

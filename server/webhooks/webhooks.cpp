@@ -43,6 +43,8 @@ std::optional<Secret> read_secret(std::string_view text) {
 constexpr std::string_view test_event = "webhook.test";
 constexpr int gone = 410;  // the receiver rejects further deliveries (Standard Webhooks, "Delivery")
 constexpr std::chrono::milliseconds longest_sleep = std::chrono::hours(1);
+/// Longer than any attempt takes (SenderSettings): then the node that has reserved a delivery is gone.
+constexpr std::int64_t attempt_ms_max = 120'000;
 
 bool is_success(int status) { return status >= 200 && status <= 299; }
 
@@ -84,7 +86,7 @@ Webhooks::Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::
   for (const std::string& id : store_.subscribed_jobs()) {
     if (find_(id)) {
       subscribed_.insert(id);
-    } else {
+    } else if (settings_.search_interval == Pause(0)) {  // otherwise another node may be about to store the job
       store_.unsubscribe(id);
     }
   }
@@ -158,8 +160,20 @@ void Webhooks::run() {
   }
 }
 
+/// The jobs of a node that is gone have ended without a call of on_ended.
+void Webhooks::search() {
+  searched_at_ = std::chrono::steady_clock::now();
+  for (const std::string& id : store_.subscribed_jobs()) {
+    if (!find_(id)) continue;  // another node is about to store it
+    const std::lock_guard lock(mutex_);
+    ended_.insert(id);
+  }
+}
+
 /// Does all that is due and returns the time until more is due.
 Webhooks::Pause Webhooks::run_once() {
+  const bool is_shared = settings_.search_interval > Pause(0);
+  if (is_shared && std::chrono::steady_clock::now() - searched_at_ >= settings_.search_interval) search();
   for (;;) {
     std::string id;
     {
@@ -175,7 +189,8 @@ Webhooks::Pause Webhooks::run_once() {
       throw;
     }
   }
-  return dispatch_due();
+  const Pause pause = dispatch_due();
+  return is_shared ? std::min(pause, settings_.search_interval) : pause;
 }
 
 /// Replaces the subscription of an ended job by a delivery, or deletes it if its events do not include this end.
@@ -189,15 +204,15 @@ void Webhooks::create_delivery(const std::string& id) {
   if (subscribed) {
     const std::int64_t now = clock_();
     const std::string event = "job." + state;
-    store_.enqueue({ids_.next(),
-                    id,
-                    event,
-                    subscription->url,
-                    resources::write_event(event, *view, now),
-                    queue::DeliveryState::pending,
-                    now,
-                    now,
-                    {}});
+    store_.replace_subscription({ids_.next(),
+                                 id,
+                                 event,
+                                 subscription->url,
+                                 resources::write_event(event, *view, now),
+                                 queue::DeliveryState::pending,
+                                 now,
+                                 now,
+                                 {}});
     store_.delete_before(now - settings_.log_age.count());
   } else {
     store_.unsubscribe(id);
@@ -221,6 +236,7 @@ Webhooks::Pause Webhooks::dispatch_due() {
     if (!delivery) return longest_sleep;
     const Pause left(*delivery->next_attempt_at - clock_());
     if (left > Pause(0)) return std::min(left, longest_sleep);
+    if (!store_.reserve(*delivery, clock_() + attempt_ms_max)) continue;
     const std::string host = queue::host_of(delivery->url);
     const auto send = [this, host, due = *std::move(delivery)] { run_attempt(host, due); };
     attempts_.emplace(host, std::async(std::launch::async, send));

@@ -61,6 +61,8 @@ struct WebhookSettings {
   /// Concurrent requests, each to another receiver. A hanging receiver blocks one of them for some seconds
   /// (SenderSettings).
   std::size_t senders = 16;
+  /// Pause between searches for what a node that is gone has left, if nodes share the store. 0: one node.
+  std::chrono::milliseconds search_interval{0};
 };
 
 using FindJob = std::function<std::optional<queue::JobView>(const std::string& id)>;
@@ -95,6 +97,7 @@ class Webhooks final : public queue::CompletionListener {
   Pause run_once();
   void create_delivery(const std::string& id);
   Pause dispatch_due();
+  void search();
   void run_attempt(const std::string& host, const queue::Delivery& delivery);
   void attempt(const queue::Delivery& delivery);
   [[nodiscard]] WebhookSender::Headers headers_of(const queue::Delivery& delivery, std::int64_t now) const;
@@ -107,6 +110,7 @@ class Webhooks final : public queue::CompletionListener {
   queue::Log log_;
   WebhookSettings settings_;
 
+  std::chrono::steady_clock::time_point searched_at_ = std::chrono::steady_clock::now();
   std::atomic<bool> stopping_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;

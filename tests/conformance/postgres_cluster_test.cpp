@@ -180,6 +180,22 @@ TEST_F(PostgresClusterTest, ReportsNodesAndTheirDuties) {
   EXPECT_TRUE(stores.cluster().nodes().empty());
 }
 
+TEST_F(PostgresClusterTest, ADeliveryIsSentByOneNode) {
+  const PostgresStores first(uri), second(uri);
+  first.deliveries().subscribe({"job", "http://host/", {"succeeded"}});
+  const Delivery delivery{"1", "job", "job.succeeded", "http://host/", "{}", DeliveryState::pending, 5, 5, {}};
+  Delivery again = delivery;
+  again.id = "2";
+  EXPECT_TRUE(first.deliveries().replace_subscription(delivery));
+  EXPECT_FALSE(second.deliveries().replace_subscription(again));
+  const Delivery due = second.deliveries().next({}).value();
+  EXPECT_TRUE(first.deliveries().reserve(due, 1000));
+  EXPECT_FALSE(second.deliveries().reserve(due, 1000));
+  const Delivery left = second.deliveries().next({}).value();
+  EXPECT_EQ(left.next_attempt_at, 1000) << "then the first node is gone";
+  EXPECT_TRUE(second.deliveries().reserve(left, 2000));
+}
+
 TEST_F(PostgresClusterTest, HandsOnResultsOfRunningJobs) {
   const PostgresStores first(uri), second(uri);
   const std::string bytes("\0\xFF png", 6);

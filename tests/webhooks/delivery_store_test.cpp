@@ -59,7 +59,11 @@ TEST_F(DeliveryStoreTest, KeepsSubscriptionsUntilUnsubscribe) {
 
 TEST_F(DeliveryStoreTest, ReplacesASubscriptionByItsDelivery) {
   store().subscribe({"a", "http://a/", {"failed"}});
-  const Delivery owed = enqueue("1", "a", 1000);
+  Delivery owed = enqueue("0", "b", 2000);
+  EXPECT_TRUE(store().subscription("a"));
+  owed.id = "1", owed.job_id = "a", owed.created_at = 1000, owed.next_attempt_at = 1000;
+  EXPECT_TRUE(store().replace_subscription(owed));
+  EXPECT_FALSE(store().replace_subscription(owed)) << "another caller has done so";
   reopen();
   EXPECT_FALSE(store().subscription("a"));
   const Delivery found = store().next({}).value();

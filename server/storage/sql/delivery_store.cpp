@@ -36,6 +36,14 @@ void read_attempts(Database& database, queue::Delivery& delivery) {
   }
 }
 
+int insert_delivery(Database& database, const queue::Delivery& delivery) {
+  return database.change(
+      "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, host)"
+      " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
+      delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
+      delivery.next_attempt_at.value_or(delivery.created_at), queue::host_of(delivery.url));
+}
+
 class SqlDeliveryStore final : public queue::DeliveryStore {
  public:
   explicit SqlDeliveryStore(std::shared_ptr<Transactions> transactions)
@@ -69,13 +77,14 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
   }
 
   void enqueue(const queue::Delivery& delivery) override {
-    transactions_.write([&](Database& database) {
-      database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
-      return database.change(
-          "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, host)"
-          " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
-          delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-          delivery.next_attempt_at.value_or(delivery.created_at), queue::host_of(delivery.url));
+    transactions_.write([&](Database& database) { return insert_delivery(database, delivery); });
+  }
+
+  bool replace_subscription(const queue::Delivery& delivery) override {
+    return transactions_.write([&](Database& database) {
+      if (database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id) == 0) return false;
+      insert_delivery(database, delivery);
+      return true;
     });
   }
 
@@ -105,6 +114,14 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
       }
       read_attempts(database, *delivery);
       return delivery;
+    });
+  }
+
+  bool reserve(const queue::Delivery& delivery, std::int64_t until) override {
+    if (!transactions_.read([](Database& database) { return database.is_shared(); })) return true;
+    return transactions_.write([&](Database& database) {
+      return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
+                             delivery.id, delivery.next_attempt_at) == 1;
     });
   }
 
