@@ -183,6 +183,7 @@ struct JobsBefore {
 
 /// Limits of what is kept of ended jobs. Unset: no limit.
 struct Retention {
+  std::int64_t lease_grace_ms = 0;                ///< leases are taken back this long after their end
   std::int64_t expired_ms = 0;                    ///< rows of expired jobs
   std::int64_t unkept_ms = 3000;                  ///< jobs without Job::keep, so that their clients can read the result
   std::optional<std::int64_t> succeeded_ms = {};  ///< time from the end to the expiry

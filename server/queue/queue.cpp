@@ -299,8 +299,16 @@ void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
 // JobLifecycle, for the daemon
 
 bool JobLifecycle::run_maintenance() {
-  const MaintenanceResult result =
-      context_.stores.maintenance.run_maintenance(context_.clock(), context_.settings.retention, maintenance_step);
+  const std::int64_t now = context_.clock();
+  Retention retention = context_.settings.retention;
+  if (context_.cluster != nullptr) {
+    // While the store was away no node could renew its leases; all do so as soon as it is back.
+    const std::int64_t lease_ms = context_.settings.lease_ms, outage_ms = std::max<std::int64_t>(lease_ms / 6, 2000);
+    if (maintained_at_ != 0 && now - maintained_at_ > outage_ms) grace_until_ = now + lease_ms / 2;
+    if (now < grace_until_) retention.lease_grace_ms = 24 * 3600 * 1000;
+  }
+  const MaintenanceResult result = context_.stores.maintenance.run_maintenance(now, retention, maintenance_step);
+  maintained_at_ = now;
   for (const std::string& id : result.abandoned) {
     context_.running.clear_progress(id);
     context_.waiters.on_stopped(id);

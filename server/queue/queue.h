@@ -173,6 +173,8 @@ class JobLifecycle {
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 
   QueueContext& context_;
+  std::int64_t maintained_at_ = 0;  ///< time of the last step
+  std::int64_t grace_until_ = 0;    ///< until then no lease is taken back
 };
 
 struct QueueState {

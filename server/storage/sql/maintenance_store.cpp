@@ -20,12 +20,14 @@ constexpr const char* with_artifacts =
 struct Limits {
   Limits(std::int64_t moment, const queue::Retention& retention)
       : now(moment),
+        lease_ended_before(now - retention.lease_grace_ms),
         delete_before(now - retention.expired_ms),
         delete_unkept_before(now - retention.unkept_ms),
         succeeded_before(now - retention.succeeded_ms.value_or(now)),
         failed_before(now - retention.failed_ms.value_or(now)),
         artifact_bytes(retention.artifact_bytes.value_or(std::numeric_limits<std::int64_t>::max())) {}
-  std::int64_t now, delete_before, delete_unkept_before, succeeded_before, failed_before, artifact_bytes;
+  std::int64_t now, lease_ended_before, delete_before, delete_unkept_before, succeeded_before, failed_before,
+      artifact_bytes;
 };
 
 /// One step inside a transaction.
@@ -42,13 +44,13 @@ struct Step {
     Query any = database.query(
         "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ?1)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ?4)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
         "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ?3)"
         " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
-        limits.now, limits.delete_before, limits.delete_unkept_before);
+        limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before);
     any.row();
     return any.integer(0) != 0;
   }
@@ -66,7 +68,11 @@ struct Step {
 
   void release_abandoned() {
     const auto ids =
-        find("SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?");
+        database
+            .query("SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?" +
+                       std::string(database.skip_locked()),
+                   limits.lease_ended_before, limit)
+            .texts();
     for (const std::string& id : ids) {
       Query released = database.query(
           std::string(released_columns) + " 'lease_ended ', attempt = attempt - 1 WHERE id = ?2 RETURNING state", now,
