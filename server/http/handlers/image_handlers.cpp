@@ -7,6 +7,7 @@
 
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
+#include "server/http/handlers/recent_jobs.h"
 #include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
@@ -174,6 +175,19 @@ std::string cache_key_of(const queue::Artifact& artifact, const queue::ImageWork
   return key;
 }
 
+/// The job, also while the database is away if an image of it was read before.
+tracer::Result<queue::Job, Problem> find_job_of_image(const std::string& id, const ApiContext& context) {
+  try {
+    auto view = find_job(id, context);
+    if (!view) return view.error();
+    context.recent_jobs->add(view->job);
+    return std::move(view->job);
+  } catch (const queue::StoreFailure&) {
+    if (auto job = context.recent_jobs->find(id)) return *std::move(job);
+    throw;
+  }
+}
+
 /// The latest preview, without waiting.
 Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
   const auto view = find_job(query.id, context);
@@ -228,9 +242,9 @@ Problem image_not_found(const queue::Job& job, const std::string& name) {
 }
 
 Answer get_image(Request& request, const ApiContext& context, const std::string& name) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  const queue::Job& job = view->job;
+  const auto found = find_job_of_image(request.parameters.front(), context);
+  if (!found) return found.error();
+  const queue::Job& job = *found;
   const queue::Artifact* const artifact = find_artifact(job, name);
   if (artifact == nullptr) return image_not_found(job, name);
 

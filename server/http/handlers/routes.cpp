@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/http/handlers/handlers.h"
+#include "server/http/handlers/recent_jobs.h"
 #include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
@@ -145,6 +146,7 @@ void add_status_route(std::vector<Route>& routes, const std::shared_ptr<const Ap
 std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto own_context = std::make_shared<ApiContext>(api_context);
   own_context->thumbnails = std::make_shared<ThumbnailCache>(thumbnail_bytes_max);
+  own_context->recent_jobs = std::make_shared<RecentJobs>();
   const std::shared_ptr<const ApiContext> context = own_context;
   const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [context, handler](Request& request) { return handler(request, *context); };

@@ -31,8 +31,9 @@ namespace http {
 constexpr std::chrono::seconds wait_max{60};
 
 namespace handlers {
+class RecentJobs;
 class ThumbnailCache;
-}
+}  // namespace handlers
 
 /// Dependencies of the client routes. Functions and referenced objects are thread-safe and outlive the server.
 struct ApiContext {
@@ -62,9 +63,10 @@ struct ApiContext {
   std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
   std::function<std::vector<queue::Node>()> nodes{};
   std::function<telemetry::ServiceHistory::Hour()> history{};
-  std::shared_ptr<handlers::ThumbnailCache> thumbnails{};  ///< set by client_routes
-  bool dashboard = true;                                   ///< the page at /; false: text only
-  const keys::KeyRing* keys = nullptr;                     ///< null: local clients without keys
+  std::shared_ptr<handlers::ThumbnailCache> thumbnails{};  ///< set by client_routes, as the next
+  std::shared_ptr<handlers::RecentJobs> recent_jobs{};
+  bool dashboard = true;                ///< the page at /; false: text only
+  const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
