@@ -7,6 +7,7 @@
 #include <chrono>
 #include <climits>
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -240,9 +241,10 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
   const auto sender = std::make_shared<const webhooks::WebhookSender>(
       webhooks::SenderSettings{.networks = credentials.webhook_networks});
   const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
-  auto webhooks =
-      std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, storage.clock, jobs.ids, log,
-                                           webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
+  webhooks::WebhookSettings settings{.secrets = credentials.webhook_secrets};
+  if (storage.database->sharing()) settings.search_interval = std::chrono::minutes(1);
+  auto webhooks = std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, storage.clock,
+                                                       jobs.ids, log, settings);
   jobs.queue.notifications.set_completion_listener(webhooks.get());
   return webhooks;
 }
@@ -345,6 +347,21 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
   return context;
 }
 
+namespace {
+
+/// By role, those that were seen lately.
+std::vector<std::pair<std::string, std::int64_t>> count_nodes(Storage& storage) {
+  constexpr std::int64_t lately_ms = 10'000;
+  const auto sharing = storage.database->sharing();
+  if (!sharing) return {{"all", 1}};
+  std::map<std::string, std::int64_t> counts{{"all", 0}, {"api", 0}, {"worker", 0}};
+  for (const queue::Node& node : sharing->store.nodes())
+    if (storage.clock() - node.seen_at < lately_ms) ++counts[node.role];
+  return {counts.begin(), counts.end()};
+}
+
+}  // namespace
+
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,
                                     std::size_t connections) {
   using enum queue::JobState;
@@ -357,6 +374,7 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
   if (const auto oldest_at = storage.stores.statistics.depth().oldest_at) {
     values.queue_age_s = static_cast<double>(std::max<std::int64_t>(storage.clock() - *oldest_at, 0)) / 1000;
   }
+  values.nodes = count_nodes(storage);
   values.disk_space = storage.disk.now();
   values.upload_bytes = storage.uploads.bytes();
   values.artifact_bytes = storage.stores.statistics.artifact_bytes();

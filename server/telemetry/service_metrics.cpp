@@ -36,10 +36,13 @@ MetricFamily gauge(const std::string& name, const std::string& help, Number valu
 std::vector<MetricFamily> gauges(const GaugeValues& values) {
   std::vector<Series> jobs;
   for (const auto& [state, count] : values.jobs) jobs.push_back({{{"state", state}}, static_cast<double>(count)});
+  std::vector<Series> nodes;
+  for (const auto& [role, count] : values.nodes) nodes.push_back({{{"role", role}}, static_cast<double>(count)});
   std::vector<MetricFamily> families{
       gauge("whittle_build_info", "Version of the program; always 1.",
             std::vector<Series>{{{{"version", std::string(values.version)}, {"build", std::string(values.build)}}, 1}}),
       gauge("whittle_jobs", "Jobs in the store, by state; queued is the queue depth.", jobs),
+      gauge("whittle_nodes", "Daemons that share the queue, by role.", nodes),
       gauge("whittle_queue_age_seconds", "Waiting time of the job that could run longest; 0 if none waits.",
             values.queue_age_s),
       gauge("whittle_disk_free_bytes", "Free space on the disk of the data directory.", values.disk_space.free_bytes),

@@ -50,6 +50,7 @@ struct GaugeValues {
   std::size_t connections = 0, event_listeners = 0;
   std::uint64_t cache_geometry_bytes = 0, cache_image_bytes = 0;
   std::optional<std::int64_t> rss_bytes, worker_rss_bytes;  ///< resident memory of the daemon and of its worker
+  std::vector<std::pair<std::string, std::int64_t>> nodes;  ///< role and number of those that were seen lately
   int worker_pid = 0;                                       ///< 0: no worker runs
   int worker_jobs = 0, worker_slots = 0;                    ///< jobs that it runs, and may run at once
 };

@@ -29,10 +29,12 @@ export function plotsOf(history) {
 
 export function System() {
   const status = useSignal(/** @type {Status | null} */ (null)), problem = useSignal(/** @type {any} */ (null));
+  const nodes = useSignal(/** @type {any[]} */ ([]));
   useEffect(() => {
     const read = () => {
       if (document.visibilityState !== 'visible') return;
       getJson('/v1/status').then((body) => { status.value = body; problem.value = null; }, (error) => { problem.value = error; });
+      getJson('/v1/nodes').then((body) => { nodes.value = body.items; }, () => {});  // the status shows the problem
     };
     read();
     const timer = setInterval(read, READ_MS);
@@ -49,6 +51,8 @@ export function System() {
       <p class="dim">${text.disk(size(value.disk.free_bytes), size(value.disk.reserve_bytes))}</p></section>
     <div class="plots">${plotsOf(value.history).map((plot) => html`<${Plot} ...${plot} history=${value.history} />`)}</div>
     <div class="columns">
+      <section class="panel"><h2>${text.nodes}</h2><table class="plain"><thead><tr><th>${text.machine}</th><th>${text.role}</th><th>${text.jobs}</th><th>${text.versions}</th><th>${text.seen}</th></tr></thead><tbody>
+        ${nodes.value.map((each) => html`<tr><td title=${each.id}>${each.name}</td><td>${each.role}</td><td class="number">${each.running} / ${each.slots}</td><td class="number">${each.version}</td><td class="number">${text.ago(duration(secondsSince(each.seen_at, nodes.value)))}</td></tr>`)}</tbody></table></section>
       <section class="panel"><h2>${text.workers}</h2><table class="plain"><thead><tr><th>${text.process}</th><th>${text.jobs}</th><th>${text.memory}</th><th>${text.sandbox}</th></tr></thead><tbody>
         ${value.workers.map((/** @type {any} */ each) => html`<tr><td class="number">${each.pid}</td><td class="number">${each.jobs} / ${each.places}</td><td class="number">${size(each.rss_bytes)}</td><td>${each.sandbox || text.none}</td></tr>`)}</tbody></table></section>
       <section class="panel"><h2>${text.use}</h2><table class="plain"><tbody>
@@ -62,6 +66,11 @@ export function System() {
       <details class="panel"><summary>${text.limits}</summary><dl class="facts-list">${Object.entries(value.limits).map(([name, limit]) => html`<dt><code>${name}</code></dt><dd class="number">${name.endsWith('_bytes') ? size(Number(limit)) : name.endsWith('_s') ? duration(Number(limit)) : count(Number(limit))}</dd>`)}</dl></details>
     </div>
   </div>`;
+}
+
+/** Compared with the node that was seen last, as the clock of the browser may differ. @param {string} time @param {any[]} nodes */
+function secondsSince(time, nodes) {
+  return (Math.max(...nodes.map((node) => Date.parse(node.seen_at))) - Date.parse(time)) / 1000;
 }
 
 /** @param {Status} status */

@@ -88,6 +88,7 @@ export const words = {
   system: {
     ready: 'Ready', notReady: 'Not ready', draining: 'Stopping', jobsRun: 'Jobs run.', disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `Disk: ${free} free, new jobs are refused below ${reserve}.`,
     depth: 'Jobs', wait: 'Seconds in the queue', ended: 'Jobs that ended', failed: 'Jobs that failed', median: 'median', p95: '95th percentile', perMinute: 'per minute',
+    nodes: 'Nodes', machine: 'Machine', role: 'Role', seen: 'Last seen', ago: (/** @type {string} */ time) => `${time} ago`,
     workers: 'Workers', process: 'Process', jobs: 'Jobs', memory: 'Memory', sandbox: 'Sandbox', none: 'none', use: 'Limits against use', of: (/** @type {string} */ limit) => `of ${limit}`,
     queuedJobs: 'Queued jobs', images: 'Images', uploads: 'Uploads', streams: 'Event streams', yourJobs: 'Your queued jobs', yourImages: 'Your images',
     versions: 'Version', caches: 'Caches', cached: (/** @type {string} */ geometry, /** @type {string} */ images) => `geometry ${geometry}, images ${images}`, licences: 'Licences', limits: 'All limits',
