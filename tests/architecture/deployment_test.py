@@ -130,8 +130,21 @@ class Yaml(unittest.TestCase):
 
 class Compose(unittest.TestCase):
     def test_is_valid(self):
-        done = run("docker-compose", "--file", "docker/compose.yaml", "--profile", "tls", "config", "--quiet", cwd=SOURCE)
+        done = run("docker-compose", "--file", "docker/compose.yaml", "--profile", "tls", "--profile", "cluster", "config", "--quiet",
+                   cwd=SOURCE)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
+    def test_nodes_of_the_cluster_share_a_database_and_files(self):
+        services = yaml.safe_load(text("docker/compose.yaml"))["services"]
+        for role in ("api", "worker"):
+            command = " ".join(services[role]["command"])
+            self.assertIn(f"--role={role}", command)
+            self.assertIn("--database=postgres://whittle@database/whittle", command)
+            self.assertIn("--artifacts=/var/lib/whittle", command)
+            self.assertEqual((services[role]["deploy"]["replicas"], services[role]["profiles"]), (2, ["cluster"]))
+            self.assertIn("images:/var/lib/whittle", services[role]["volumes"])
+        self.assertEqual(services["balancer"]["ports"], ["8443:8443"])
+        self.assertIn("whittle", services["api"]["networks"]["default"]["aliases"], "the name in the configuration of the proxy")
 
     def test_confines_every_service(self):
         services = yaml.safe_load(text("docker/compose.yaml"))["services"]
@@ -213,6 +226,60 @@ class Kubernetes(unittest.TestCase):
         volumes = {volume["name"]: volume for volume in self.pod["volumes"]}
         self.assertEqual(volumes["data"]["persistentVolumeClaim"]["claimName"], self.one["PersistentVolumeClaim"]["metadata"]["name"])
         self.assertEqual(volumes["config"]["configMap"]["name"], self.one["ConfigMap"]["metadata"]["name"])
+
+
+class KubernetesCluster(unittest.TestCase):
+    """The overlay of nodes that share a database and a bucket."""
+
+    def setUp(self):
+        self.documents = documents("overlays/cluster/*.yaml")
+        self.named = {(document["kind"], document.get("metadata", {}).get("name")): document for _, document in self.documents}
+        self.deployments = {role: self.named["Deployment", f"whittle-{role}"]["spec"] for role in ("api", "worker")}
+
+    def test_has_only_fields_of_its_kinds(self):
+        for path, document in self.documents:
+            self.assertEqual(check_document(document), [], path.name)
+
+    def test_lists_every_file_but_that_of_keda(self):
+        listed = set(self.named["Kustomization", None]["resources"])
+        self.assertEqual(listed, {path.name for path, _ in self.documents} - {"kustomization.yaml", "keda.yaml"})
+
+    def test_pods_are_those_of_the_single_service(self):
+        single = next(document for _, document in documents("deployment.yaml"))["spec"]["template"]["spec"]
+        for role, deployment in self.deployments.items():
+            pod = deployment["template"]["spec"]
+            for name in ("automountServiceAccountToken", "enableServiceLinks", "securityContext"):
+                self.assertEqual(pod[name], single[name], role)
+            for name in ("image", "securityContext", "resources", "livenessProbe", "readinessProbe", "startupProbe", "volumeMounts"):
+                self.assertEqual(pod["containers"][0][name], single["containers"][0][name], (role, name))
+
+    def test_nodes_drain_before_they_are_killed(self):
+        for role, deployment in self.deployments.items():
+            (container,) = deployment["template"]["spec"]["containers"]
+            arguments = dict(zip(container["args"][::2], container["args"][1::2]))
+            self.assertEqual(arguments["--role"], role)
+            self.assertGreaterEqual(deployment["template"]["spec"]["terminationGracePeriodSeconds"], int(arguments["--drain-s"]) + 15)
+            self.assertEqual(deployment["strategy"]["type"], "RollingUpdate")
+
+    def test_has_consistent_names(self):
+        for role, deployment in self.deployments.items():
+            labels = deployment["template"]["metadata"]["labels"]
+            self.assertEqual(deployment["selector"]["matchLabels"], labels)
+            self.assertEqual(self.named["PodDisruptionBudget", f"whittle-{role}"]["spec"]["selector"]["matchLabels"], labels)
+        self.assertEqual(self.named["Service", "whittle-cluster"]["spec"]["selector"],
+                         self.deployments["api"]["template"]["metadata"]["labels"])
+        for kind in ("HorizontalPodAutoscaler", "ScaledObject"):
+            self.assertEqual(self.named[kind, "whittle-worker"]["spec"]["scaleTargetRef"]["name"], "whittle-worker")
+        pairs = self.named["Kustomization", None]["labels"][0]["pairs"]
+        self.assertEqual(self.named["NetworkPolicy", "whittle-cluster"]["spec"]["podSelector"]["matchLabels"], pairs)
+
+    def test_scales_by_a_metric_that_the_service_has(self):
+        comment = (SOURCE / "docker/k8s/overlays/cluster/autoscaler.yaml").read_text(encoding="utf-8")
+        metric = self.named["HorizontalPodAutoscaler", "whittle-worker"]["spec"]["metrics"][0]["external"]["metric"]["name"]
+        self.assertIn(f"name: {{as: {metric}}}", comment)
+        source = text("server/telemetry/service_metrics.cpp")
+        for name in re.findall(r"whittle_\w+(?=\{)", comment):
+            self.assertIn(f'"{name}"', source)
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ RESOURCES = fields(requests=fields(cpu=QUANTITY, memory=QUANTITY, storage=QUANTI
 CONTAINER = fields(
     ["name", "image", "resources", "securityContext", "startupProbe", "livenessProbe", "readinessProbe"],
     name=NAME, image=TEXT, imagePullPolicy=one_of("IfNotPresent", "Always", "Never"), args=array_of(TEXT),
+    envFrom=array_of(fields(["secretRef"], secretRef=fields(["name"], name=NAME, optional=FLAG))),
     ports=array_of(fields(["containerPort"], name=NAME, containerPort=PORT, protocol=one_of("TCP", "UDP"))),
     securityContext=fields(allowPrivilegeEscalation=FLAG, readOnlyRootFilesystem=FLAG,
                            capabilities=fields(["drop"], drop=array_of(TEXT))),
@@ -48,6 +49,7 @@ POD = fields(
                            fsGroupChangePolicy=one_of("Always", "OnRootMismatch"),
                            seccompProfile=fields(["type"], type=one_of("RuntimeDefault", "Localhost"))),
     containers=array_of(CONTAINER), volumes=array_of(VOLUME))
+TARGET = fields(["name"], apiVersion=TEXT, kind=TEXT, name=NAME)
 POLICY_PORTS = array_of(fields(["port"], port=PORT, protocol=one_of("TCP", "UDP")))
 KINDS = {
     ("v1", "ConfigMap"): {"data": STRINGS},
@@ -64,6 +66,19 @@ KINDS = {
     ("networking.k8s.io/v1", "NetworkPolicy"): {"spec": fields(
         ["podSelector", "policyTypes"], podSelector=SELECTOR, policyTypes=array_of(one_of("Ingress", "Egress")),
         ingress=array_of(fields(ports=POLICY_PORTS)), egress=array_of(fields(ports=POLICY_PORTS)))},
+    ("policy/v1", "PodDisruptionBudget"): {"spec": fields(["selector"], selector=SELECTOR, minAvailable=COUNT, maxUnavailable=COUNT)},
+    ("autoscaling/v2", "HorizontalPodAutoscaler"): {"spec": fields(
+        ["scaleTargetRef", "maxReplicas", "metrics"], scaleTargetRef=TARGET, minReplicas=COUNT, maxReplicas=COUNT,
+        behavior=fields(scaleDown=fields(stabilizationWindowSeconds=COUNT), scaleUp=fields(stabilizationWindowSeconds=COUNT)),
+        metrics=array_of(fields(["type", "external"], type=one_of("External"), external=fields(
+            ["metric", "target"], metric=fields(["name"], name=TEXT),
+            target=fields(["type", "averageValue"], type=one_of("AverageValue"), averageValue=QUANTITY)))))},
+    # KEDA 2: "Scaling Deployments", "Prometheus scaler".
+    ("keda.sh/v1alpha1", "ScaledObject"): {"spec": fields(
+        ["scaleTargetRef", "triggers"], scaleTargetRef=TARGET, minReplicaCount=COUNT, maxReplicaCount=COUNT,
+        cooldownPeriod=COUNT, pollingInterval=COUNT,
+        triggers=array_of(fields(["type", "metadata"], type=one_of("prometheus"), metadata=fields(
+            ["serverAddress", "query", "threshold"], serverAddress=TEXT, query=TEXT, threshold=TEXT))))},
     ("kustomize.config.k8s.io/v1beta1", "Kustomization"): {
         "resources": array_of(TEXT), "labels": array_of(fields(["pairs"], pairs=STRINGS, includeSelectors=FLAG))},
 }
