@@ -46,6 +46,12 @@ class Cluster:
         self.nodes.append(Node(self, role, *options, **changes))
         return self.nodes[-1]
 
+    def allow(self, network):
+        """Lets clients of a network connect."""
+        with open(f"{self.server.data}/pg_hba.conf", "a", encoding="utf-8") as rules:
+            rules.write(f"host all all {network} trust\n")
+        self.sql("SELECT pg_reload_conf()")
+
     def sql(self, statement):
         return self.server.sql(self.database, statement)
 
