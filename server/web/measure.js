@@ -9,7 +9,7 @@ import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
 import {nameOf, Plot, time} from './measure-plot.js';
 import {attempt, Failure, State} from './parts.js';
-import {changesTo} from './pointers.js';
+import {applied, changesTo} from './pointers.js';
 import {go, route, setQuery} from './routes.js';
 import {figures} from './store.js';
 import {words} from './words.js';
@@ -84,7 +84,7 @@ function Wishes({measurement, select}) {
 function Chosen({job, point, scene}) {
   const parsed = scene ? JSON.parse(scene) : {};
   const rows = documentDifference({accuracy: parsed.accuracy ?? {}}, {accuracy: point.settings}).filter(({a, b}) => (a || '{}') !== (b || '{}'));
-  const changed = (/** @type {string} */ document, /** @type {string[]} */ path, /** @type {any} */ to) => changesTo(document, path, to).reduceRight((before, change) => before.slice(0, change.from) + change.insert + before.slice(change.to), document);
+  const changed = (/** @type {string} */ document, /** @type {string[]} */ path, /** @type {any} */ to) => applied(document, changesTo(document, path, to));
   const render = () => attempt(async () => { go(`#/jobs/${(await postJson('/v1/jobs', changed(scene, ['accuracy'], point.settings))).id}`); });
   const reference = job.artifacts.find((/** @type {any} */ each) => each.name === 'reference.exr');
   const compare = () => attempt(async () => {  // linear like the reference, whatever the exposure

@@ -26,6 +26,17 @@ export function rangeOf(text, pointer) {
   }
 }
 
+/** The whole range of the value at a path. @param {string} text @param {(string | number)[]} path @returns {Range | null} */
+export function wholeRangeOf(text, path) {
+  const root = parseTree(text), node = root && findNodeAtLocation(root, path);
+  return node ? {from: node.offset, to: node.offset + node.length} : null;
+}
+
+/** @param {string} text @param {Change[]} changes in the order of the text */
+export function applied(text, changes) {
+  return changes.reduceRight((before, {from, to, insert}) => before.slice(0, from) + insert + before.slice(to), text);
+}
+
 /** The pointer of the value at `offset`. @param {string} text @param {number} offset */
 export function pointerAt(text, offset) {
   return getLocation(text, offset).path.map((part) => '/' + String(part).replaceAll('~', '~0').replaceAll('/', '~1')).join('');
