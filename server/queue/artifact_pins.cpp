@@ -17,6 +17,23 @@ std::unique_ptr<ArtifactReader> ArtifactPins::open_unverified(const Artifact& ar
   return reader;
 }
 
+bool ArtifactPins::is_intact(const Artifact& artifact) {
+  const auto reader = open(artifact);
+  if (!reader) return false;
+  std::vector<char> piece(1u << 20);
+  try {
+    for (std::uint64_t done = 0; done < artifact.bytes;) {
+      const std::size_t count = reader->read(done, piece.data(), piece.size());
+      if (count == 0) return false;
+      done += count;
+    }
+  } catch (const StoreFailure& failure) {
+    if (failure.kind != StoreFailure::Kind::damaged) throw;
+    return false;
+  }
+  return true;
+}
+
 void ArtifactPins::collect(const std::string& sha256) noexcept {
   const std::lock_guard lock(mutex_);
   if (pins_.contains(sha256)) return;  // collected at the end of the pin
@@ -39,7 +56,14 @@ ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
 
 bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
   const bool is_new = pin(artifact.sha256);
-  if (!pins_.open(artifact)) return false;
+  try {
+    if (is_new) pins_.artifacts_.keep(artifact.sha256);
+    if (!pins_.open(artifact)) return false;
+  } catch (const StoreFailure& failure) {
+    if (failure.kind != StoreFailure::Kind::unavailable) throw;
+    pins_.log_(LogLevel::warning, "artifact_not_available", {{"sha256", artifact.sha256}, {"detail", failure.what()}});
+    return false;
+  }
   if (sync && is_new) pins_.artifacts_.sync(artifact.sha256);
   return true;
 }

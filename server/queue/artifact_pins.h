@@ -28,6 +28,8 @@ class ArtifactPins {
   /// As ArtifactStore; null also when it has another size.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
   std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact);
+  /// Reads it to its end, as some readers compare the bytes.
+  bool is_intact(const Artifact& artifact);
 
   /// Deletes the bytes unless a job names them or they are pinned. Never throws: a failure costs only disk space and
   /// is logged.
@@ -44,7 +46,8 @@ class ArtifactPins {
     /// As ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
     ArtifactStore::Stored put(int fd, bool durable);
 
-    /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none.
+    /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none, or the store
+    /// is not available at present.
     bool hold(const Artifact& artifact, bool sync = false);
     bool hold(const std::vector<Artifact>& artifacts, bool sync);  ///< false if one does not exist
 

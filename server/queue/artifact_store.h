@@ -15,7 +15,8 @@ class ArtifactReader {
  public:
   virtual ~ArtifactReader() = default;
   [[nodiscard]] virtual std::uint64_t size_bytes() const = 0;
-  /// Reads up to `size` bytes at `offset`; fewer only at the end. Throws StoreFailure.
+  /// Reads up to `size` bytes at `offset`; fewer only at the end. Throws StoreFailure, of kind `damaged` where the
+  /// bytes turn out not to be those of the name.
   virtual std::size_t read(std::uint64_t offset, char* into, std::size_t size) const = 0;
 };
 
@@ -33,10 +34,13 @@ class ArtifactStore {
   /// artifact, which is replaced by the next put of the same bytes.
   virtual Stored put(int fd, bool durable = true) = 0;
 
+  /// A job is about to name an existing artifact: no node removes it within a day. No effect where there is one node.
+  virtual void keep(const std::string& /*sha256*/) {}
+
   virtual void sync(const std::string& sha256) = 0;  ///< makes an existing artifact durable, as put
 
   /// Null when it does not exist, or its bytes are not those of its name. Large artifacts are read for this once after
-  /// the start.
+  /// the start, or compared by their reader.
   virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;
   /// Does not compare the bytes: for readers that do.
   virtual std::unique_ptr<ArtifactReader> open_unverified(const std::string& sha256) { return open(sha256); }

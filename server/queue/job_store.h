@@ -21,6 +21,7 @@ class StoreFailure : public std::runtime_error {
     unavailable,
     broken,   ///< an I/O error: the content of the disk is unknown until it was opened again (disk_health.h)
     unknown,  ///< the connection to the database was lost at a commit, which may have taken place
+    damaged,  ///< bytes that were stored are others now
   };
   StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
   Kind kind;

@@ -208,7 +208,7 @@ void JobLifecycle::collect(const std::vector<Artifact>& artifacts) {
 
 bool JobLifecycle::has_all_images(const Job& job) {
   return std::all_of(job.artifacts.begin(), job.artifacts.end(),
-                     [&](const Artifact& artifact) { return context_.pins.open(artifact) != nullptr; });
+                     [&](const Artifact& artifact) { return context_.pins.is_intact(artifact); });
 }
 
 RetryOutcome JobLifecycle::retry(const std::string& id, bool durable) {

@@ -20,8 +20,9 @@ THIRD_PARTY = [
     ("cpp-httplib", r"httplib\.h", ["server/http/"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
     ("libpq", r"libpq-fe\.h|libpq/.*", ["server/storage/postgres/"]),
-    ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/"]),
-    ("libcurl", r"curl/.*", ["server/webhooks/"]),
+    ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/", "server/storage/s3/"]),
+    ("pugixml", r"pugixml\.hpp", ["server/storage/s3/"]),
+    ("libcurl", r"curl/.*", ["server/webhooks/", "server/storage/s3/"]),
     ("spdlog", r"(spdlog|fmt)/.*", ["server/telemetry/"]),
     ("GoogleTest", r"g(test|mock)/.*", ["tests/"]),
     # Not yet in use everywhere: included in at most these directories.

@@ -13,9 +13,14 @@
 
 #include "server/queue/asset_store.h"
 #include "server/storage/files/file_stores.h"
+#include "server/storage/objects/directory_objects.h"
+#include "server/storage/objects/shared_stores.h"
+#include "server/storage/postgres/postgres_stores.h"
 #include "server/storage/sqlite/sqlite_stores.h"
+#include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/support/postgres_server.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
@@ -58,6 +63,33 @@ ArtifactsUnderTest make_rows_and_files() {
   auto directory = std::make_unique<TemporaryDirectory>();
   auto store = std::make_unique<RowsAndFiles>(directory->path());
   return {std::move(directory), std::move(store)};
+}
+
+/// Objects that several nodes share, with rows in PostgreSQL. Removes at once what was used now.
+class SharedObjects final : public ArtifactStore {
+ public:
+  explicit SharedObjects(std::unique_ptr<storage::objects::ObjectStore> objects) : objects_(std::move(objects)) {}
+  Stored put(int fd, bool durable) override { return store_.put(fd, durable); }
+  void sync(const std::string& sha256) override { store_.sync(sha256); }
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return store_.open(sha256); }
+  void remove(const std::string& sha256) override { store_.remove(sha256); }
+
+ private:
+  storage::postgres::PostgresStores rows_{PostgresServer::shared().new_database(), {.connections = 4}};
+  std::unique_ptr<storage::objects::ObjectStore> objects_;
+  storage::objects::ObjectIndex index_{rows_.transactions(), storage::objects::ObjectIndex::Kind::artifact};
+  storage::objects::SharedArtifactStore store_{*objects_, index_, system_clock(), std::chrono::seconds(-60)};
+};
+
+ArtifactsUnderTest make_shared_directory() {
+  auto directory = std::make_unique<TemporaryDirectory>();
+  auto store = std::make_unique<SharedObjects>(
+      std::make_unique<storage::objects::DirectoryObjects>(directory->path() + "/artifacts", "node"));
+  return {std::move(directory), std::move(store)};
+}
+
+ArtifactsUnderTest make_bucket() {
+  return {nullptr, std::make_unique<SharedObjects>(std::make_unique<BucketUnderTest>("artifacts"))};
 }
 
 class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind> {
@@ -183,7 +215,9 @@ TEST_P(ArtifactStoreConformance, PutsBytesThatAreRemovedAtTheSameTime) {
 
 INSTANTIATE_TEST_SUITE_P(Stores, ArtifactStoreConformance,
                          testing::Values(ArtifactStoreKind{"Files", make_files},
-                                         ArtifactStoreKind{"RowsAndFiles", make_rows_and_files}),
+                                         ArtifactStoreKind{"RowsAndFiles", make_rows_and_files},
+                                         ArtifactStoreKind{"SharedDirectory", make_shared_directory},
+                                         ArtifactStoreKind{"S3", make_bucket}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {

@@ -14,8 +14,13 @@
 
 #include "server/queue/queue_maintainer.h"
 #include "server/storage/files/file_stores.h"
+#include "server/storage/objects/directory_objects.h"
+#include "server/storage/objects/shared_stores.h"
+#include "server/storage/postgres/postgres_stores.h"
+#include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
+#include "tests/support/postgres_server.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
@@ -34,6 +39,38 @@ AssetStore::Read reading(const std::string& bytes) {
   return [&bytes](std::uint64_t offset, char* into, std::size_t size) {
     return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
   };
+}
+
+/// Objects that several nodes share, with rows in PostgreSQL.
+class SharedAssets final : public AssetStore {
+ public:
+  SharedAssets(std::unique_ptr<storage::objects::ObjectStore> objects, Clock clock, std::uint64_t bytes_max = INT64_MAX)
+      : objects_(std::move(objects)), store_(*objects_, index_, std::move(clock), bytes_max) {}
+  Put put(const std::string& sha256, const Read& read) override { return store_.put(sha256, read); }
+  std::uint64_t bytes() override { return store_.bytes(); }
+  bool use(const std::string& sha256) override { return store_.use(sha256); }
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return store_.open(sha256); }
+  std::vector<std::string> unused_since(int part, std::int64_t then) override {
+    return store_.unused_since(part, then);
+  }
+  bool remove_unused_since(const std::string& sha256, std::int64_t then) override {
+    return store_.remove_unused_since(sha256, then);
+  }
+
+ private:
+  std::unique_ptr<storage::objects::ObjectStore> objects_;
+  storage::postgres::PostgresStores rows_{PostgresServer::shared().new_database(), {.connections = 4}};
+  storage::objects::ObjectIndex index_{rows_.transactions(), storage::objects::ObjectIndex::Kind::asset};
+  storage::objects::SharedAssetStore store_;
+};
+
+std::unique_ptr<AssetStore> make_shared_directory(const std::string& directory, Clock clock) {
+  return std::make_unique<SharedAssets>(std::make_unique<storage::objects::DirectoryObjects>(directory, "node"),
+                                        std::move(clock));
+}
+
+std::unique_ptr<AssetStore> make_bucket(const std::string& /*directory*/, Clock clock) {
+  return std::make_unique<SharedAssets>(std::make_unique<BucketUnderTest>("assets"), std::move(clock));
 }
 
 class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
@@ -243,7 +280,9 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                                                         [](const std::string& directory, Clock clock) {
                                                           return std::make_unique<FileAssetStore>(directory,
                                                                                                   std::move(clock));
-                                                        }}),
+                                                        }},
+                                         AssetStoreKind{"SharedDirectory", make_shared_directory},
+                                         AssetStoreKind{"S3", make_bucket}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteFiles) {
@@ -273,7 +312,9 @@ TEST(AssetStoreBound, RejectsPutsAboveItUntilAssetsAreRemoved) {
   const TemporaryDirectory directory;
   FileAssetStore in_files(
       directory.path(), [] { return 1; }, 10);
-  for (AssetStore* store : std::vector<AssetStore*>{&in_files}) {
+  SharedAssets in_bucket(
+      std::make_unique<BucketUnderTest>("assets"), [] { return 1; }, 10);
+  for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_bucket}) {
     const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
     EXPECT_EQ(put("fivef"), Put::no_room);

@@ -1,17 +1,13 @@
 #pragma once
 /// The private PostgreSQL server of a test program (tests/support/postgres.py), which ends with it.
 
-#include <cstdio>
 #include <string>
+
+#include "tests/support/server_program.h"
 
 class PostgresServer {
  public:
   static PostgresServer& shared();  ///< one for all tests of the program, started at the first call
-
-  PostgresServer();
-  ~PostgresServer();
-  PostgresServer(const PostgresServer&) = delete;
-  PostgresServer& operator=(const PostgresServer&) = delete;
 
   std::string new_database();  ///< its connection URI
   /// Runs a statement in the database of a URI; its rows, separated by blanks.
@@ -20,10 +16,5 @@ class PostgresServer {
   void start();
 
  private:
-  std::string send_line(const std::string& line);
-  std::string read_line();
-
-  int requests_ = -1;
-  std::FILE* answers_ = nullptr;
-  int pid_ = -1;
+  ServerProgram program_{"postgres.py"};
 };

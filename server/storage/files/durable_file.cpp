@@ -147,14 +147,14 @@ void sync_disk(const std::string& path) {
   if (directory.fd() < 0 || syncfs(directory.fd()) < 0) fail("cannot sync", path);
 }
 
-void create_directories(const std::string& directory) {
+void create_directories(const std::string& directory, Leftovers leftovers) {
   create_directory(directory);
   create_directory(directory + "/tmp");
   // All of them, so that a later put syncs only its own directory.
   for (int part = 0; part < queue::AssetStore::parts; ++part) create_directory(directory + "/" + name_of_part(part));
   sync_path(directory);
   sync_path(directory + "/..");
-  delete_leftovers(directory + "/tmp");
+  if (leftovers == Leftovers::remove) delete_leftovers(directory + "/tmp");
 }
 
 std::string name_of_part(int part) {

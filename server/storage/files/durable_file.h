@@ -58,8 +58,10 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-/// Creates DIRECTORY with its 256 subdirectories and tmp where missing, synced; empties tmp.
-void create_directories(const std::string& directory);
+enum class Leftovers { remove, keep };
+/// Creates DIRECTORY with its 256 subdirectories and tmp where missing, synced; empties tmp, unless other processes
+/// write there too.
+void create_directories(const std::string& directory, Leftovers leftovers = Leftovers::remove);
 void sync_disk(const std::string& path);  ///< the whole file system of the path
 void sync_path(const std::string& path);  ///< an existing file or directory
 

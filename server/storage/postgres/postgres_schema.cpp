@@ -261,15 +261,21 @@ const std::vector<std::string>& migrations() {
   return all;
 }
 
-void create(PostgresDatabase& database) {
-  database.script("BEGIN; " + with_types(sql::jobs_tables) + with_types(sql::deliveries_tables) + counts_and_triggers +
-                  cluster_tables +
+constexpr int copying = -1;  // in place of the version
+
+void create(PostgresDatabase& database, int version) {
+  database.script("BEGIN; " + with_types(sql::jobs_tables) + with_types(sql::deliveries_tables) +
+                  with_types(sql::objects_tables) + counts_and_triggers + cluster_tables +
                   "CREATE TABLE whittle_schema (version INTEGER NOT NULL); INSERT INTO whittle_schema VALUES (" +
-                  std::to_string(schema_version) + "); COMMIT");
+                  std::to_string(version) + "); COMMIT");
 }
 
 [[noreturn]] void fail(const std::string& what) {
   throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: " + what);
+}
+
+[[noreturn]] void fail_unfinished() {
+  fail("the database has an unfinished copy of other data; repeat the command with --copy-to to finish it");
 }
 
 /// 0 of a database without tables. Throws where this program does not support it.
@@ -296,7 +302,8 @@ void prepare_schema(const std::string& dsn) {
   database.script("SET lock_timeout = 0");  // another node creates the tables
   database.script("SELECT pg_advisory_lock(hashtext('whittle'), hashtext('schema'))");  // until the connection ends
   const int found = read_version(database);
-  if (found == 0) return create(database);
+  if (found == 0) return create(database, schema_version);
+  if (found == copying) fail_unfinished();
   for (int version = found; version < schema_version; ++version) {
     database.script("BEGIN; " + migrations().at(static_cast<std::size_t>(version) - 1) +
                     "; UPDATE whittle_schema SET version = " + std::to_string(version + 1) + "; COMMIT");
@@ -305,7 +312,19 @@ void prepare_schema(const std::string& dsn) {
 
 void check_schema(const std::string& dsn) {
   PostgresDatabase database(dsn);
-  read_version(database);
+  if (read_version(database) == copying) fail_unfinished();
+}
+
+void prepare_copy(const std::string& dsn) {
+  PostgresDatabase database(dsn);
+  database.script("SELECT pg_advisory_lock(hashtext('whittle'), hashtext('schema'))");
+  const int found = read_version(database);
+  if (found == 0) return create(database, copying);
+  if (found != copying) fail("the database has tables already; a copy needs an empty one");
+}
+
+void finish_copy(const std::string& dsn) {
+  PostgresDatabase(dsn).script("UPDATE whittle_schema SET version = " + std::to_string(schema_version));
 }
 
 }  // namespace storage::postgres

@@ -17,4 +17,9 @@ void prepare_schema(const std::string& dsn);
 /// Throws StoreFailure as prepare_schema, but changes nothing.
 void check_schema(const std::string& dsn);
 
+/// As prepare_schema, for a copy of other data: the database must be empty, or have an unfinished copy. Until
+/// finish_copy nothing else opens it.
+void prepare_copy(const std::string& dsn);
+void finish_copy(const std::string& dsn);
+
 }  // namespace storage::postgres

@@ -10,7 +10,8 @@ namespace storage::postgres {
 
 struct PostgresStores::Parts {
   Parts(const std::string& dsn, const PostgresSettings& settings)
-      : transactions((prepare_schema(dsn), std::make_shared<PostgresTransactions>(dsn, settings.connections))),
+      : transactions((settings.for_copy ? prepare_copy(dsn) : prepare_schema(dsn),
+                      std::make_shared<PostgresTransactions>(dsn, settings.connections))),
         wakeups(dsn) {}
   std::shared_ptr<sql::Transactions> transactions;
   sql::JobStores jobs{*transactions};
@@ -33,5 +34,6 @@ queue::Wakeups& PostgresStores::wakeups() const { return parts_->wakeups; }
 queue::Clock PostgresStores::clock() const {
   return [&clock = parts_->clock] { return clock.now(); };
 }
+sql::Transactions& PostgresStores::transactions() const { return *parts_->transactions; }
 
 }  // namespace storage::postgres

@@ -9,16 +9,22 @@
 #include "server/queue/delivery_store.h"
 #include "server/queue/job_store.h"
 #include "server/queue/wakeups.h"
+#include "server/storage/sql/sql_database.h"
 
 namespace storage::postgres {
 
 struct PostgresSettings {
   /// Transactions at once. A node has a few that write and a few that read; more only wait inside the server.
   int connections = 8;
+  bool for_copy = false;  ///< see finish_copy
 };
 
 /// Throws StoreFailure if PostgresStores would because of the server or what the database contains. Changes nothing.
 void check_database(const std::string& dsn);
+
+/// Stores that were opened for a copy of other data need an empty database, or one with an unfinished copy. Until this
+/// call nothing else opens it.
+void finish_copy(const std::string& dsn);
 
 /// As queue::Stores, with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
 /// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that meets it runs
@@ -42,6 +48,7 @@ class PostgresStores {
   /// The time of the database: nodes agree on it, whatever the clocks of their machines show. It is read again when a
   /// node is reported. Must not outlive this.
   [[nodiscard]] queue::Clock clock() const;
+  [[nodiscard]] sql::Transactions& transactions() const;  ///< for other stores in the database
 
  private:
   struct Parts;

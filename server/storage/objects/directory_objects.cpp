@@ -1,0 +1,121 @@
+#include "server/storage/objects/directory_objects.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "server/storage/files/durable_file.h"
+#include "tracer/sha256.h"
+
+namespace storage::objects {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail_to_list(const std::string& directory, const std::error_code& error) {
+  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                            "cannot list " + directory + ": " + error.message());
+}
+
+/// The objects of one part, in the order of their names.
+std::vector<ObjectStore::Object> objects_of_part(const std::string& directory) {
+  std::vector<ObjectStore::Object> objects;
+  std::error_code error;
+  for (const auto& file : fs::directory_iterator(directory, error)) {
+    std::error_code removed;  // by another node, meanwhile
+    const std::uint64_t bytes = file.file_size(removed);
+    std::string name = file.path().filename();
+    if (!removed && tracer::is_sha256(name)) objects.push_back({std::move(name), bytes});
+  }
+  if (error) fail_to_list(directory, error);
+  std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.sha256 < b.sha256; });
+  return objects;
+}
+
+template <class Call>
+auto without_io_errors(Call call) {
+  try {
+    return call();
+  } catch (const queue::StoreFailure& failure) {
+    if (failure.kind != queue::StoreFailure::Kind::broken) throw;
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, failure.what());
+  }
+}
+
+class FileOfNetwork final : public queue::ArtifactReader {
+ public:
+  explicit FileOfNetwork(std::unique_ptr<queue::ArtifactReader> file) : file_(std::move(file)) {}
+  [[nodiscard]] std::uint64_t size_bytes() const override { return file_->size_bytes(); }
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    return without_io_errors([&] { return file_->read(offset, into, size); });
+  }
+
+ private:
+  const std::unique_ptr<queue::ArtifactReader> file_;
+};
+
+}  // namespace
+
+DirectoryObjects::DirectoryObjects(std::string directory, std::string node)
+    : directory_(std::move(directory)), node_(std::move(node)) {
+  files::create_directories(directory_, files::Leftovers::keep);
+}
+
+ObjectStore::Put DirectoryObjects::put(const std::string& sha256, std::uint64_t /*bytes*/,
+                                       const queue::AssetStore::Read& read, Existing existing) {
+  return without_io_errors([&] { return store(sha256, read, existing); });
+}
+
+ObjectStore::Put DirectoryObjects::store(const std::string& sha256, const queue::AssetStore::Read& read,
+                                         Existing existing) {
+  const std::string target = files::path_of(directory_, sha256), part = files::subdirectory(directory_, sha256);
+  if (existing == Existing::keep && ::access(target.c_str(), F_OK) == 0) {
+    files::sync_path(part);  // another put may be between its rename and its sync
+    return Put::was_there;
+  }
+  files::TemporaryFile temporary(directory_ + "/tmp/" + node_ + "-" + std::to_string(temporary_count_++));
+  temporary.copy(read);
+  temporary.sync();
+  temporary.rename_to(target);
+  files::sync_path(part);
+  return Put::stored;
+}
+
+std::unique_ptr<queue::ArtifactReader> DirectoryObjects::open(const std::string& sha256) {
+  auto file = without_io_errors([&] { return files::open_reader(directory_, sha256); });
+  return file ? std::make_unique<FileOfNetwork>(std::move(file)) : nullptr;
+}
+
+void DirectoryObjects::remove(const std::string& sha256) {
+  const std::string path = files::path_of(directory_, sha256);
+  without_io_errors([&] {
+    if (::unlink(path.c_str()) < 0 && errno != ENOENT) files::fail("cannot delete", path);
+  });
+}
+
+std::vector<ObjectStore::Object> DirectoryObjects::list(const std::string& after) {
+  for (int part = after.empty() ? 0 : std::stoi(after.substr(0, 2), nullptr, 16); part < queue::AssetStore::parts;
+       ++part) {
+    std::vector<Object> objects = objects_of_part(directory_ + "/" + files::name_of_part(part));
+    std::erase_if(objects, [&](const Object& object) { return object.sha256 <= after; });
+    if (!objects.empty()) return objects;
+  }
+  return {};
+}
+
+void DirectoryObjects::remove_unfinished() {
+  const std::string temporary = directory_ + "/tmp";
+  std::error_code error;
+  for (const auto& file : fs::directory_iterator(temporary, error)) {
+    std::error_code removed;
+    const auto written = file.last_write_time(removed);
+    if (!removed && written < fs::file_time_type::clock::now() - std::chrono::days(1)) fs::remove(file.path(), removed);
+  }
+  if (error) fail_to_list(temporary, error);
+}
+
+}  // namespace storage::objects

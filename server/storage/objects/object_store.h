@@ -1,0 +1,44 @@
+#pragma once
+/// A place for immutable bytes that several nodes use at the same time: a directory or a bucket.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/queue/artifact_store.h"
+#include "server/queue/asset_store.h"
+
+namespace storage::objects {
+
+/// Objects are named by the sha256 of their bytes (64 hex digits, a precondition of every function). Thread-safe.
+/// Throws queue::StoreFailure; then nothing was stored or removed.
+class ObjectStore {
+ public:
+  virtual ~ObjectStore() = default;
+
+  enum class Put { stored, was_there };
+  enum class Existing { keep, replace };
+  /// Stores an object unless it exists. It is durable and visible to all nodes when this returns, and never in part.
+  virtual Put put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read,
+                  Existing existing = Existing::keep) = 0;
+
+  /// Null where there is none. Its bytes are not compared with the name. The reader of an object of up to small_bytes
+  /// outlives its removal; that of a larger one may fail then.
+  virtual std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) = 0;
+  virtual void remove(const std::string& sha256) = 0;  ///< no effect where there is none
+
+  struct Object {
+    std::string sha256;
+    std::uint64_t bytes = 0;
+  };
+  /// Up to about 1,000 objects after the name `after`, in the order of names; none at the end.
+  virtual std::vector<Object> list(const std::string& after) = 0;
+
+  /// Deletes the traces of puts that have not ended within a day, because their node was killed.
+  virtual void remove_unfinished() = 0;
+};
+
+constexpr std::size_t small_bytes = 256u << 10;  ///< most images of a page of thumbnails
+
+}  // namespace storage::objects

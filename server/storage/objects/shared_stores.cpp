@@ -1,0 +1,168 @@
+#include "server/storage/objects/shared_stores.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/storage/files/durable_file.h"
+#include "tracer/sha256.h"
+
+namespace storage::objects {
+namespace {
+
+using Read = queue::AssetStore::Read;
+
+[[noreturn]] void fail_damaged(const std::string& sha256) {
+  throw queue::StoreFailure(queue::StoreFailure::Kind::damaged, "object " + sha256 + " has other bytes than its name");
+}
+
+queue::ArtifactStore::Stored hash_of_object(const queue::ArtifactReader& reader) {
+  return files::hash_of(
+      [&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); }, {});
+}
+
+/// Hashes what is read in order, and compares at the end.
+class VerifyingReader final : public queue::ArtifactReader {
+ public:
+  VerifyingReader(std::unique_ptr<queue::ArtifactReader> reader, std::string sha256, DamagedObjects& damaged)
+      : reader_(std::move(reader)), sha256_(std::move(sha256)), damaged_(damaged) {}
+
+  [[nodiscard]] std::uint64_t size_bytes() const override { return reader_->size_bytes(); }
+
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    const std::size_t count = reader_->read(offset, into, size);
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t hashed = hash_.size_bytes(), end = offset + count;
+    if (offset <= hashed && end > hashed) {
+      hash_.add(into + (hashed - offset), end - hashed);
+      is_damaged_ = end == size_bytes() && hash_.hex() != sha256_;
+      if (is_damaged_) damaged_.add(sha256_);
+    }
+    if (is_damaged_ && end == size_bytes()) fail_damaged(sha256_);
+    return count;
+  }
+
+ private:
+  const std::unique_ptr<queue::ArtifactReader> reader_;
+  const std::string sha256_;
+  DamagedObjects& damaged_;
+  mutable std::mutex mutex_;
+  mutable tracer::Sha256 hash_;
+  mutable bool is_damaged_ = false;
+};
+
+}  // namespace
+
+// ---- DamagedObjects
+
+void DamagedObjects::add(const std::string& sha256) {
+  constexpr std::size_t names_max = 10'000;  // 1 MB; then all are found once more
+  const std::lock_guard lock(mutex_);
+  if (names_.size() >= names_max) names_.clear();
+  names_.insert(sha256);
+}
+
+void DamagedObjects::remove(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  names_.erase(sha256);
+}
+
+bool DamagedObjects::contains(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  return names_.contains(sha256);
+}
+
+// ---- SharedArtifactStore
+
+SharedArtifactStore::SharedArtifactStore(ObjectStore& objects, ObjectIndex& index, queue::Clock clock,
+                                         std::chrono::milliseconds grace)
+    : objects_(objects), index_(index), clock_(std::move(clock)), grace_(grace) {}
+
+queue::ArtifactStore::Stored SharedArtifactStore::put(int fd, bool /*durable*/) {
+  const Read read = [fd](std::uint64_t offset, char* into, std::size_t size) {
+    return files::read_at(fd, offset, into, size, "the source");
+  };
+  Stored stored = files::hash_of(read, {});
+  index_.begin(stored.sha256, stored.bytes, clock_());
+  if (objects_.put(stored.sha256, stored.bytes, read) == ObjectStore::Put::was_there) {
+    // Equal images are rare, so that reading the object costs little; it may be damaged, and this is its repair.
+    const auto existing = objects_.open(stored.sha256);
+    if (!existing || hash_of_object(*existing).sha256 != stored.sha256)
+      objects_.put(stored.sha256, stored.bytes, read, ObjectStore::Existing::replace);
+  }
+  damaged_.remove(stored.sha256);
+  return stored;
+}
+
+void SharedArtifactStore::keep(const std::string& sha256) { index_.begin(sha256, 0, clock_()); }
+
+std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open(const std::string& sha256) {
+  if (!tracer::is_sha256(sha256) || damaged_.contains(sha256)) return nullptr;
+  auto reader = objects_.open(sha256);
+  if (!reader) return nullptr;
+  if (reader->size_bytes() > small_bytes) return std::make_unique<VerifyingReader>(std::move(reader), sha256, damaged_);
+  if (hash_of_object(*reader).sha256 != sha256) return nullptr;
+  return reader;
+}
+
+std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open_unverified(const std::string& sha256) {
+  return tracer::is_sha256(sha256) ? objects_.open(sha256) : nullptr;
+}
+
+void SharedArtifactStore::remove(const std::string& sha256) {
+  if (!tracer::is_sha256(sha256)) return;
+  index_.remove_unused_since(sha256, clock_() - grace_.count(), [&] { objects_.remove(sha256); });
+}
+
+int SharedArtifactStore::collect(int part) {
+  int removed = 0;
+  const std::int64_t then = clock_() - grace_.count();
+  for (const std::string& sha256 : index_.unused_since(part, then)) {
+    if (index_.remove_unused_since(sha256, then, [&] { objects_.remove(sha256); })) ++removed;
+  }
+  return removed;
+}
+
+// ---- SharedAssetStore
+
+SharedAssetStore::SharedAssetStore(ObjectStore& objects, ObjectIndex& index, queue::Clock clock,
+                                   std::uint64_t bytes_max)
+    : objects_(objects), index_(index), clock_(std::move(clock)), bytes_max_(bytes_max) {}
+
+queue::AssetStore::Put SharedAssetStore::put(const std::string& sha256, const Read& read) {
+  if (!tracer::is_sha256(sha256)) return Put::other_bytes;
+  const queue::ArtifactStore::Stored source = files::hash_of(read, {});
+  if (source.sha256 != sha256) return Put::other_bytes;
+  if (use(sha256)) return Put::was_there;
+  if (!index_.begin(sha256, source.bytes, clock_(), bytes_max_)) return Put::no_room;
+  objects_.put(sha256, source.bytes, read, ObjectStore::Existing::replace);
+  index_.finish(sha256);
+  return Put::stored;
+}
+
+bool SharedAssetStore::use(const std::string& sha256) {
+  return tracer::is_sha256(sha256) && index_.use(sha256, clock_());
+}
+
+std::unique_ptr<queue::ArtifactReader> SharedAssetStore::open(const std::string& sha256) {
+  return tracer::is_sha256(sha256) ? objects_.open(sha256) : nullptr;
+}
+
+std::vector<std::string> SharedAssetStore::unused_since(int part, std::int64_t then) {
+  return index_.unused_since(part, then);
+}
+
+bool SharedAssetStore::remove_unused_since(const std::string& sha256, std::int64_t then) {
+  if (!tracer::is_sha256(sha256)) return false;
+  return index_.remove_unused_since(sha256, then, [&] { objects_.remove(sha256); });
+}
+
+std::string adopt_objects(ObjectStore& objects, ObjectIndex& index, const std::string& after, std::int64_t now) {
+  const std::vector<ObjectStore::Object> found = objects.list(after);
+  if (found.empty()) return {};
+  std::vector<std::pair<std::string, std::uint64_t>> names_and_bytes;
+  for (const ObjectStore::Object& object : found) names_and_bytes.emplace_back(object.sha256, object.bytes);
+  index.adopt(names_and_bytes, now);
+  return found.back().sha256;
+}
+
+}  // namespace storage::objects

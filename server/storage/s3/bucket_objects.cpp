@@ -1,0 +1,98 @@
+#include "server/storage/s3/bucket_objects.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <mutex>
+#include <utility>
+
+#include "tracer/sha256.h"
+
+namespace storage::s3 {
+namespace {
+
+constexpr std::size_t ahead_bytes = 1u << 20;  // 10 ms of a store in the same network
+
+/// Reads ahead, since most callers read front to back in small pieces.
+class ObjectReader final : public queue::ArtifactReader {
+ public:
+  ObjectReader(S3Client& client, std::string key, S3Client::Piece first)
+      : client_(client), key_(std::move(key)), bytes_(first.object_bytes), window_(std::move(first.bytes)) {}
+
+  [[nodiscard]] std::uint64_t size_bytes() const override { return bytes_; }
+
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    const std::lock_guard lock(mutex_);
+    std::size_t filled = 0;
+    while (filled < size && offset + filled < bytes_) {
+      const std::uint64_t at = offset + filled;
+      if (at < window_at_ || at >= window_at_ + window_.size()) load(at, size - filled);
+      filled += window_.copy(into + filled, size - filled, static_cast<std::size_t>(at - window_at_));
+    }
+    return filled;
+  }
+
+ private:
+  void load(std::uint64_t at, std::size_t size) const {
+    auto piece = client_.get(key_, at, std::max(size, ahead_bytes));
+    if (!piece || piece->bytes.empty() || piece->object_bytes != bytes_)
+      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                                "S3: " + key_ + " was removed while it was read");
+    window_ = std::move(piece->bytes);
+    window_at_ = at;
+  }
+
+  S3Client& client_;
+  const std::string key_;
+  const std::uint64_t bytes_;
+  mutable std::mutex mutex_;
+  mutable std::string window_;
+  mutable std::uint64_t window_at_ = 0;
+};
+
+}  // namespace
+
+std::string BucketObjects::key_of(const std::string& sha256) const { return kind_ + "/" + queue::asset_path(sha256); }
+
+objects::ObjectStore::Put BucketObjects::put(const std::string& sha256, std::uint64_t bytes,
+                                             const queue::AssetStore::Read& read, Existing existing) {
+  const auto mode = existing == Existing::replace ? S3Client::Existing::replace : S3Client::Existing::keep;
+  return client_.put(key_of(sha256), bytes, read, mode) == S3Client::Put::stored ? Put::stored : Put::was_there;
+}
+
+std::unique_ptr<queue::ArtifactReader> BucketObjects::open(const std::string& sha256) {
+  auto first = client_.get(key_of(sha256), 0, objects::small_bytes);
+  return first ? std::make_unique<ObjectReader>(client_, key_of(sha256), *std::move(first)) : nullptr;
+}
+
+void BucketObjects::remove(const std::string& sha256) { client_.remove(key_of(sha256)); }
+
+std::vector<objects::ObjectStore::Object> BucketObjects::list(const std::string& after) {
+  for (std::string key = after.empty() ? "" : key_of(after);;) {
+    const std::vector<S3Client::Listed> listed = client_.list(kind_ + "/", key);
+    std::vector<Object> objects;
+    for (const S3Client::Listed& each : listed) {
+      std::string name = each.key.substr(each.key.rfind('/') + 1);
+      if (tracer::is_sha256(name) && each.key == key_of(name)) objects.push_back({std::move(name), each.bytes});
+    }
+    if (!objects.empty() || listed.empty()) return objects;
+    key = listed.back().key;  // none of these is one of ours
+  }
+}
+
+void BucketObjects::remove_unfinished() {
+  const std::time_t yesterday = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 24 * 3600;
+  std::tm utc{};
+  gmtime_r(&yesterday, &utc);
+  std::array<char, 32> text{};
+  const std::string then(text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc));
+  while (client_.abort_uploads(kind_ + "/", then) > 0) {
+  }
+}
+
+std::string BucketObjects::presigned_url(const std::string& sha256, Parameters parameters) const {
+  return client_.presigned_url(key_of(sha256), std::chrono::hours(1), std::time(nullptr), std::move(parameters));
+}
+
+}  // namespace storage::s3

@@ -1,0 +1,197 @@
+#include "server/storage/s3/s3_http.h"
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <new>
+
+#include "tracer/sha256.h"
+
+namespace storage::s3 {
+namespace {
+
+/// One exchange: what is sent and what has arrived.
+struct Exchange {
+  const HttpRequest& request;
+  HttpAnswer answer;
+  std::size_t sent = 0;
+};
+
+std::size_t send_body(char* into, std::size_t size, std::size_t count, void* context) {
+  auto& exchange = *static_cast<Exchange*>(context);
+  const std::size_t sent = exchange.request.body.copy(into, size * count, exchange.sent);
+  exchange.sent += sent;
+  return sent;
+}
+
+/// Starts again, for a connection that the store had closed before it read the request.
+int seek_body(void* context, curl_off_t offset, int origin) {
+  if (origin != SEEK_SET) return CURL_SEEKFUNC_CANTSEEK;
+  static_cast<Exchange*>(context)->sent = static_cast<std::size_t>(offset);
+  return CURL_SEEKFUNC_OK;
+}
+
+/// Accepting fewer bytes than given ends the request.
+std::size_t receive_body(const char* bytes, std::size_t size, std::size_t count, void* context) {
+  auto& exchange = *static_cast<Exchange*>(context);
+  if (exchange.answer.body.size() + size * count > exchange.request.answer_bytes_max) return 0;
+  exchange.answer.body.append(bytes, size * count);
+  return size * count;
+}
+
+std::size_t receive_header(const char* bytes, std::size_t size, std::size_t count, void* context) {
+  HttpAnswer& answer = static_cast<Exchange*>(context)->answer;
+  const std::string line(bytes, size * count);
+  const auto value_of = [&](const char* name, std::string& value) {
+    const std::size_t length = std::strlen(name);
+    if (strncasecmp(line.c_str(), name, length) != 0) return;
+    const std::size_t first = std::min(line.find_first_not_of(' ', length), line.size());
+    value = line.substr(first, line.find_last_not_of(" \r\n") + 1 - first);
+  };
+  value_of("etag:", answer.etag);
+  value_of("content-range:", answer.content_range);
+  return size * count;
+}
+
+using List = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
+
+List list_of(const Parameters& headers) {
+  List list(nullptr, &curl_slist_free_all);
+  for (const auto& [name, value] : headers) {
+    curl_slist* longer = curl_slist_append(list.get(), (name + ": " + value).c_str());
+    if (longer == nullptr) throw std::bad_alloc();
+    (void)list.release();
+    list.reset(longer);
+  }
+  return list;
+}
+
+template <class Value>
+void set(CURL* easy, CURLoption option, Value value) {
+  if (curl_easy_setopt(easy, option, value) != CURLE_OK) throw std::bad_alloc();
+}
+
+/// The method and the body. `Expect: 100-continue` stays as libcurl sends it: removing it would sign what is not sent.
+void set_method(CURL* easy, Exchange& exchange) {
+  const HttpRequest& request = exchange.request;
+  const auto bytes = static_cast<curl_off_t>(request.body.size());
+  if (request.method == "HEAD") {
+    set(easy, CURLOPT_NOBODY, 1L);
+  } else if (request.method == "PUT") {
+    set(easy, CURLOPT_UPLOAD, 1L);
+    set(easy, CURLOPT_INFILESIZE_LARGE, bytes);
+    set(easy, CURLOPT_READFUNCTION, &send_body);
+    set(easy, CURLOPT_READDATA, static_cast<void*>(&exchange));
+    set(easy, CURLOPT_SEEKFUNCTION, &seek_body);
+    set(easy, CURLOPT_SEEKDATA, static_cast<void*>(&exchange));
+  } else if (request.method == "POST") {
+    set(easy, CURLOPT_POSTFIELDSIZE_LARGE, bytes);
+    set(easy, CURLOPT_POSTFIELDS, request.body.data());
+  } else if (request.method != "GET") {
+    set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
+  }
+}
+
+void set_transport(CURL* easy, const HttpSettings& settings, Exchange& exchange) {
+  set(easy, CURLOPT_URL, exchange.request.url.c_str());
+  set(easy, CURLOPT_PATH_AS_IS, 1L);
+  set(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+  set(easy, CURLOPT_PROXY, "");  // ignores the environment
+  set(easy, CURLOPT_NOSIGNAL, 1L);
+  set(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
+  set(easy, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(settings.connect_timeout.count()));
+  set(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
+  set(easy, CURLOPT_LOW_SPEED_TIME, static_cast<long>(settings.stall.count()));
+  set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(exchange.request.timeout.count()));
+  set(easy, CURLOPT_WRITEFUNCTION, &receive_body);
+  set(easy, CURLOPT_WRITEDATA, static_cast<void*>(&exchange));
+  set(easy, CURLOPT_HEADERFUNCTION, &receive_header);
+  set(easy, CURLOPT_HEADERDATA, static_cast<void*>(&exchange));
+  if (!exchange.request.range.empty()) set(easy, CURLOPT_RANGE, exchange.request.range.c_str());
+}
+
+}  // namespace
+
+std::string percent_encoded(const std::string& text, char keep) {
+  constexpr const char* digits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_letter = (byte | 0x20u) >= 'a' && (byte | 0x20u) <= 'z', is_digit = byte >= '0' && byte <= '9';
+    if (is_letter || is_digit || (byte != 0 && std::strchr("-._~", c) != nullptr) || (keep != '\0' && c == keep)) {
+      encoded += c;
+    } else {
+      encoded += {'%', digits[byte >> 4], digits[byte & 15]};
+    }
+  }
+  return encoded;
+}
+
+std::string query_of(Parameters parameters) {
+  std::sort(parameters.begin(), parameters.end());
+  std::string query;
+  for (const auto& [name, value] : parameters) {
+    if (!query.empty()) query += '&';
+    query += percent_encoded(name) + "=" + percent_encoded(value);
+  }
+  return query;
+}
+
+SignedHttp::~SignedHttp() {
+  for (CURL* connection : idle_) curl_easy_cleanup(connection);
+}
+
+CURL* SignedHttp::take() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      CURL* connection = idle_.back();
+      idle_.pop_back();
+      return connection;
+    }
+  }
+  CURL* connection = curl_easy_init();
+  if (connection == nullptr) throw std::bad_alloc();
+  return connection;
+}
+
+void SignedHttp::give_back(CURL* connection) {
+  curl_easy_reset(connection);  // keeps the open connection
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(connection);
+}
+
+HttpAnswer SignedHttp::send(const HttpRequest& request, const Credentials& credentials) {
+  const auto give = [this](CURL* connection) { give_back(connection); };
+  const std::unique_ptr<CURL, decltype(give)> easy(take(), give);
+  Exchange exchange{request, {}};
+  set_transport(easy.get(), settings_, exchange);
+  set_method(easy.get(), exchange);
+  set(easy.get(), CURLOPT_AWS_SIGV4, ("aws:amz:" + settings_.region + ":s3").c_str());
+  set(easy.get(), CURLOPT_USERNAME, credentials.access_key.c_str());
+  set(easy.get(), CURLOPT_PASSWORD, credentials.secret_key.c_str());
+  Parameters headers = request.headers;
+  headers.emplace_back("x-amz-content-sha256", tracer::sha256_hex(request.body));
+  if (!credentials.session_token.empty()) headers.emplace_back("x-amz-security-token", credentials.session_token);
+  if (request.method == "POST") headers.emplace_back("Content-Type", "application/xml");
+  const List list = list_of(headers);
+  set(easy.get(), CURLOPT_HTTPHEADER, list.get());
+  std::array<char, CURL_ERROR_SIZE> error{};
+  set(easy.get(), CURLOPT_ERRORBUFFER, error.data());
+  const CURLcode code = curl_easy_perform(easy.get());
+  if (code != CURLE_OK) {
+    exchange.answer.failure = error.front() != '\0' ? error.data() : curl_easy_strerror(code);
+    return exchange.answer;
+  }
+  long status = 0;
+  curl_off_t length = -1;
+  curl_easy_getinfo(easy.get(), CURLINFO_RESPONSE_CODE, &status);
+  curl_easy_getinfo(easy.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
+  exchange.answer.status = static_cast<int>(status);
+  exchange.answer.content_length = length < 0 ? 0 : static_cast<std::uint64_t>(length);
+  return std::move(exchange.answer);
+}
+
+}  // namespace storage::s3

@@ -1,0 +1,349 @@
+/// Stores that several nodes share: what one node removes while another one needs it, damage, and what is collected;
+/// and the cache of a node.
+
+#include "server/storage/objects/shared_stores.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/storage/objects/asset_cache.h"
+#include "server/storage/objects/directory_objects.h"
+#include "server/storage/postgres/postgres_stores.h"
+#include "tests/conformance/bucket_under_test.h"
+#include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_directory.h"
+#include "tests/support/postgres_server.h"
+#include "tracer/sha256.h"
+
+using namespace queue;
+using namespace storage::objects;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t day = 24 * 3600 * 1000;
+
+std::string read_all(const ArtifactReader& reader) {
+  std::string bytes(reader.size_bytes(), '?');
+  for (std::size_t done = 0; done < bytes.size();) {
+    const std::size_t count =
+        reader.read(done, bytes.data() + done, std::min<std::size_t>(100'000, bytes.size() - done));
+    if (count == 0) break;
+    done += count;
+  }
+  return bytes;
+}
+
+/// A node: its own connections to one database and one directory.
+struct Node {
+  Node(const std::string& database, const std::string& directory, const std::string& name,
+       const std::atomic<std::int64_t>& now)
+      : rows(database, {.connections = 2}),
+        objects(directory, name),
+        index(rows.transactions(), ObjectIndex::Kind::artifact),
+        store(objects, index, [&now] { return now.load(); }) {}
+  std::string put(const std::string& bytes) { return store.put(MemoryFile(bytes).fd()).sha256; }
+
+  storage::postgres::PostgresStores rows;
+  DirectoryObjects objects;
+  ObjectIndex index;
+  SharedArtifactStore store;
+};
+
+class SharedStores : public testing::Test {
+ protected:
+  /// Stores a succeeded job that names an artifact.
+  void name_in_a_job(const std::string& sha256) {
+    PostgresServer::shared().sql(
+        database,
+        "INSERT INTO jobs (id, kind, owner, weight, name, batch_index, variation, state, created_at, moved_at, attempt,"
+        " max_attempts, priority, rank, keep, cancel_requested, suspect, width, height, accuracy, large, work,"
+        " use_cache, revision) VALUES ('" +
+            sha256 +
+            "', 'render', '', 1, '', 0, '', 'succeeded', 1, 1, 1, 1, 0, 0, 1, 0, 0, 1, 1, '', 0, 1, 0, 1);"
+            " INSERT INTO artifacts VALUES ('" +
+            sha256 + "', 0, '', 'image.png', 'image/png', '" + sha256 + "', 3)");
+  }
+
+  int collect_all(SharedArtifactStore& store) {
+    int removed = 0;
+    for (int part = 0; part < AssetStore::parts; ++part) removed += store.collect(part);
+    return removed;
+  }
+
+  const TemporaryDirectory directory;
+  const std::string database = PostgresServer::shared().new_database();
+  std::atomic<std::int64_t> now = 1'700'000'000'000;
+  const std::string objects = directory.path() + "/objects";
+  Node a{database, objects, "a", now}, b{database, objects, "b", now};
+};
+
+}  // namespace
+
+TEST_F(SharedStores, ANodeFindsWhatAnotherOneHasStored) {
+  const std::string sha256 = a.put("abc");
+  ASSERT_NE(b.store.open(sha256), nullptr);
+  EXPECT_EQ(read_all(*b.store.open(sha256)), "abc");
+}
+
+TEST_F(SharedStores, KeepsWhatWasStoredOrKeptWithinADay) {
+  const std::string sha256 = a.put("abc");
+  now += day - 1;
+  b.store.remove(sha256);
+  EXPECT_NE(a.store.open(sha256), nullptr) << "a job may be about to name it";
+  a.store.keep(sha256);
+  now += day;
+  b.store.remove(sha256);
+  EXPECT_NE(a.store.open(sha256), nullptr);
+  now += 1;
+  b.store.remove(sha256);
+  EXPECT_EQ(a.store.open(sha256), nullptr);
+}
+
+TEST_F(SharedStores, NeverRemovesWhatAJobNames) {
+  const std::string sha256 = a.put("abc");
+  name_in_a_job(sha256);
+  now += 2 * day;
+  b.store.remove(sha256);
+  EXPECT_EQ(collect_all(b.store), 0);
+  EXPECT_NE(a.store.open(sha256), nullptr);
+}
+
+TEST_F(SharedStores, CollectsWhatNoJobNamesAfterADay) {
+  const std::string named = a.put("named"), unnamed = a.put("unnamed");
+  name_in_a_job(named);
+  now += day;
+  EXPECT_EQ(collect_all(b.store), 0);
+  now += 1;
+  EXPECT_EQ(collect_all(b.store), 1);
+  EXPECT_EQ(a.store.open(unnamed), nullptr);
+  EXPECT_NE(a.store.open(named), nullptr);
+}
+
+TEST_F(SharedStores, AnArtifactThatIsStoredWhileAnotherNodeRemovesItExistsAfterwards) {
+  const std::string bytes = "abc", sha256 = a.put(bytes);
+  std::atomic<bool> stop = false;
+  std::atomic<int> missing = 0;
+  std::thread remover([&] {
+    while (!stop) {
+      b.index.remove_unused_since(sha256, now - 1000, [&] { b.objects.remove(sha256); });
+    }
+  });
+  for (int i = 0; i < 100; ++i) {
+    now += 10'000;  // what was stored before may be removed
+    a.put(bytes);
+    if (!a.store.open(sha256)) ++missing;
+  }
+  stop = true;
+  remover.join();
+  EXPECT_EQ(missing, 0);
+}
+
+TEST_F(SharedStores, CollectsObjectsThatTheDatabaseDoesNotHave) {
+  const std::string bytes = "lost", sha256 = tracer::sha256_hex(bytes);
+  a.objects.put(sha256, bytes.size(), [&](std::uint64_t offset, char* into, std::size_t size) {
+    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+  });
+  const std::string known = a.put("known");
+  name_in_a_job(known);
+  std::string after;
+  int calls = 0;
+  do {
+    after = adopt_objects(a.objects, a.index, after, now);
+    ++calls;
+  } while (!after.empty());
+  EXPECT_EQ(calls, 3) << "two parts and the end";
+  EXPECT_EQ(collect_all(b.store), 0) << "its put may be in progress";
+  now += day + 1;
+  EXPECT_EQ(collect_all(b.store), 1);
+  EXPECT_EQ(a.store.open(sha256), nullptr);
+  EXPECT_NE(a.store.open(known), nullptr);
+}
+
+TEST_F(SharedStores, FindsAndReplacesChangedBytes) {
+  for (const std::string& bytes : {std::string("abc"), std::string(1'000'000, 'x')}) {
+    const std::string sha256 = a.put(bytes);
+    const std::string path = objects + "/" + asset_path(sha256);
+    std::string changed = bytes;
+    changed.back() = '!';
+    std::ofstream(path, std::ios::binary) << changed;
+    if (bytes.size() > small_bytes) {
+      const auto reader = b.store.open(sha256);
+      ASSERT_NE(reader, nullptr);
+      std::string begin(1000, '?');
+      EXPECT_EQ(reader->read(0, begin.data(), begin.size()), begin.size()) << "the whole is not known yet";
+      for (int i = 0; i < 2; ++i) {
+        try {
+          read_all(*reader);
+          FAIL() << "the last bytes were read";
+        } catch (const StoreFailure& failure) {
+          EXPECT_EQ(failure.kind, StoreFailure::Kind::damaged);
+        }
+      }
+    }
+    EXPECT_EQ(b.store.open(sha256), nullptr);
+    EXPECT_NE(b.store.open_unverified(sha256), nullptr);
+    a.put(bytes);
+    b.put(bytes);
+    ASSERT_NE(b.store.open(sha256), nullptr);
+    EXPECT_TRUE(read_all(*b.store.open(sha256)) == bytes);
+  }
+}
+
+TEST_F(SharedStores, LeaveUnfinishedFilesOfOtherNodesForADay) {
+  const std::string young = objects + "/tmp/other-1", old = objects + "/tmp/other-2";
+  std::ofstream(young) << "half";
+  std::ofstream(old) << "half";
+  fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
+  DirectoryObjects another(objects, "c");
+  another.remove_unfinished();
+  EXPECT_TRUE(fs::exists(young));
+  EXPECT_FALSE(fs::exists(old));
+}
+
+TEST(BucketObjects, ListsItsObjectsAndNothingElse) {
+  BucketUnderTest artifacts("artifacts");
+  std::vector<std::string> names;
+  for (int i = 0; i < 5; ++i) {
+    const std::string bytes = std::to_string(i);
+    names.push_back(tracer::sha256_hex(bytes));
+    artifacts.put(
+        names.back(), 1,
+        [&](std::uint64_t offset, char* into, std::size_t size) {
+          return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+        },
+        ObjectStore::Existing::keep);
+  }
+  std::sort(names.begin(), names.end());
+  std::vector<std::string> found;
+  for (const auto& object : artifacts.list("")) found.push_back(object.sha256);
+  EXPECT_EQ(found, names);
+  EXPECT_EQ(artifacts.list(names[2]).size(), 2u);
+  EXPECT_TRUE(artifacts.list(names[4]).empty());
+}
+
+TEST(BucketObjects, DeletesUploadsThatAKilledNodeHasLeft) {
+  BucketUnderTest assets("assets");
+  S3Server::shared().command("begin " + assets.prefix() + "assets/ab/x");
+  S3Server::shared().command("age");
+  S3Server::shared().command("begin " + assets.prefix() + "assets/ab/y");
+  const int before = std::stoi(S3Server::shared().command("uploads"));
+  assets.remove_unfinished();
+  EXPECT_EQ(std::stoi(S3Server::shared().command("uploads")), before - 1);
+}
+
+TEST(BucketObjects, VerifiesLargeObjectsWhileTheyAreRead) {
+  const std::atomic<std::int64_t> now = 1;
+  storage::postgres::PostgresStores rows(PostgresServer::shared().new_database(), {.connections = 2});
+  BucketUnderTest objects("artifacts");
+  ObjectIndex index(rows.transactions(), ObjectIndex::Kind::artifact);
+  SharedArtifactStore store(objects, index, [&now] { return now.load(); });
+  const std::string bytes(3'000'000, 'y'), sha256 = store.put(MemoryFile(bytes).fd()).sha256;
+  EXPECT_TRUE(read_all(*store.open(sha256)) == bytes);
+  S3Server::shared().command("corrupt " + objects.prefix() + "artifacts/" + asset_path(sha256));
+  const auto reader = store.open(sha256);
+  EXPECT_THROW(read_all(*reader), StoreFailure);
+  EXPECT_EQ(store.open(sha256), nullptr);
+  store.put(MemoryFile(bytes).fd());
+  EXPECT_TRUE(read_all(*store.open(sha256)) == bytes);
+}
+
+namespace {
+
+/// Assets whose bytes are a repeated letter; counts the fetches.
+class LetterAssets final : public AssetStore {
+ public:
+  Put put(const std::string&, const Read&) override { return Put::no_room; }
+  std::uint64_t bytes() override { return 0; }
+  bool use(const std::string&) override { return true; }
+  std::vector<std::string> unused_since(int, std::int64_t) override { return {}; }
+  bool remove_unused_since(const std::string&, std::int64_t) override { return false; }
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override {
+    ++fetches;
+    for (const char letter : std::string("abcdefgh")) {
+      const std::string bytes(100, letter);
+      if (tracer::sha256_hex(bytes) == sha256) return std::make_unique<Reader>(damaged ? "damaged" : bytes);
+    }
+    return nullptr;
+  }
+  std::atomic<int> fetches = 0;
+  bool damaged = false;
+
+ private:
+  struct Reader final : ArtifactReader {
+    explicit Reader(std::string content) : bytes(std::move(content)) {}
+    [[nodiscard]] std::uint64_t size_bytes() const override { return bytes.size(); }
+    std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+      return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+    }
+    std::string bytes;
+  };
+};
+
+std::string name_of(char letter) { return tracer::sha256_hex(std::string(100, letter)); }
+
+std::string content(const support::Descriptor& file) {
+  std::string bytes(1000, '?');
+  const ssize_t size = file ? pread(file.get(), bytes.data(), bytes.size(), 0) : -1;
+  bytes.resize(size < 0 ? 0 : static_cast<std::size_t>(size));
+  return bytes;
+}
+
+std::uintmax_t bytes_in(const std::string& directory) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+}  // namespace
+
+TEST(AssetCache, FetchesOnceAndSurvivesARestart) {
+  const TemporaryDirectory directory;
+  LetterAssets assets;
+  for (int i = 0; i < 2; ++i) {
+    AssetCache cache(directory.path(), 1000, assets);
+    EXPECT_EQ(content(cache.open(name_of('a'))), std::string(100, 'a'));
+    EXPECT_EQ(content(cache.open(name_of('a'))), std::string(100, 'a'));
+  }
+  EXPECT_EQ(assets.fetches, 1);
+}
+
+TEST(AssetCache, DeletesTheLeastRecentlyUsedFilesAndNotThoseThatAreOpen) {
+  const TemporaryDirectory directory;
+  LetterAssets assets;
+  AssetCache cache(directory.path(), 350, assets);
+  const support::Descriptor b = cache.open(name_of('b'));
+  for (const char letter : {'a', 'c'}) cache.open(name_of(letter));
+  const auto hour_ago = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  for (const char letter : {'b', 'c'})
+    fs::last_write_time(directory.path() + "/" + asset_path(name_of(letter)), hour_ago);
+  cache.open(name_of('d'));
+  EXPECT_LE(bytes_in(directory.path()), 350u);
+  EXPECT_EQ(content(b), std::string(100, 'b'));
+  cache.open(name_of('a'));
+  EXPECT_EQ(assets.fetches, 4) << "a was used last, and stays";
+}
+
+TEST(AssetCache, KeepsNothingOfDamagedAndMissingAssets) {
+  const TemporaryDirectory directory;
+  LetterAssets assets;
+  AssetCache cache(directory.path(), 1000, assets);
+  for (const std::string& name : {std::string("../../etc/passwd"), std::string(64, '0'), std::string()})
+    EXPECT_FALSE(cache.open(name)) << name;
+  assets.damaged = true;
+  EXPECT_THROW((void)cache.open(name_of('a')), StoreFailure);
+  EXPECT_EQ(bytes_in(directory.path()), 0u);
+  assets.damaged = false;
+  EXPECT_EQ(content(cache.open(name_of('a'))), std::string(100, 'a'));
+}
