@@ -37,7 +37,11 @@ void check_deliveries_file(const std::string& directory) {
 }
 
 std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory, queue::DiskHealth* health) {
-  return sql::make_delivery_store(std::make_shared<OneConnection>(open(deliveries_file(directory)), health));
+  return sql::make_delivery_store(open_deliveries(directory, health));
+}
+
+std::unique_ptr<sql::Transactions> open_deliveries(const std::string& directory, queue::DiskHealth* health) {
+  return std::make_unique<OneConnection>(open(deliveries_file(directory)), health);
 }
 
 }  // namespace storage::sqlite

@@ -7,6 +7,7 @@
 
 #include "server/queue/delivery_store.h"
 #include "server/queue/disk_health.h"
+#include "server/storage/sql/sql_database.h"
 
 namespace storage::sqlite {
 
@@ -18,5 +19,8 @@ void check_deliveries_file(const std::string& directory);
 /// with another schema. `health` is that of the disk; null: private to this store.
 std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory,
                                                           queue::DiskHealth* health = nullptr);
+
+/// The same file, for other uses of its tables.
+std::unique_ptr<sql::Transactions> open_deliveries(const std::string& directory, queue::DiskHealth* health = nullptr);
 
 }  // namespace storage::sqlite

@@ -99,6 +99,8 @@ SqliteStores::SqliteStores(const std::string& directory, SqliteSettings settings
       stores_(std::make_unique<sql::JobStores>(*connections_)) {}
 SqliteStores::~SqliteStores() = default;
 
+sql::Transactions& SqliteStores::transactions() const { return *connections_; }
+
 // ---- SmallArtifactStore
 
 queue::ArtifactStore::Stored SmallArtifactStore::put(int fd, bool durable) {

@@ -37,6 +37,7 @@ class SqliteStores {
 
   [[nodiscard]] queue::Stores all() const { return stores_->all(); }
   [[nodiscard]] Connections& connections() const { return *connections_; }  ///< for the other stores of the file
+  [[nodiscard]] sql::Transactions& transactions() const;
 
  private:
   std::unique_ptr<Connections> connections_;
