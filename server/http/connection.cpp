@@ -148,12 +148,13 @@ void Connection::send(Time now) {
     if (wrote <= 0) return close();
     const auto count = static_cast<std::uint64_t>(wrote);
     (from_output ? written_ : source_written_) += count;
+    if (!from_output && settings_.body_threads > 0) part_written_ += count;
     sent += count;
-    if (state_ == State::writing) {
+    if (state_ == State::writing && !part_requested_) {
       deadline_ = transfer_deadline(settings_.times.write_grace, written_ + source_written_);
     }
   }
-  if (wants_to_write()) return;
+  if (wants_to_write() || source_left() > 0) return;
   if (state_ == State::writing) finish_reply(now);
   if (state_ == State::streaming) {
     std::string().swap(output_);  // most streams are silent most of the time, so none keeps a buffer
@@ -169,6 +170,7 @@ ssize_t Connection::send_bytes(std::string_view bytes) const {
 /// Bytes that the socket does not accept are read again the next time, so a slow client holds no memory. Returns 0 if
 /// the source failed; the reply must then be cut short.
 ssize_t Connection::send_source() {
+  if (settings_.body_threads > 0) return send_bytes(std::string_view(part_).substr(part_written_));
   std::array<char, 256u << 10> piece;  // NOLINT(cppcoreguidelines-pro-type-member-init): overwritten by the read
   const std::size_t wanted = std::min<std::uint64_t>(piece.size(), source_left());
   try {
@@ -179,8 +181,30 @@ ssize_t Connection::send_source() {
   }
 }
 
+std::optional<Connection::BodyPart> Connection::take_body_part(Time now) {
+  constexpr std::size_t part_bytes_max = 1u << 20;
+  const bool is_wanted = settings_.body_threads > 0 && state_ == State::writing && source_left() > 0;
+  if (!is_wanted || part_requested_ || part_written_ < part_.size()) return std::nullopt;
+  part_requested_ = now;
+  deadline_ = Time::max();
+  return BodyPart{*source_, source_written_, std::min<std::uint64_t>(part_bytes_max, source_left())};
+}
+
+void Connection::add_body_part(std::string bytes, Time now) {
+  if (state_ != State::writing || !part_requested_) return;
+  started_ += now - *part_requested_;  // the client was not slow
+  part_requested_.reset();
+  if (bytes.empty()) return close();
+  part_ = std::move(bytes);
+  part_written_ = 0;
+  deadline_ = transfer_deadline(settings_.times.write_grace, written_ + source_written_);
+  send(now);
+}
+
 void Connection::finish_reply(Time now) {
   source_.reset();
+  part_ = {};
+  part_written_ = 0;
   output_ = {};
   written_ = 0;
   if (keep_alive_) {

@@ -42,7 +42,7 @@ class Connection {
   [[nodiscard]] const std::string& remote() const { return remote_; }
   [[nodiscard]] Time deadline() const { return deadline_; }  ///< Time::max(): none
   [[nodiscard]] bool wants_to_read() const;
-  [[nodiscard]] bool wants_to_write() const { return written_ < output_.size() || source_left() > 0; }
+  [[nodiscard]] bool wants_to_write() const { return written_ < output_.size() || sendable() > 0; }
   /// Between requests, with no byte of the next one read.
   [[nodiscard]] bool is_idle() const { return state_ == State::reading_head && input_.empty(); }
 
@@ -61,6 +61,17 @@ class Connection {
   void start_stream(std::string text, Time now);
   void append(std::string text, Time now);
   void end_stream(Time now);
+
+  /// A part of the body of a reply, to be read by another thread (HttpServerSettings::body_threads).
+  struct BodyPart {
+    BodySource source;
+    std::uint64_t offset = 0;
+    std::size_t size = 0;
+  };
+  /// The next part, when all before it was sent. Nothing until it has come.
+  std::optional<BodyPart> take_body_part(Time now);
+  void add_body_part(std::string bytes, Time now);  ///< empty: it could not be read, and the reply is cut short
+
   /// Writes as much as the socket accepts. After the last byte the next request is read or the connection ends.
   void send(Time now);
 
@@ -79,6 +90,10 @@ class Connection {
   [[nodiscard]] ssize_t send_bytes(std::string_view bytes) const;
   ssize_t send_source();
   [[nodiscard]] std::uint64_t source_left() const { return source_ ? source_->size_bytes - source_written_ : 0; }
+  /// Bytes of the source that can be sent now.
+  [[nodiscard]] std::uint64_t sendable() const {
+    return settings_.body_threads == 0 ? source_left() : part_.size() - part_written_;
+  }
   /// The deadline of a transfer of `bytes` that began at started_.
   [[nodiscard]] Time transfer_deadline(std::chrono::milliseconds grace, std::uint64_t bytes) const;
 
@@ -97,6 +112,9 @@ class Connection {
   std::uint64_t written_ = 0;         ///< bytes of output_ that were sent
   std::optional<BodySource> source_;  ///< follows output_
   std::uint64_t source_written_ = 0;
+  std::string part_;  ///< read by another thread
+  std::size_t part_written_ = 0;
+  std::optional<Time> part_requested_;  ///< while it is read
   bool keep_alive_ = false;
 };
 
@@ -121,6 +139,11 @@ struct ReplyDeferred {
   std::shared_ptr<PendingRequest> pending;
   std::function<void()> stop_watching;
 };
+/// A part of the body of a reply was read.
+struct BodyPartRead {
+  std::uint64_t client = 0;
+  std::string bytes;
+};
 /// The watch of a deferred reply or of a stream notifies.
 struct Notification {
   std::uint64_t client = 0;
@@ -131,7 +154,7 @@ struct DrainRequest {};
 /// check_access() was called.
 struct AccessCheck {};
 
-using ServerEvent = std::variant<ReplyReady, ReplyDeferred, Notification, DrainRequest, AccessCheck>;
+using ServerEvent = std::variant<ReplyReady, ReplyDeferred, BodyPartRead, Notification, DrainRequest, AccessCheck>;
 
 /// Shared with the watches, which may notify after the end of the server.
 using ServerEvents = support::EventQueue<ServerEvent>;

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::string_view status_lines =
     "\n"
-    "200 OK\n201 Created\n202 Accepted\n204 No Content\n206 Partial Content\n303 See Other\n304 Not Modified\n"
+    "200 OK\n201 Created\n202 Accepted\n204 No Content\n206 Partial Content\n303 See Other\n304 Not Modified\n307 "
+    "Temporary Redirect\n"
     "400 Bad Request\n401 Unauthorized\n403 Forbidden\n404 Not Found\n405 Method Not Allowed\n"
     "406 Not Acceptable\n408 Request Timeout\n409 Conflict\n410 Gone\n411 Length Required\n"
     "412 Precondition Failed\n413 Content Too Large\n414 URI Too Long\n415 Unsupported Media Type\n"

@@ -34,7 +34,8 @@ struct Request {
 struct BodySource {
   std::uint64_t size_bytes = 0;
   /// Reads up to `size` bytes at `offset`; fewer only at the end. If it throws, the reply is cut short, which the
-  /// client detects by Content-Length. Runs on the event loop and must not block.
+  /// client detects by Content-Length. Runs on the event loop and must not block, unless
+  /// HttpServerSettings::body_threads run it.
   std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)> read;
 };
 

@@ -237,6 +237,13 @@ class EventLoop {
     });
   }
 
+  void on_event(BodyPartRead& part) {
+    with_client(part.client, [&](Client& client) {
+      client.connection.add_body_part(std::move(part.bytes), now_);
+      advance(client);
+    });
+  }
+
   void on_event(AccessCheck&) {
     for (const std::uint64_t number : clients_.numbers()) {
       with_client(number, [this](Client& client) {
@@ -284,6 +291,7 @@ class EventLoop {
         break;
       }
     }
+    dispatcher_->read_body(client, now_);
     if (listener_.fd() < 0 && connection.is_idle()) connection.close();  // draining
     if (connection.state() == Connection::State::closed) return remove(client);
     if (const std::uint32_t events = client.events(); events != client.registered_events) {

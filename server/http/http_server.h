@@ -53,6 +53,8 @@ struct HttpServerSettings {
   /// Complete requests that wait for a handler; further ones are answered 503 at once. At 10 ms each the last of them
   /// waits for half a second with four threads.
   std::size_t waiting_max = 256;
+  /// Threads that read BodySources, for those that wait for a network; 0: the event loop reads them.
+  std::size_t body_threads = 0;
   HeadLimits head;
   OnResponse on_response;    ///< called for every answered request, from any thread; must not throw
   HeadFilter head_filter;    ///< empty: every head is accepted

@@ -1,18 +1,12 @@
 #include "server/http/request_dispatcher.h"
 
-#include <malloc.h>
-
 #include <algorithm>
-#include <array>
-#include <condition_variable>
 #include <cstddef>
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <set>
-#include <thread>
 #include <utility>
 
+#include "server/http/handler_pool.h"
 #include "server/queue/job_store.h"
 
 namespace http {
@@ -50,6 +44,8 @@ Problem problem_of(const queue::StoreFailure& failure) {
   if (failure.kind == Kind::unavailable) {
     return {failures::store_unavailable, "the store is not available; nothing was stored"};
   }
+  if (failure.kind == Kind::damaged)
+    return {failures::image_damaged, "the bytes have changed since they were stored; retry the job to render it again"};
   if (failure.kind == Kind::unknown) {
     return {failures::store_unavailable,
             "the connection to the database was lost; it is unknown whether this was stored: repeat the request, with "
@@ -125,95 +121,6 @@ bool is_one_at_a_time(const std::vector<Route>& routes, const RequestHead& head)
 
 }  // namespace
 
-/// Threads that run handlers, behind a bounded queue.
-class HandlerPool {
- public:
-  /// Must not throw.
-  using Task = std::function<void()>;
-  /// Requests of the last two take up to seconds. They use at most half of the threads (at least one) and of the queue,
-  /// so that short requests do not wait for them; and one of the last runs at a time.
-  enum Lane { ordinary, large_body, one_at_a_time };
-
-  /// `waiting_max` is the length of the queue.
-  HandlerPool(std::size_t threads, std::size_t waiting_max)
-      : slow_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
-    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
-  }
-
-  /// Finishes the queued tasks.
-  ~HandlerPool() {
-    {
-      const std::lock_guard lock(mutex_);
-      stopping_ = true;
-    }
-    changed_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-
-  /// Returns false at once if the queue is full.
-  bool submit(Task task, Lane lane) {
-    {
-      const std::lock_guard lock(mutex_);
-      const std::size_t slow = lanes_[large_body].size() + lanes_[one_at_a_time].size();
-      if (lanes_[ordinary].size() + slow >= waiting_max_) return false;
-      if (lane != ordinary && slow >= std::max<std::size_t>(1, waiting_max_ / 2)) return false;
-      lanes_[lane].push_back(std::move(task));
-    }
-    changed_.notify_one();
-    return true;
-  }
-
-  /// Queues a task of a request that was accepted before: never refused, and first in line.
-  void resume(Task task) {
-    {
-      const std::lock_guard lock(mutex_);
-      lanes_[ordinary].push_front(std::move(task));
-    }
-    changed_.notify_one();
-  }
-
- private:
-  [[nodiscard]] bool may_run(Lane lane) const {
-    if (lanes_[lane].empty()) return false;
-    if (lane == ordinary) return true;
-    return running_[large_body] + running_[one_at_a_time] < slow_max_ && (lane == large_body || running_[lane] == 0);
-  }
-
-  void run() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      const auto all_taken = [&] {
-        return std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane.empty(); });
-      };
-      std::optional<Lane> next;
-      changed_.wait(lock, [&] {
-        for (const Lane lane : {ordinary, large_body, one_at_a_time})  // the last that may run is chosen
-          if (may_run(lane)) next = lane;
-        return next || (stopping_ && all_taken());
-      });
-      if (!next) return;
-      Task task = std::move(lanes_[*next].front());
-      lanes_[*next].pop_front();
-      ++running_[*next];
-      lock.unlock();
-      task();
-      task = nullptr;                         // frees the request without the lock
-      if (*next != ordinary) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
-      lock.lock();
-      --running_[*next];
-      if (stopping_) changed_.notify_all();
-    }
-  }
-
-  const std::size_t slow_max_, waiting_max_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::array<std::deque<Task>, 3> lanes_;
-  std::array<std::size_t, 3> running_{};
-  bool stopping_ = false;
-  std::vector<std::thread> threads_;
-};
-
 RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
                                      std::function<std::string()> new_request_id, const telemetry::Log& log,
                                      std::shared_ptr<ServerEvents> events)
@@ -222,7 +129,8 @@ RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::ve
       new_request_id_(std::move(new_request_id)),
       log_(log),
       events_(std::move(events)),
-      pool_(std::make_unique<HandlerPool>(settings.handler_threads, settings.waiting_max)) {}
+      pool_(std::make_unique<HandlerPool>(settings.handler_threads, settings.waiting_max)),
+      bodies_(std::make_unique<HandlerPool>(settings.body_threads, settings.waiting_max)) {}
 
 RequestDispatcher::~RequestDispatcher() = default;
 
@@ -361,6 +269,22 @@ void RequestDispatcher::start_reply(Client& client, ReplyReady& ready, Time now)
   client.stream->watch(notifier(client.pending));
   client.feed_stream(now);
   if (draining_) client.end_stream(now);
+}
+
+void RequestDispatcher::read_body(Client& client, Time now) {
+  auto part = client.connection.take_body_part(now);
+  if (!part) return;
+  bodies_->add([this, number = client.number, part = *std::move(part)] {
+    std::string bytes;
+    try {
+      bytes.resize(part.size);
+      bytes.resize(part.source.read(part.offset, bytes.data(), bytes.size()));
+    } catch (const std::exception& failure) {
+      log_.write(Level::error, "body_cut_short", {{"detail", std::string_view(failure.what())}});
+      bytes.clear();
+    }
+    events_->post(BodyPartRead{number, std::move(bytes)});
+  });
 }
 
 bool RequestDispatcher::on_notification(Client& client, const Notification& notification, Time now) {

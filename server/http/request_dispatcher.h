@@ -41,6 +41,8 @@ class RequestDispatcher {
 
   void on_deferred(Client& client, std::function<void()> stop_watching);
   void start_reply(Client& client, ReplyReady& ready, Time now);
+  /// Queues the next part of the body for a thread, if the connection wants one.
+  void read_body(Client& client, Time now);
   /// Returns false if nothing waits for the notification any more.
   bool on_notification(Client& client, const Notification& notification, Time now);
 
@@ -56,7 +58,7 @@ class RequestDispatcher {
   const telemetry::Log log_;
   const std::shared_ptr<ServerEvents> events_;
   std::atomic<bool> draining_ = false;
-  std::unique_ptr<HandlerPool> pool_;  // last: its threads use the other members
+  std::unique_ptr<HandlerPool> pool_, bodies_;  // last: their threads use the other members
 };
 
 }  // namespace http

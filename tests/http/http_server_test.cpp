@@ -96,6 +96,57 @@ TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {
   }
 }
 
+TEST_F(HttpServerTest, ReadsBodiesThatWaitForANetworkOnOtherThreads) {
+  Barrier barrier;
+  settings.body_threads = 2;
+  std::string bytes(3'500'000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
+  serve({{"/remote", [&](Request&) -> Answer {
+            Reply reply = text("");
+            reply.source = http::BodySource{bytes.size(), [&](std::uint64_t offset, char* into, std::size_t size) {
+                                              if (offset > 2'000'000) barrier.wait();
+                                              return bytes.copy(into, size, offset);
+                                            }};
+            return reply;
+          }}});
+  Client connection = client(), gone = client(), other = client();
+  connection.send_get("/remote");
+  {
+    Client leaves = client();
+    leaves.send_get("/remote");
+    EXPECT_EQ(leaves.read(1000).size(), 1000u);
+  }
+  EXPECT_EQ(connection.read(1'500'000).size(), 1'500'000u);
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
+  for (int i = 0; i < 10; ++i) {
+    other.send_get("/");
+    EXPECT_EQ(other.read_reply().body, "root") << "the event loop does not wait";
+  }
+  barrier.open();
+  gone.send_get("/remote");
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(gone.read_reply().body == bytes);
+    if (i == 0) gone.send_get("/remote");
+  }
+}
+
+TEST_F(HttpServerTest, CutsAReplyShortIfASourceOnAnotherThreadFails) {
+  settings.body_threads = 1;
+  serve({{"/broken", [](Request&) -> Answer {
+            Reply reply = text("");
+            reply.source = http::BodySource{2'000'000, [](std::uint64_t offset, char* into, std::size_t size) {
+                                              if (offset > 0) throw std::runtime_error("network");
+                                              std::fill_n(into, size, 'a');
+                                              return size;
+                                            }};
+            return reply;
+          }}});
+  Client connection = client();
+  connection.send_get("/broken");
+  EXPECT_EQ(connection.read_reply().body, std::string(1u << 20, 'a'));
+  EXPECT_EQ(connection.read(1), "") << "the connection ends";
+}
+
 TEST_F(HttpServerTest, CutsAReplyShortIfItsSourceFails) {
   serve({{"/broken", [](Request&) -> Answer {
             Reply reply = text("");

@@ -1,0 +1,118 @@
+#pragma once
+/// The threads of the HTTP server that run handlers and read bodies.
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace http {
+
+/// Threads that run handlers, behind a bounded queue.
+class HandlerPool {
+ public:
+  /// Must not throw.
+  using Task = std::function<void()>;
+  /// Requests of the last two take up to seconds. They use at most half of the threads (at least one) and of the queue,
+  /// so that short requests do not wait for them; and one of the last runs at a time.
+  enum Lane { ordinary, large_body, one_at_a_time };
+
+  /// `waiting_max` is the length of the queue.
+  HandlerPool(std::size_t threads, std::size_t waiting_max)
+      : slow_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+  }
+
+  /// Finishes the queued tasks.
+  ~HandlerPool() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  /// Returns false at once if the queue is full.
+  bool submit(Task task, Lane lane) {
+    {
+      const std::lock_guard lock(mutex_);
+      const std::size_t slow = lanes_[large_body].size() + lanes_[one_at_a_time].size();
+      if (lanes_[ordinary].size() + slow >= waiting_max_) return false;
+      if (lane != ordinary && slow >= std::max<std::size_t>(1, waiting_max_ / 2)) return false;
+      lanes_[lane].push_back(std::move(task));
+    }
+    changed_.notify_one();
+    return true;
+  }
+
+  /// Queues a task of a reply that has begun: never refused, and last in line.
+  void add(Task task) {
+    {
+      const std::lock_guard lock(mutex_);
+      lanes_[ordinary].push_back(std::move(task));
+    }
+    changed_.notify_one();
+  }
+
+  /// Queues a task of a request that was accepted before: never refused, and first in line.
+  void resume(Task task) {
+    {
+      const std::lock_guard lock(mutex_);
+      lanes_[ordinary].push_front(std::move(task));
+    }
+    changed_.notify_one();
+  }
+
+ private:
+  [[nodiscard]] bool may_run(Lane lane) const {
+    if (lanes_[lane].empty()) return false;
+    if (lane == ordinary) return true;
+    return running_[large_body] + running_[one_at_a_time] < slow_max_ && (lane == large_body || running_[lane] == 0);
+  }
+
+  void run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const auto all_taken = [&] {
+        return std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane.empty(); });
+      };
+      std::optional<Lane> next;
+      changed_.wait(lock, [&] {
+        for (const Lane lane : {ordinary, large_body, one_at_a_time})  // the last that may run is chosen
+          if (may_run(lane)) next = lane;
+        return next || (stopping_ && all_taken());
+      });
+      if (!next) return;
+      Task task = std::move(lanes_[*next].front());
+      lanes_[*next].pop_front();
+      ++running_[*next];
+      lock.unlock();
+      task();
+      task = nullptr;                         // frees the request without the lock
+      if (*next != ordinary) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
+      lock.lock();
+      --running_[*next];
+      if (stopping_) changed_.notify_all();
+    }
+  }
+
+  const std::size_t slow_max_, waiting_max_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::array<std::deque<Task>, 3> lanes_;
+  std::array<std::size_t, 3> running_{};
+  bool stopping_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace http
