@@ -78,7 +78,7 @@ TEST(MessageCheck, RejectsReportsThatTheDaemonCannotRead) {
 }
 
 TEST(MessageCheck, BoundsProblemsAndListsTheirCodes) {
-  for (const char* const code : {"bad_scene", "bad_asset", "out_of_memory", "internal"})
+  for (const char* const code : {"bad_scene", "bad_asset", "out_of_memory", "internal", "assets_unavailable"})
     EXPECT_EQ(violation_of_problem(code, "sentence", 1000), "");
   for (const char* const code : {"", "worker_crashed", "storage_failure", "deadline_exceeded", "x"})
     EXPECT_NE(violation_of_problem(code, "sentence"), "") << code;

@@ -73,10 +73,11 @@ TEST_F(Protocol, TransportsEveryMessage) {
   EXPECT_EQ(configure.options, options);
   EXPECT_EQ(text_of(configure.file_socket), "file");
   EXPECT_TRUE(round_trip<FileRequest>(FileRequest{"a.obj", true}).content_name_only);
-  FileResponse file{"", "refused", "name", {}};
+  FileResponse file{"", true, "refused", "name", {}};
   file.file.push_back(sealed_memory("file"));
   const auto answer = round_trip<FileResponse>(std::move(file));
   EXPECT_EQ(answer.refusal + answer.content_name + text_of(answer.file.at(0)), "refusednamefile");
+  EXPECT_TRUE(answer.unavailable);
   EXPECT_EQ(round_trip<Cancel>(Cancel{"job"}).job_id, "job");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0"}).build, "0.1.0");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0", "seccomp"}).sandbox, "seccomp");

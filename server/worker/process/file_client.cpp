@@ -39,6 +39,7 @@ FileResponse FileClient::request(FileRequest request) {
     auto* const message = std::get_if<Message>(&received);
     auto* const response = message == nullptr ? nullptr : std::get_if<FileResponse>(message);
     if (response != nullptr && response->failure.empty()) return std::move(*response);
+    if (response != nullptr && response->unavailable) throw FilesUnavailable(response->failure);
     if (response != nullptr) throw std::runtime_error(response->failure);
   }
   throw std::runtime_error("the daemon opens no files");

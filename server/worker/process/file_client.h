@@ -2,12 +2,19 @@
 /// The files of scenes, which the daemon opens for the worker.
 
 #include <mutex>
+#include <stdexcept>
 #include <string>
 
 #include "api/load_assets.h"
 #include "server/worker/protocol/protocol.h"
 
 namespace worker {
+
+/// The store of uploads is away.
+class FilesUnavailable : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Thread-safe; each call waits for the daemon. Calls throw std::runtime_error if the daemon cannot open files now.
 class FileClient {

@@ -46,6 +46,8 @@ Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::fun
     failure.problem = std::move(*stop.problem);
   } catch (const std::bad_alloc&) {
     failure.problem = {"out_of_memory", "The worker does not have enough memory for this scene.", {}};
+  } catch (const FilesUnavailable& unavailable) {
+    failure.problem = {std::string(assets_unavailable), unavailable.what(), {}};
   } catch (const std::exception& exception) {
     failure.problem = {"internal", exception.what(), {}};
   }

@@ -99,13 +99,18 @@ OpenedFile AssetDirectory::open(const std::string& name) const {
   return file;
 }
 
-SceneFiles::SceneFiles(const FileSettings& settings) {
+SceneFiles::SceneFiles(const FileSettings& settings, OpenUpload open_upload) : open_upload_(std::move(open_upload)) {
   if (!settings.directory.empty()) directory_.emplace(settings.directory);
   if (!settings.uploads.empty()) uploads_.emplace(settings.uploads);
 }
 
 OpenedFile SceneFiles::open(const std::string& name) const {
   const bool is_upload = name.starts_with(api::upload_prefix);
+  if (is_upload && open_upload_ && uploads_) {
+    Descriptor file = open_upload_(name.substr(api::upload_prefix.size()));
+    if (!file) return std::string("was not uploaded");
+    return file;
+  }
   const auto& directory = is_upload ? uploads_ : directory_;
   if (!directory) return std::string("there is no directory for it");  // the reader rejects such names
   return directory->open(is_upload ? queue::asset_path(name.substr(api::upload_prefix.size())) : name);

@@ -2,6 +2,7 @@
 /// Opens the files of scenes below one directory; nothing outside it is reachable, whatever the name.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -39,14 +40,18 @@ class AssetDirectory {
   support::Descriptor directory_;
 };
 
+/// Opens the upload with a sha256 for reading; an empty descriptor where there is none. May throw.
+using OpenUpload = std::function<support::Descriptor(const std::string& sha256)>;
+
 /// Opens the files that a scene may name: below the asset directory, or among the uploads. Thread-safe.
 class SceneFiles {
  public:
-  /// Throws std::system_error if a directory that is set cannot be opened.
-  explicit SceneFiles(const FileSettings& settings);
+  /// `open_upload`, where given, is used in place of the directory of uploads. Throws std::system_error if a directory
+  /// that is set cannot be opened.
+  explicit SceneFiles(const FileSettings& settings, OpenUpload open_upload = {});
 
   /// The file that a document calls `name`, opened for reading, or the reason why it is not available. Throws as
-  /// AssetDirectory::open.
+  /// AssetDirectory::open and `open_upload`.
   [[nodiscard]] OpenedFile open(const std::string& name) const;
 
   /// An identifier of its content without reading it: equal only if the bytes are. That of an upload is its name, that
@@ -55,6 +60,7 @@ class SceneFiles {
 
  private:
   std::optional<AssetDirectory> directory_, uploads_;
+  const OpenUpload open_upload_;
 };
 
 }  // namespace worker

@@ -52,7 +52,7 @@ auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.images
 auto fields(Failed& m) { return std::tie(m.job_id, m.fence, m.problem); }
 auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
 auto fields(FileRequest& m) { return std::tie(m.name, m.content_name_only); }
-auto fields(FileResponse& m) { return std::tie(m.failure, m.refusal, m.content_name, m.file); }
+auto fields(FileResponse& m) { return std::tie(m.failure, m.unavailable, m.refusal, m.content_name, m.file); }
 auto fields(queue::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
 auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
 

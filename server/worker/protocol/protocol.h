@@ -146,13 +146,18 @@ struct FileRequest {
 };
 struct FileResponse {
   std::string failure{};           ///< the daemon cannot open files now; empty: it can
+  bool unavailable = false;        ///< the failure ends by itself: the store of uploads is away
   std::string refusal{};           ///< the reason why the file is not available
   std::string content_name{};      ///< if only that was requested
   std::vector<Descriptor> file{};  ///< otherwise the file, opened for reading; none if it was refused
 };
 
+/// Code of the problem of a job whose uploads cannot be fetched at present. It returns to the queue, and the attempt
+/// does not count.
+constexpr std::string_view assets_unavailable = "assets_unavailable";
+
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 8;
+constexpr std::uint32_t protocol_version = 9;
 
 using Message =
     std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,

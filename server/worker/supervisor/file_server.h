@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "server/worker/protocol/asset_directory.h"
 #include "server/worker/protocol/protocol.h"
 
 namespace worker {
@@ -12,8 +13,8 @@ namespace worker {
 /// (SceneFiles), opened for reading. Never throws after construction.
 class FileServer {
  public:
-  /// `socket` blocks. Throws std::system_error without a thread.
-  FileServer(Descriptor socket, FileSettings settings);
+  /// `socket` blocks. `open_upload`: see SceneFiles. Throws std::system_error without a thread.
+  FileServer(Descriptor socket, FileSettings settings, OpenUpload open_upload = {});
   ~FileServer();  ///< closes the connection and waits for the thread
   FileServer(const FileServer&) = delete;
   FileServer& operator=(const FileServer&) = delete;
@@ -23,6 +24,7 @@ class FileServer {
 
   const Descriptor socket_;
   const FileSettings settings_;
+  const OpenUpload open_upload_;
   std::thread thread_;  ///< last: starts after the other members
 };
 

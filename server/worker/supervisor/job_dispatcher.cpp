@@ -41,6 +41,7 @@ bool JobDispatcher::has_slot(ClaimKind kind) const {
   // Finished images wait in memory for the store; the limit makes the worker wait for a slow store.
   const std::size_t pending_max = slots + static_cast<std::size_t>(settings_.store_threads);
   if (slots_.running.size() + claims_.count >= slots || outcomes_.pending() >= pending_max) return false;
+  if (outcomes_.backlog().is_full()) return false;
   return kind == ClaimKind::small || slots_.has_slot_for_large(claims_.large_count);
 }
 
@@ -331,6 +332,10 @@ void JobDispatcher::release(const std::string& id, std::int64_t fence, const que
 
 /// A job that ran out of memory runs alone in its next attempt.
 void JobDispatcher::retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem) {
+  if (problem.code == assets_unavailable) {
+    return release(id, job.fence,
+                   {.pause_ms = settings_.retry.pause.count(), .code = problem.code, .detail = problem.detail});
+  }
   const auto pause = retry_pause(problem.code, job.attempt, job.max_attempts, settings_.retry);
   if (!pause) return outcomes_.fail(id, job.fence, problem);
   log_(LogLevel::warning, "attempt_failed",

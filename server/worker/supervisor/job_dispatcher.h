@@ -58,7 +58,9 @@ class JobDispatcher {
   int on_worker_exit(const WorkerExit& exit);
 
   /// No job runs, is being claimed or is being stored.
-  [[nodiscard]] bool idle() const { return slots_.running.empty() && claims_.count == 0 && outcomes_.pending() == 0; }
+  [[nodiscard]] bool idle() const {
+    return slots_.running.empty() && claims_.count == 0 && outcomes_.pending() == 0 && outcomes_.backlog().size() == 0;
+  }
 
  private:
   /// `submitted`: by a submission that has taken a slot.

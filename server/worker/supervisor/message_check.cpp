@@ -15,7 +15,8 @@ namespace worker {
 namespace {
 
 /// Codes of failures that the worker finds itself; the others are of the daemon.
-constexpr std::array<std::string_view, 4> failure_codes{"bad_scene", "bad_asset", "out_of_memory", "internal"};
+constexpr std::array<std::string_view, 5> failure_codes{"bad_scene", "bad_asset", "out_of_memory", "internal",
+                                                        assets_unavailable};
 
 /// 1000 issues with their pointers take about 100 KB.
 constexpr std::size_t problem_bytes_max = 1u << 20;

@@ -85,6 +85,16 @@ bool StoreExecutor::pause() {
 
 // ---- OutcomeWriter
 
+OutcomeWriter::OutcomeWriter(queue::Queue& queue, StoreExecutor& executor, LoopEvents& events,
+                             const SupervisorSettings& settings, const queue::Log& log)
+    : queue_(queue),
+      executor_(executor),
+      events_(events),
+      store_tries_(settings.store_tries),
+      log_(log),
+      backlog_(
+          settings, [this](const Finished& finished) { store(finished); }, [this] { events_.interrupt(); }, log) {}
+
 void OutcomeWriter::run(std::function<void()> task, std::function<void()> on_done) {
   ++pending_;
   executor_.run([this, task = std::move(task), on_done = std::move(on_done)]() mutable {
@@ -99,16 +109,21 @@ void OutcomeWriter::run(std::function<void()> task, std::function<void()> on_don
 void OutcomeWriter::succeed(Finished finished, std::function<void(const queue::Problem&)> on_failure) {
   const auto shared = std::make_shared<Finished>(std::move(finished));  // a std::function has to be copyable
   run([this, shared, on_failure = std::move(on_failure)] {
-    std::vector<queue::JobLifecycle::Image> images;
-    for (const Image& image : shared->images) images.push_back({image.name, image.media_type, image.bytes.get()});
-    const auto failure = executor_.run_with_retry(store_tries_, "succeed", [&] {
-      log_outcome("job_succeeded", shared->job_id,
-                  queue_.lifecycle.succeed(shared->job_id, shared->fence, shared->report, images));
-    });
+    const bool may_wait = store_tries_ == 0;
+    if (may_wait && backlog_.size() > 0) return backlog_.add(std::move(*shared));  // the store is away
+    const auto failure = executor_.run_with_retry(may_wait ? 1 : store_tries_, "succeed", [&] { store(*shared); });
     // After a disk failure the next start finds the job running and releases it at no cost.
     if (!failure || failure->kind == queue::StoreFailure::Kind::broken) return;
+    if (may_wait) return backlog_.add(std::move(*shared));
     events_.post([on_failure, problem = storage_failure(*failure)] { on_failure(problem); });
   });
+}
+
+void OutcomeWriter::store(const Finished& finished) {
+  std::vector<queue::JobLifecycle::Image> images;
+  for (const Image& image : finished.images) images.push_back({image.name, image.media_type, image.bytes.get()});
+  log_outcome("job_succeeded", finished.job_id,
+              queue_.lifecycle.succeed(finished.job_id, finished.fence, finished.report, images));
 }
 
 void OutcomeWriter::fail(const std::string& id, std::int64_t fence, const queue::Problem& problem) {

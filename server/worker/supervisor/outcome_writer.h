@@ -18,6 +18,7 @@
 #include "server/queue/queue.h"
 #include "server/support/event_queue.h"
 #include "server/worker/protocol/protocol.h"
+#include "server/worker/supervisor/result_backlog.h"
 
 namespace worker {
 
@@ -58,10 +59,10 @@ using LoopEvents = support::EventQueue<std::function<void()>>;
 /// outcome with an old fence changes nothing.
 class OutcomeWriter {
  public:
-  OutcomeWriter(queue::Queue& queue, StoreExecutor& executor, LoopEvents& events, int store_tries, queue::Log log)
-      : queue_(queue), executor_(executor), events_(events), store_tries_(store_tries), log_(std::move(log)) {}
+  OutcomeWriter(queue::Queue& queue, StoreExecutor& executor, LoopEvents& events, const SupervisorSettings& settings,
+                const queue::Log& log);
 
-  /// Calls `on_failure` if the result cannot be stored.
+  /// Calls `on_failure` if the result cannot be stored. Without a limit of tries it waits in the backlog.
   void succeed(Finished finished, std::function<void(const queue::Problem&)> on_failure);
   void fail(const std::string& id, std::int64_t fence, const queue::Problem& problem);
   void cancel(const std::string& id, std::int64_t fence);
@@ -72,10 +73,13 @@ class OutcomeWriter {
                std::function<void()> on_released);
 
   [[nodiscard]] std::size_t pending() const { return pending_; }
+  [[nodiscard]] ResultBacklog& backlog() { return backlog_; }
+  [[nodiscard]] const ResultBacklog& backlog() const { return backlog_; }
 
  private:
   void run(
       std::function<void()> task, std::function<void()> on_done = [] {});
+  void store(const Finished& finished);
   /// `moved` is false if the job had already ended, for example by a cancel that was reported before.
   void log_outcome(const char* event, const std::string& id, bool moved, queue::LogFields fields = {});
 
@@ -85,6 +89,7 @@ class OutcomeWriter {
   const int store_tries_;
   const queue::Log log_;
   std::size_t pending_ = 0;
+  ResultBacklog backlog_;  ///< last: its thread uses the other members
 };
 
 }  // namespace worker

@@ -47,7 +47,7 @@ class Supervisor::Loop final : public queue::JobRunner {
         store_executor_(std::make_unique<StoreExecutor>(settings_.store_threads, settings_.store_pause, log)),
         process_(settings_, log),
         deadlines_(settings_),
-        outcomes_(queue, *store_executor_, events_, settings_.store_tries, log),
+        outcomes_(queue, *store_executor_, events_, settings_, log),
         dispatcher_(queue, settings_, *store_executor_, events_, process_, deadlines_, outcomes_, log),
         thread_([this] { run(); }) {}
 
@@ -102,7 +102,10 @@ class Supervisor::Loop final : public queue::JobRunner {
   void run() {
     for (;;) {
       const auto now = Clock::now();
-      if (deadlines_.take_drain_end(now)) store_executor_->stop_retrying();
+      if (deadlines_.take_drain_end(now)) {
+        store_executor_->stop_retrying();
+        outcomes_.backlog().stop();
+      }
       if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
         process_.end("was stopped by drain", true);
         handle_worker_exit();

@@ -23,6 +23,7 @@
 
 #include "server/queue/event_log.h"
 #include "server/queue/queue.h"
+#include "server/worker/protocol/asset_directory.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/failure_policy.h"
 
@@ -43,6 +44,7 @@ struct SupervisorSettings {
   std::chrono::milliseconds small_job_time{10'000};
   int threads = 0;  ///< see Options
   FileSettings files;
+  OpenUpload open_upload;  ///< see SceneFiles
   /// Geometry and images that a worker keeps for the next jobs, in addition to job_memory_bytes.
   std::uint64_t scene_cache_bytes = 512u << 20;
   std::chrono::milliseconds cache_idle{60'000};  ///< see Options
@@ -72,6 +74,10 @@ struct SupervisorSettings {
   /// the attempt has failed as "storage_failure".
   std::chrono::milliseconds store_pause{500};
   int store_tries = 10;
+  /// Without a limit of tries, results that wait are written to unlinked files in this directory, up to
+  /// `waiting_bytes`; while they have more, no job is claimed.
+  std::string waiting_directory = "/tmp";
+  std::uint64_t waiting_bytes = 4ull << 30;
   RetrySettings retry;
   /// A longer attempt is stopped and has failed as "timed_out". Whatever takes longer than a day hangs.
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};

@@ -32,12 +32,13 @@ std::uint64_t resident_bytes(int pid) {
 
 // ---- start
 
-WorkerProcess::Instance::Instance(const std::string& executable, const Options& options) : child(executable) {
+WorkerProcess::Instance::Instance(const std::string& executable, const Options& options, const OpenUpload& open_upload)
+    : child(executable) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
     throw std::system_error(errno, std::generic_category(), "socketpair");
   Descriptor workers(ends[1]);
-  files = std::make_unique<FileServer>(Descriptor(ends[0]), options.files);
+  files = std::make_unique<FileServer>(Descriptor(ends[0]), options.files, open_upload);
   child.send(pack(Configure{options, std::move(workers)}));
 }
 
@@ -45,7 +46,8 @@ std::unique_ptr<WorkerProcess::Instance> WorkerProcess::start_instance() const {
   auto instance = std::make_unique<Instance>(
       settings_.executable,
       Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
-              static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files});
+              static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files},
+      settings_.open_upload);
   instance->ready_by = instance->started_at + settings_.start_timeout;
   return instance;
 }

@@ -72,7 +72,7 @@ class WorkerProcess {
 
  private:
   struct Instance {
-    Instance(const std::string& executable, const Options& options);
+    Instance(const std::string& executable, const Options& options, const OpenUpload& open_upload);
     std::unique_ptr<FileServer> files;
     ChildProcess child;  ///< after `files`: its end closes the other end of their socket
     Time started_at = Time::clock::now();
