@@ -40,7 +40,7 @@ std::string variable_of(std::string_view name) {
 /// The command line before its values are checked. Set by the callbacks of the App, so it must not be moved.
 struct Arguments {
   Command command;
-  std::optional<std::string> file, new_key, scopes, backup;
+  std::optional<std::string> file, new_key, scopes, backup, copy_to;
   Settings settings;
   Errors errors;
 };
@@ -58,6 +58,9 @@ void add_tasks(CLI::App& app, Arguments& arguments) {
   add_text("--scopes", arguments.scopes, "jobs:read,jobs:write,admin",
            "scopes of the new key, by default jobs:read,jobs:write");
   add_text("--backup", arguments.backup, "DIRECTORY", "copy the data, also of a running daemon, into a new directory");
+  add_text("--copy-to", arguments.copy_to, "URI|DIRECTORY",
+           "copy the data of a stopped daemon: those of --data to a PostgreSQL database and --artifacts, or those of "
+           "--database and --artifacts to a new directory");
   const auto add_task = [&](const char* flag, Task task, const char* help) {
     app.add_flag_callback(
         flag, [&arguments, task] { arguments.command.task = task; }, help);
@@ -246,7 +249,11 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
     command.backup_directory = *arguments.backup;
     if (command.backup_directory.empty()) errors.push_back({"--backup", "needs the name of a new directory"});
   }
-  const bool listens = command.task != Task::probe && command.task != Task::backup;
+  if (arguments.copy_to) {
+    command.task = Task::copy;
+    command.copy_to = *arguments.copy_to;
+  }
+  const bool listens = command.task != Task::probe && command.task != Task::backup && command.task != Task::copy;
   if (listens) check_listeners(command.config, settings, errors);
   check_new_key(arguments, command, errors);
   if (check && (command.task == Task::run || command.task == Task::check)) {

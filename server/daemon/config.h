@@ -29,12 +29,15 @@ std::string to_text(const Address& address);  ///< "127.0.0.1:8080", "[::1]:8080
 struct Config {
   Address listen, health_listen;
   std::string data;
-  std::string role;                                   ///< all, api or worker
-  std::string database;                               ///< empty: SQLite in the data directory
+  std::string role;       ///< all, api or worker
+  std::string database;   ///< empty: SQLite in the data directory
+  std::string artifacts;  ///< s3://BUCKET/PREFIX or a directory; empty: in the data directory
+  std::string s3_endpoint, s3_region, s3_path_style, s3_credentials_file, artifact_redirect;
   std::string assets, keys;                           ///< a directory and a file; empty: none
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
   std::string log_level, dashboard;
   std::uint64_t asset_bytes = 0, asset_days = 0, uploads_bytes = 0, spool_bytes = 0, disk_free_bytes = 0;
+  std::uint64_t asset_cache_bytes = 0, waiting_bytes = 0;
   std::uint64_t jobs = 0, threads = 0, scene_cache_bytes = 0;
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0, key_queued_jobs = 0, key_running_jobs = 0, key_artifact_bytes = 0;
@@ -51,12 +54,13 @@ struct ConfigError {
   bool operator==(const ConfigError&) const = default;
 };
 
-enum class Task { run, check, help, version, new_key, probe, backup };
+enum class Task { run, check, help, version, new_key, probe, backup, copy };
 
 struct Command {
   Task task = Task::run;
   std::string key_name, key_scopes = "jobs:read,jobs:write";  ///< name and scopes of a new key
   std::string backup_directory;                               ///< new directory
+  std::string copy_to;                                        ///< database or new directory
   Config config;
   /// WHITTLE_ variables that are not options. They are no error: Kubernetes sets WHITTLE_PORT and others in every pod
   /// beside a service named whittle.

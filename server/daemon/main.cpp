@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "server/daemon/config.h"
+#include "server/daemon/copy_data.h"
 #include "server/daemon/wiring.h"
 #include "server/http/handlers/routes.h"
 #include "server/storage/backup.h"
@@ -232,6 +233,10 @@ int run_command(const Command& command) {
       if (!command.config.database.empty())
         return print_errors({{"--backup", "copies a data directory; pg_dump copies the database of --database"}});
       return run_task("--backup", [&] { storage::back_up(command.config.data, command.backup_directory); });
+    case Task::copy:
+      if (const auto errors = find_copy_errors(command.config, command.copy_to); !errors.empty())
+        return print_errors(errors);
+      return run_task("--copy-to", [&] { copy_data(command.config, command.copy_to); });
     case Task::check:
     case Task::run:
       return check_and_run(command);

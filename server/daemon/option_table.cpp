@@ -38,6 +38,27 @@ constexpr std::array table{
          "PostgreSQL database of jobs, as postgres://user@host/name; its password belongs into PGPASSWORD or "
          "PGPASSFILE. "
          "Without it jobs are in a file of the data directory"),
+    text("artifacts", "", &C::artifacts, "URI or PATH",
+         "bucket of images and uploads that all nodes of --database share, as s3://bucket/prefix, or a directory that "
+         "all "
+         "of them mount. Without it they are in the data directory"),
+    text("s3_endpoint", "", &C::s3_endpoint, "URL",
+         "server of the bucket, as https://host:port; without it that of AWS in the region"),
+    text("s3_region", "us-east-1", &C::s3_region, "NAME", "region of the bucket, which is part of the signatures"),
+    text("s3_path_style", "off", &C::s3_path_style, "on|off",
+         "the bucket is in the path of URLs, not in the name of the host; most stores other than AWS need it"),
+    text("s3_credentials_file", "", &C::s3_credentials_file, "PATH",
+         "file in the format of the AWS tools with the keys of the bucket, read again at each request; without it they "
+         "are in AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN"),
+    text("artifact_redirect", "off", &C::artifact_redirect, "on|off",
+         "downloads of images of 1 MiB or more are redirected to the bucket, with a URL that is valid for an hour; "
+         "clients must be able to reach it"),
+    number("asset_cache_bytes", "17179869184", &C::asset_cache_bytes, 1, 1024 * tebi,
+           "disk space for copies of the uploads of --artifacts that jobs of this node need; 16 GiB are 64 of the "
+           "largest"),
+    number("waiting_bytes", "4294967296", &C::waiting_bytes, 0, 1024 * tebi,
+           "disk space for finished images that cannot be stored while the database or the bucket is away; when it is "
+           "used up, no further jobs are started. 4 GiB are some hundred large images"),
     text("assets", "", &C::assets, "PATH",
          "directory of files that scenes may name; everyone who may submit scenes can read its content"),
     text("keys", "", &C::keys, "PATH",

@@ -52,6 +52,19 @@ void add_listen_failures(const Config& config, bool in_use, Errors& errors) {
   }
 }
 
+void add_shared_files_errors(const Config& config, Errors& errors) {
+  if (config.artifacts.empty()) {
+    if (config.artifact_redirect == "on") errors.push_back({"--artifact-redirect", "needs --artifacts with a bucket"});
+    return;
+  }
+  const auto bucket = bucket_settings(config);
+  if (!bucket) return errors.push_back(bucket.error());
+  if (config.database.empty()) errors.push_back({"--artifacts", "needs --database, which lists what the nodes share"});
+  if (!*bucket && config.artifact_redirect == "on")
+    errors.push_back({"--artifact-redirect", "needs --artifacts with a bucket"});
+  add_failure("--artifacts", errors, [&] { check_shared_files(config); });
+}
+
 }  // namespace
 
 std::vector<ConfigError> find_start_errors(const Config& config) {
@@ -63,6 +76,7 @@ std::vector<ConfigError> find_start_errors(const Config& config) {
     if (config.database.empty()) check_database(config);
   });
   if (!config.database.empty()) add_failure("--database", errors, [&] { check_database(config); });
+  add_shared_files_errors(config, errors);
   add_listen_failures(config, false, errors);
   const std::string worker = worker::default_executable();
   if (::access(worker.c_str(), X_OK) != 0) errors.push_back({worker, "is missing or cannot be executed"});

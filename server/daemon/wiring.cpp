@@ -155,14 +155,13 @@ tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Con
 }
 
 Storage::Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure)
-    : uploads_directory(config.data + "/uploads"),
-      spool_directory(config.data + "/spool"),
+    : spool_directory(config.data + "/spool"),
       disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
       disk_health(std::move(on_disk_failure)),
       database(open_database(config, disk_health)),
       clock(database->clock()),
       stores(database->stores()),
-      uploads(uploads_directory, clock, config.uploads_bytes, &disk_health) {
+      uploads(database->assets()) {
   std::filesystem::create_directories(spool_directory);
   if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
 }
@@ -208,19 +207,6 @@ void join_nodes(const Config& config, const queue::Node& node, JobQueue& jobs, c
                     .has_clients = config.role != "worker"});
 }
 
-namespace {
-
-/// Reads one image, slowly enough not to disturb others, and returns the pause before the next one.
-std::chrono::milliseconds scrub_next(storage::files::FileArtifactStore& artifacts, const queue::Log& log) {
-  constexpr std::uint64_t bytes_per_ms = 10'000;
-  const auto scrubbed = artifacts.scrub();
-  if (!scrubbed) return std::chrono::hours(24);
-  if (scrubbed->damaged) log(queue::LogLevel::error, "artifact_damaged", {{"sha256", scrubbed->artifact.sha256}});
-  return std::chrono::milliseconds(20 + scrubbed->artifact.bytes / bytes_per_ms);
-}
-
-}  // namespace
-
 Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log)
     : disk_space("measure_disk_space", log,
                  [&disk = storage.disk, &lifecycle = jobs.queue.lifecycle] {
@@ -231,8 +217,8 @@ Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs,
       lease_renewer(jobs.queue.lifecycle, log, std::chrono::milliseconds(config.lease_s * 1000 / 3)),
       collector(storage.uploads, storage.stores.maintenance, storage.clock, log,
                 {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
-      scrub("scrub_artifacts", log,
-            [&artifacts = storage.database->files(), log] { return scrub_next(artifacts, log); }) {}
+      artifacts("maintain_artifacts", log,
+                [&database = *storage.database, log] { return database.maintain_artifacts(log); }) {}
 
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log) {
@@ -256,7 +242,11 @@ worker::SupervisorSettings supervisor_settings(const Config& config, const Stora
   settings.slots = static_cast<int>(config.jobs);
   settings.threads = static_cast<int>(config.threads);
   if (!config.keys.empty()) settings.owner_slots = static_cast<int>(config.key_running_jobs);
-  settings.files = {config.assets, storage.uploads_directory, config.objects, config.triangles};
+  settings.files = {config.assets, uploads_directory(config), config.objects, config.triangles};
+  if (storage::objects::AssetCache* const cache = storage.database->asset_cache())
+    settings.open_upload = [cache](const std::string& sha256) { return cache->open(sha256); };
+  settings.waiting_directory = storage.spool_directory;
+  settings.waiting_bytes = config.waiting_bytes;
   // Other nodes take a job over in time if this one cannot write its result for longer than the lease.
   if (storage.database->sharing()) settings.store_tries = 0;
   settings.wall_time = std::chrono::seconds(config.wall_time_s);
@@ -281,6 +271,8 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
   settings.on_response = [&metrics](const auto&... request) { metrics.count(request...); };
   settings.spool_directory = storage.spool_directory;
   settings.spool_bytes = config.spool_bytes;
+  constexpr std::size_t downloads_at_once = 16;  // each waits for the store most of the time
+  if (storage.database->shared_files() != nullptr) settings.body_threads = downloads_at_once;
   return settings;
 }
 
@@ -340,6 +332,9 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .history = [&jobs] { return jobs.job_metrics.history().hour(); },
       .dashboard = config.dashboard == "on",
       .keys = keys};
+  SharedFiles* const files = storage.database->shared_files();
+  if (files != nullptr && config.artifact_redirect == "on")
+    context.redirect = [files](const queue::Artifact& artifact) { return files->url_of(artifact); };
   if (webhooks != nullptr) {
     context.redeliver = [webhooks](const auto&... ids) { return webhooks->redeliver(ids...); };
     context.send_test_webhook = [webhooks](const std::string& url) { return webhooks->send_test(url); };

@@ -19,7 +19,6 @@
 #include "server/queue/queue.h"
 #include "server/queue/queue_maintainer.h"
 #include "server/storage/files/disk_space_monitor.h"
-#include "server/storage/files/file_stores.h"
 #include "server/telemetry/service_metrics.h"
 #include "server/webhooks/webhooks.h"
 #include "server/worker/supervisor/supervisor.h"
@@ -46,13 +45,13 @@ struct Storage {
   /// directory, or the one of assets, cannot be used.
   Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure);
 
-  const std::string uploads_directory, spool_directory;
+  const std::string spool_directory;
   storage::files::DiskSpaceMonitor disk;
   queue::DiskHealth disk_health;
   const std::unique_ptr<JobDatabase> database;
   const queue::Clock clock;
   const queue::Stores stores;
-  storage::files::FileAssetStore uploads;
+  queue::AssetStore& uploads;
 };
 
 /// The queue and its observers: event streams and metrics.
@@ -68,7 +67,7 @@ struct JobQueue {
   telemetry::JobMetrics job_metrics;
 };
 
-/// Threads that measure free space, expire jobs, renew leases and delete unused uploads.
+/// Threads that measure free space, expire jobs, renew leases, delete unused uploads and maintain the images.
 struct Maintenance {
   Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log);
 
@@ -76,7 +75,7 @@ struct Maintenance {
   queue::QueueMaintainer maintainer;
   queue::LeaseRenewer lease_renewer;
   queue::AssetCollector collector;
-  queue::PeriodicTask scrub;
+  queue::PeriodicTask artifacts;
 };
 
 /// Null without secrets. `webhooks` of api_context is this.

@@ -129,7 +129,8 @@ class Contract(ContractParts, unittest.TestCase):
                      for operation in self.operations.values() for status in operation["responses"]}
         bugs = {(operation["operationId"], 500) for operation in self.operations.values()}
         self.assertLessEqual(bugs, described)
-        self.assertEqual(described - seen - bugs, NEED_A_BROKEN_MACHINE)
+        redirects = {reply for reply in described if reply[1] == 307}  # of a bucket: object_store_test.py
+        self.assertEqual(described - seen - bugs - redirects, NEED_A_BROKEN_MACHINE)
 
     def check_service(self, seen):
         for path in ("/", "/docs", "/docs/scene", "/openapi.json", "/schemas/scene.schema.json", "/v1/version", "/v1/me", "/v1/status"):

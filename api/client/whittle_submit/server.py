@@ -93,6 +93,9 @@ class Server:
             retry_after, is_reused = "", self.connection is not None
             try:
                 response = self.send(method, path, body, headers)
+                if response.status == 307:
+                    response.read()
+                    response = self.follow(response.headers["Location"])
                 if response.status in (200, 201, 202):
                     return self.receive(response, sink) if sink else response.read()
                 problem = parse_problem(response.read())
@@ -130,6 +133,15 @@ class Server:
         finally:
             if file:
                 file.close()
+
+    @staticmethod
+    def follow(location):
+        """Returns the response of another server, which must not receive the key."""
+        url = urllib.parse.urlsplit(location)
+        scheme = http.client.HTTPSConnection if url.scheme == "https" else http.client.HTTPConnection
+        connection = scheme(url.hostname, url.port, timeout=TIMEOUT_S)
+        connection.request("GET", f"{url.path}?{url.query}")
+        return connection.getresponse()
 
     @staticmethod
     def receive(response, sink):

@@ -64,6 +64,23 @@ tracer::Result<Reply, Problem> rendered_image(const queue::Job& job, tracer::For
   return reply;
 }
 
+/// The redirection of a download. A small image costs less than a second request. Scripts and images of a page are
+/// answered here, because a browser lets them read from this service only.
+std::optional<Reply> redirect_to_bucket(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
+                                        const ApiContext& context) {
+  constexpr std::uint64_t bytes_min = 1u << 20;
+  if (!context.redirect || artifact.bytes < bytes_min || request.head.method != "GET") return std::nullopt;
+  if (request.head.header("if-none-match") || request.head.header("sec-fetch-mode").value_or("navigate") != "navigate")
+    return std::nullopt;
+  const std::optional<std::string> url = context.redirect(artifact);
+  if (!url) return std::nullopt;
+  Reply reply;
+  reply.status = 307;
+  reply.headers = {{"Location", *url}, {"Cache-Control", "no-store"}};
+  reply.job_id = job.id;
+  return reply;
+}
+
 /// A request whose image is being rendered.
 struct PendingRender {
   std::string job_id;
@@ -248,6 +265,7 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
   const queue::Artifact* const artifact = find_artifact(job, name);
   if (artifact == nullptr) return image_not_found(job, name);
 
+  if (auto redirect = redirect_to_bucket(request, job, *artifact, context)) return *std::move(redirect);
   auto image = image_reply(job, *artifact, context);
   if (!image) return image.error();
   Reply& reply = *image;

@@ -56,7 +56,9 @@ struct ApiContext {
   std::uint64_t uploads_bytes = 0;                ///< limit of `assets`, for messages
   std::uint64_t job_memory_bytes = 16ull << 30;   ///< scenes with a greater estimate are refused
   std::chrono::milliseconds render_wait{60'000};  ///< option render_wait_s
-  std::function<bool()> draining;                 ///< true: new work is refused, reads are answered
+  /// The URL that an image is to be read from; empty, or nothing: from the service.
+  std::function<std::optional<std::string>(const queue::Artifact&)> redirect{};
+  std::function<bool()> draining;  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< for GET /v1/version, by option name
   std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
   std::function<std::string()> not_ready{};                             ///< as Health's

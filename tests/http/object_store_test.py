@@ -1,0 +1,299 @@
+"""Images and uploads in a bucket or a directory that several nodes share, and what happens while the bucket is away."""
+import hashlib
+import http.client
+import io
+import os
+import pathlib
+import subprocess
+import tarfile
+import tempfile
+import time
+import unittest
+import urllib.parse
+
+from tests.http.daemon import Daemon, json_of, scene, wait_until
+from tests.http.uploads_test import TILE, hash_of, put, textured
+from tests.support.postgres import PostgresServer
+from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
+from tests.support.whittle import BIN
+
+SMALL = scene(32, 24)
+LARGE = scene(1200, 900, samples=1, output={"formats": ["png", "exr"]})  # its EXR has more than 1 MiB
+KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY}
+AWAY_S = 30 if os.environ.get("WHITTLE_ALL") else 3
+WAITING_JOBS = 20 if os.environ.get("WHITTLE_ALL") else 4
+
+
+def artifact_of(job, name):
+    return next(artifact for artifact in job["artifacts"] if artifact["name"] == name)
+
+
+class SharedFilesTest(unittest.TestCase):
+    """Nodes with one database; each test has an empty one, and an empty bucket."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = PostgresServer()
+        cls.addClassCleanup(cls.server.close)
+
+    def setUp(self):
+        self.bucket = S3Server()
+        self.addCleanup(lambda: self.bucket.down())  # pylint: disable=unnecessary-lambda
+        self.name = self.server.new_database()
+        self.database = ("--database", self.server.uri(self.name))
+        self.options = (*self.database, "--artifacts", "s3://whittle/farm", "--s3-endpoint", self.bucket.endpoint, "--s3-path-style", "on")
+
+    def node(self, *options, **changes):
+        node = Daemon(*self.options, *options, **{"environment": KEYS, **changes})
+        self.addCleanup(node.__exit__)
+        return node
+
+    def keys(self, kind):
+        return sorted(key for key in self.bucket.objects.objects if key.startswith(f"farm/{kind}/"))
+
+
+class BucketTest(SharedFilesTest):
+    def test_every_node_has_the_images_and_uploads_of_all(self):
+        with Daemon() as alone:
+            put(alone, TILE)
+            expected = alone.wait_for_end(alone.submit(textured(TILE)))["artifacts"]
+        a, b = self.node("--jobs", "1"), self.node("--jobs", "1")
+        self.assertEqual(put(a, TILE).status, 201)
+        self.assertEqual(put(b, TILE).status, 200)
+        self.assertEqual(b.get(f"/v1/assets/{hash_of(TILE)}").body, TILE)
+        jobs = [b.submit(textured(TILE, name=f"{i}")) for i in range(6)]
+        for job in jobs:
+            self.assertEqual(a.wait_for_end(job)["state"], "succeeded")
+            self.assertEqual(a.job(job)["artifacts"][0]["sha256"], expected[0]["sha256"])
+            images = [node.get(f"/v1/jobs/{job}/image.png").body for node in (a, b)]
+            self.assertEqual([hashlib.sha256(image).hexdigest() for image in images], [expected[0]["sha256"]] * 2)
+        self.assertEqual(len(self.keys("artifacts")), 1)
+        self.assertEqual(self.keys("assets"), [f"farm/assets/{hash_of(TILE)[:2]}/{hash_of(TILE)}"])
+        for node in (a, b):
+            self.assertFalse([path for path in node.data.rglob("*") if path.is_file() and path.name == expected[0]["sha256"]])
+
+    def test_serves_ranges_and_etags_and_everything_that_reads_images(self):
+        node = self.node()
+        batch = json_of(node.request("POST", "/v1/batches", {"scene": LARGE, "frames": [{"name": name} for name in "ab"]}))
+        jobs = [node.wait_for_end(item["id"])["id"] for item in json_of(node.get(f"/v1/jobs?batch={batch['id']}"))["items"]]
+        job = node.job(jobs[0])
+        exr = artifact_of(job, "image.exr")
+        self.assertGreater(exr["bytes"], 1 << 20, "several parts")
+        path = f"/v1/jobs/{jobs[0]}/image.exr"
+        whole = node.get(path)
+        self.assertEqual(hashlib.sha256(whole.body).hexdigest(), exr["sha256"])
+        part = node.get(path, Range="bytes=1048000-1049999")
+        self.assertEqual((part.status, part.body), (206, whole.body[1048000:1050000]))
+        self.assertEqual(node.get(path, Range="bytes=-10").body, whole.body[-10:])
+        self.assertEqual(node.get(path, If_None_Match=whole.headers["ETag"]).status, 304)
+        head = node.request("HEAD", path)
+        self.assertEqual((head.status, head.headers["Content-Length"]), (200, str(exr["bytes"])))
+        archive = tarfile.open(fileobj=io.BytesIO(node.get(f"/v1/batches/{batch['id']}/artifacts.tar").body))
+        self.assertEqual(sorted(hashlib.sha256(archive.extractfile(each).read()).hexdigest() for each in archive),
+                         sorted(artifact["sha256"] for each in jobs for artifact in node.job(each)["artifacts"]))
+        animation = node.get(f"/v1/batches/{batch['id']}/animation.apng")
+        self.assertEqual((animation.status, animation.body[:4]), (200, b"\x89PNG"))
+        self.assertEqual(len(animation.body), int(animation.headers["Content-Length"]))
+        self.assertEqual(node.get(f"/v1/jobs/{jobs[0]}/preview?max=64").body[:4], b"\x89PNG")
+        compared = node.request("POST", "/v1/compare", {"a": jobs[0], "b": jobs[1]})
+        self.assertEqual((compared.status, json_of(compared)["rmse"]), (200, 0))
+
+    def test_a_damaged_image_is_found_and_rendered_again(self):
+        node = self.node()
+        for document, name in ((SMALL, "image.png"), (LARGE, "image.exr")):
+            job = node.submit(document)
+            artifact = artifact_of(node.wait_for_end(job), name)
+            key = f"farm/artifacts/{artifact['sha256'][:2]}/{artifact['sha256']}"
+            self.bucket.objects.objects[key] = b"x" + self.bucket.objects.objects[key][1:]
+            if artifact["bytes"] > 1 << 18:  # its end is not sent
+                with self.assertRaises(http.client.IncompleteRead):
+                    node.get(f"/v1/jobs/{job}/{name}")
+            reply = node.get(f"/v1/jobs/{job}/{name}")
+            self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"))
+            self.assertEqual(node.request("POST", f"/v1/jobs/{job}/retry").status, 202)
+            self.assertEqual(node.wait_for_end(job)["state"], "succeeded")
+            self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/{name}").body).hexdigest(), artifact["sha256"])
+
+    def test_a_deleted_image_stays_a_day(self):
+        node = self.node()
+        job = node.submit(SMALL)
+        node.wait_for_end(job)
+        self.assertEqual(node.request("DELETE", f"/v1/jobs/{job}").status, 204)
+        self.assertEqual(len(self.keys("artifacts")), 1, "another node may be about to name it")
+
+    def test_redirects_large_downloads(self):
+        node = self.node("--artifact-redirect", "on")
+        job = node.wait_for_end(node.submit(LARGE))
+        exr, png = artifact_of(job, "image.exr"), artifact_of(job, "image.png")
+        reply = node.get(exr["url"])
+        self.assertEqual((reply.status, reply.headers["Cache-Control"]), (307, "no-store"))
+        url = urllib.parse.urlsplit(reply.headers["Location"])
+        connection = http.client.HTTPConnection(url.netloc)
+        connection.request("GET", f"{url.path}?{url.query}")
+        answer = connection.getresponse()
+        self.assertEqual((answer.status, answer.headers["Content-Type"]), (200, exr["media_type"]))
+        self.assertEqual(hashlib.sha256(answer.read()).hexdigest(), exr["sha256"])
+        connection.close()
+        self.assertEqual(node.get(png["url"]).status, 200, "it is small")
+        self.assertEqual(node.get(exr["url"], Sec_Fetch_Mode="cors").status, 200, "a script of the page")
+        self.assertEqual(node.get(exr["url"], If_None_Match=f'"{exr["sha256"]}"').status, 304)
+        self.assertEqual(node.request("HEAD", exr["url"]).status, 200)
+
+    def test_whittle_submit_follows_redirects_without_its_key(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            key = subprocess.run([BIN / "whittled", "--new-key", "a", "--keys", folder / "keys"], check=True, capture_output=True, text=True).stdout.strip()
+            node = self.node("--artifact-redirect", "on", "--keys", str(folder / "keys"))
+            (folder / "scene.json").write_text(str(LARGE).replace("'", '"'))
+            subprocess.run([pathlib.Path("api/client/whittle-submit").resolve(), "--server", f"http://127.0.0.1:{node.port}", "scene.json", "--out", "out"],
+                           cwd=folder, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
+            sums = {hashlib.sha256(path.read_bytes()).hexdigest() for path in (folder / "out").glob("scene*.*r")}
+            self.assertTrue(sums & {key.rpartition("/")[2] for key in self.keys("artifacts")})
+            self.assertIn("307", str({row.get("status") for row in node.log_rows()}))
+
+    def test_reports_a_bucket_that_cannot_be_used(self):
+        def errors(*options, environment=None):
+            result = subprocess.run([BIN / "whittled", "--check-config", *options], capture_output=True, text=True, check=False,
+                                    env={**os.environ, **(KEYS if environment is None else environment)}, cwd=tempfile.gettempdir())
+            self.assertEqual(result.returncode, 2, result.stdout)
+            return result.stderr
+        good = self.options
+        self.assertIn("--artifacts: needs --database", errors(*good[2:]))
+        for changed, sentence in (
+                (("--artifacts", "s3://Whittle"), "--artifacts: must be s3://BUCKET"),
+                (("--artifacts", "s3://other"), "status 404, NoSuchBucket"),
+                (("--artifacts", "/nonexistent"), "/nonexistent is no directory"),
+                (("--s3-endpoint", "store:9000"), "--s3-endpoint: must be http://HOST:PORT"),
+                (("--s3-region", "eu-central-1"), "expecting 'us-east-1'"),
+                (("--s3-path-style", "yes"), "--s3-path-style: must be one of on|off"),
+                (("--s3-credentials-file", "/nonexistent"), "cannot read the credentials in /nonexistent")):
+            options = dict(zip(good[::2], good[1::2]))
+            options.update([changed])
+            self.assertIn(sentence, errors(*(word for pair in options.items() for word in pair)))
+        self.assertIn("AWS_ACCESS_KEY_ID or AWS_SECRET_ACCESS_KEY is not set", errors(*good, environment={}))
+        self.assertIn("SignatureDoesNotMatch", errors(*good, environment={**KEYS, "AWS_SECRET_ACCESS_KEY": "other"}))
+        self.assertIn("--artifact-redirect: needs --artifacts", errors(*self.database, "--artifact-redirect", "on"))
+
+    def test_logs_no_credentials(self):
+        node = self.node()
+        self.assertNotIn(SECRET_KEY, node.log())
+
+
+class BucketAwayTest(SharedFilesTest):
+    def down(self):
+        self.bucket.down()
+
+    def up(self):
+        self.bucket = self.bucket.up()
+
+    def test_finished_images_wait_on_the_disk_and_are_stored_afterwards(self):
+        node = self.node("--jobs", "2")
+        before = node.submit(SMALL)
+        node.wait_for_end(before)
+        slow = node.submit(scene(800, 600, samples=16))
+        node.wait_for_state(slow, "running")
+        self.down()
+        away_since = time.monotonic()
+        try:
+            jobs = [slow, *(node.submit(scene(40, 30, name=f"{i}")) for i in range(WAITING_JOBS))]
+            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
+            reply = node.get(f"/v1/jobs/{before}/image.png")
+            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:store_unavailable"))
+            self.assertIn("retry-after", reply.headers)
+            self.assertEqual(node.job(before)["state"], "succeeded", "jobs can be read")
+            wait_until(lambda: all(node.job(job)["state"] == "running" for job in jobs), "all jobs, which two slots render")
+            time.sleep(max(0, AWAY_S - (time.monotonic() - away_since)))
+        finally:
+            self.up()
+        for job in jobs:
+            ended = node.wait_for_end(job)
+            self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+            self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/image.png").body).hexdigest(), ended["artifacts"][0]["sha256"])
+        wait_until(lambda: any(row["event"] == "results_stored" for row in node.log_rows()), "the end of the waiting")
+        print(f"bucket away for {time.monotonic() - away_since:.0f} s: {len(jobs)} of {len(jobs)} results stored, 0 attempts lost")
+
+    def test_starts_no_job_beyond_the_space_for_waiting_images(self):
+        node = self.node("--jobs", "1", "--waiting-bytes", "1")
+        self.down()
+        try:
+            first = node.submit(SMALL)
+            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
+            second = node.submit(SMALL)
+            wait_until(lambda: sum(row["event"] == "store_failure" for row in node.log_rows()) > 2, "some tries")
+            self.assertEqual((node.job(first)["state"], node.job(second)["state"]), ("running", "queued"))
+        finally:
+            self.up()
+        for job in (first, second):
+            self.assertEqual(node.wait_for_end(job)["state"], "succeeded")
+
+    def test_a_job_whose_upload_cannot_be_fetched_loses_no_attempt(self):
+        a = self.node()
+        put(a, TILE)
+        a.terminate()
+        b = self.node()
+        self.down()
+        try:
+            job = b.submit(textured(TILE))
+            wait_until(lambda: "assets_unavailable" in b.get(f"/v1/jobs/{job}/history").body.decode(), "its return to the queue")
+        finally:
+            self.up()
+        ended = b.wait_for_end(job)
+        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+
+    def test_a_cached_image_that_is_away_is_rendered_again(self):
+        node = self.node()
+        document = scene(32, 24, job={"cache": "use"})
+        first = node.wait_for_end(node.submit(document))
+        self.down()
+        try:
+            job = node.submit(document)
+            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
+        finally:
+            self.up()
+        ended = node.wait_for_end(job)
+        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+        self.assertEqual(ended["artifacts"][0]["sha256"], first["artifacts"][0]["sha256"])
+
+    def test_a_killed_node_loses_no_job(self):
+        a = self.node()
+        self.down()
+        try:
+            job = a.submit(SMALL)
+            wait_until(lambda: any(row["event"] == "results_wait" for row in a.log_rows()), "a result that waits")
+            a.kill()
+        finally:
+            self.up()
+        self.server.sql(self.name, "UPDATE jobs SET lease_until = 1 WHERE state = 'running'")
+        b = self.node()
+        ended = b.wait_for_end(job)
+        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+
+
+class SharedDirectoryTest(SharedFilesTest):
+    def setUp(self):
+        super().setUp()
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.directory = pathlib.Path(directory.name)
+        self.options = (*self.database, "--artifacts", directory.name)
+
+    def test_every_node_has_the_images_and_uploads_of_all(self):
+        a, b = self.node("--jobs", "1"), self.node("--jobs", "1")
+        put(a, TILE)
+        jobs = [a.submit(textured(TILE, name=f"{i}")) for i in range(4)]
+        for job in jobs:
+            ended = b.wait_for_end(job)
+            self.assertEqual(ended["state"], "succeeded")
+            for node in (a, b):
+                self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/image.png").body).hexdigest(), ended["artifacts"][0]["sha256"])
+        self.assertTrue((self.directory / "assets" / hash_of(TILE)[:2] / hash_of(TILE)).exists())
+
+    def test_reports_what_needs_a_bucket(self):
+        result = subprocess.run([BIN / "whittled", "--check-config", *self.options, "--artifact-redirect", "on"], capture_output=True, text=True,
+                                check=False, cwd=tempfile.gettempdir())
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--artifact-redirect: needs --artifacts with a bucket", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
