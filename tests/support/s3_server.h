@@ -12,6 +12,7 @@ class S3Server {
   static S3Server& shared();  ///< one for all tests of the program, started at the first call
 
   /// Settings of a new, empty prefix of its bucket. Sets the variables of the credentials.
+  /// With WHITTLE_S3_ENDPOINT the prefix is in the same bucket of that server, and commands do not concern it.
   storage::s3::S3Settings settings();
   std::string command(const std::string& line) { return program_.send_line(line); }  ///< see s3.py
 
