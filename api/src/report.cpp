@@ -86,7 +86,7 @@ tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes) {
+                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division) {
   Json report = requirements_json(scene);
   report["warnings"] = issues_json(tracer::warnings(scene));
   report["error"] = error_json(error);
@@ -102,6 +102,9 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
                        {"build", times.build},
                        {"trace", times.trace},
                        {"encode", times.encode}};
+  report["workers"] = division.workers;
+  report["tasks"] = division.tasks;
+  report["repeated_tasks"] = division.repeated_tasks;
   report["geometry_reused"] = times.cache_hits.geometry;
   report["textures"] = {{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}};
   report["estimated_work"] = or_null(estimated_work(scene));

@@ -8,6 +8,7 @@
 #include "server/storage/postgres/postgres_stores.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
+#include "tracer/version.h"
 
 namespace whittled {
 namespace {
@@ -42,6 +43,7 @@ class EmbeddedDatabase final : public JobDatabase {
   queue::Stores stores() override { return sqlite_.all(); }
   queue::DeliveryStore& deliveries() override { return *deliveries_; }
   queue::ArtifactStore& artifacts() override { return artifacts_; }
+  queue::TaskStore* tasks() override { return nullptr; }
   queue::Clock clock() override { return queue::system_clock(); }
   std::optional<Sharing> sharing() override { return std::nullopt; }
   queue::AssetStore& assets() override { return files_.assets; }
@@ -57,9 +59,11 @@ class EmbeddedDatabase final : public JobDatabase {
 /// A server.
 class DatabaseServer : public JobDatabase {
  public:
-  explicit DatabaseServer(const Config& config) : lock_(config.data), postgres_(config.database) {}
+  DatabaseServer(const Config& config, const std::string& node)
+      : lock_(config.data), postgres_(config.database, {.node = node, .build = std::string(tracer::build())}) {}
   queue::Stores stores() override { return postgres_.all(); }
   queue::DeliveryStore& deliveries() override { return postgres_.deliveries(); }
+  queue::TaskStore* tasks() override { return &postgres_.tasks(); }
   queue::Clock clock() final { return postgres_.clock(); }
   std::optional<Sharing> sharing() override { return Sharing{postgres_.cluster(), postgres_.wakeups()}; }
 
@@ -73,8 +77,8 @@ class DatabaseServer : public JobDatabase {
 
 class ServerWithLocalFiles final : public DatabaseServer {
  public:
-  ServerWithLocalFiles(const Config& config, queue::DiskHealth& health)
-      : DatabaseServer(config), files_(config, health, clock()) {}
+  ServerWithLocalFiles(const Config& config, const std::string& node, queue::DiskHealth& health)
+      : DatabaseServer(config, node), files_(config, health, clock()) {}
   queue::ArtifactStore& artifacts() override { return files_.artifacts; }
   queue::AssetStore& assets() override { return files_.assets; }
   std::chrono::milliseconds maintain_artifacts(const queue::Log& log) override { return files_.scrub_next(log); }
@@ -85,8 +89,8 @@ class ServerWithLocalFiles final : public DatabaseServer {
 
 class ServerWithSharedFiles final : public DatabaseServer {
  public:
-  explicit ServerWithSharedFiles(const Config& config)
-      : DatabaseServer(config),
+  ServerWithSharedFiles(const Config& config, const std::string& node)
+      : DatabaseServer(config, node),
         files_(config, transactions(), clock()),
         cache_(uploads_directory(config), config.asset_cache_bytes, files_.assets()) {}
   queue::ArtifactStore& artifacts() override { return files_.artifacts(); }
@@ -106,10 +110,10 @@ std::string uploads_directory(const Config& config) {
   return config.data + (config.artifacts.empty() ? "/uploads" : "/asset-cache");
 }
 
-std::unique_ptr<JobDatabase> open_database(const Config& config, queue::DiskHealth& health) {
+std::unique_ptr<JobDatabase> open_database(const Config& config, const std::string& node, queue::DiskHealth& health) {
   if (config.database.empty()) return std::make_unique<EmbeddedDatabase>(config, health);
-  if (config.artifacts.empty()) return std::make_unique<ServerWithLocalFiles>(config, health);
-  return std::make_unique<ServerWithSharedFiles>(config);
+  if (config.artifacts.empty()) return std::make_unique<ServerWithLocalFiles>(config, node, health);
+  return std::make_unique<ServerWithSharedFiles>(config, node);
 }
 
 void check_database(const Config& config) {

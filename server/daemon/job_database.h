@@ -4,6 +4,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "server/daemon/config.h"
 #include "server/daemon/shared_files.h"
@@ -15,6 +16,7 @@
 #include "server/queue/disk_health.h"
 #include "server/queue/event_log.h"
 #include "server/queue/job_store.h"
+#include "server/queue/task_store.h"
 #include "server/queue/wakeups.h"
 #include "server/storage/objects/asset_cache.h"
 
@@ -26,7 +28,8 @@ class JobDatabase {
   virtual queue::Stores stores() = 0;
   virtual queue::DeliveryStore& deliveries() = 0;
   virtual queue::ArtifactStore& artifacts() = 0;
-  virtual queue::Clock clock() = 0;  ///< the time of its rows
+  virtual queue::TaskStore* tasks() = 0;  ///< null where no other node can claim any
+  virtual queue::Clock clock() = 0;       ///< the time of its rows
   /// The means of nodes that use it at the same time.
   struct Sharing {
     queue::ClusterStore& store;
@@ -45,8 +48,9 @@ class JobDatabase {
 /// Directory of the uploads, or of their copies on this node.
 std::string uploads_directory(const Config& config);
 
-/// Locks the data directory. Throws StoreFailure. `health` must outlive the result.
-std::unique_ptr<JobDatabase> open_database(const Config& config, queue::DiskHealth& health);
+/// Locks the data directory. Throws StoreFailure. `node` is a unique name of this process. `health` must outlive the
+/// result.
+std::unique_ptr<JobDatabase> open_database(const Config& config, const std::string& node, queue::DiskHealth& health);
 
 /// Throws StoreFailure if the database cannot be opened. Changes nothing.
 void check_database(const Config& config);

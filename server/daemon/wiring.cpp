@@ -158,7 +158,8 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
     : spool_directory(config.data + "/spool"),
       disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
       disk_health(std::move(on_disk_failure)),
-      database(open_database(config, disk_health)),
+      database(
+          open_database(config, queue::IdSource(queue::system_clock(), queue::system_random()).next(), disk_health)),
       clock(database->clock()),
       stores(database->stores()),
       uploads(database->assets()) {
@@ -237,6 +238,7 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
 
 worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage) {
   worker::SupervisorSettings settings;
+  settings.tasks = storage.database->tasks();
   settings.executable = worker::default_executable();
   settings.claims_jobs = config.role != "api";
   settings.slots = static_cast<int>(config.jobs);

@@ -103,3 +103,20 @@ TEST(MessageCheck, RejectsMessagesOfTheDaemon) {
   for (const Message& message : {Message(Cancel{"job"}), Message(PreviewRequest{"job", 1})})
     EXPECT_EQ(violation_of(message), "sent a message that only the daemon sends");
 }
+
+TEST(MessageCheck, RejectsTasksThatCannotBeStored) {
+  const std::string key(64, 'a');
+  EXPECT_EQ(violation_of(Message(PublishTasks{"job", {{key, "part"}}})), "");
+  EXPECT_EQ(violation_of(Message(TaskTraced{"job", key, false, "result"})), "");
+  for (const std::string& bad : {std::string(), std::string(63, 'a'), std::string(64, 'g')}) {
+    EXPECT_EQ(violation_of(Message(PublishTasks{"job", {{key, ""}, {bad, ""}}})), "sent an invalid task");
+    EXPECT_EQ(violation_of(Message(TaskTraced{"job", bad, false, {}})), "sent an invalid result of a task");
+  }
+  const std::string large(task_bytes_max + 1, 'x');
+  EXPECT_EQ(violation_of(Message(PublishTasks{"job", {{key, large}}})), "sent an invalid task");
+  EXPECT_EQ(violation_of(Message(TaskTraced{"job", key, false, large})), "sent an invalid result of a task");
+  EXPECT_EQ(violation_of(Message(TraceTask{})), "sent a message that only the daemon sends");
+  EXPECT_EQ(violation_of(Message(TaskTaken{})), "sent a message that only the daemon sends");
+  EXPECT_EQ(violation_of(Message(TaskDone{})), "sent a message that only the daemon sends");
+  EXPECT_EQ(violation_of(Message(Helpers{})), "sent a message that only the daemon sends");
+}

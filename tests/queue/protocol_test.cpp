@@ -82,6 +82,16 @@ TEST_F(Protocol, TransportsEveryMessage) {
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0"}).build, "0.1.0");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0", "seccomp"}).sandbox, "seccomp");
   round_trip<Heartbeat>(Heartbeat{});
+  EXPECT_TRUE(round_trip<Assign>(Assign{"job", 1, 0, "{}", "render", false, true}).divisible);
+  const auto published = round_trip<PublishTasks>(PublishTasks{"job", {{"a", std::string(9000, 'p')}, {"b", {}}}});
+  EXPECT_EQ(published.tasks.at(0).part.size(), 9000u);
+  EXPECT_EQ(published.tasks.at(1).key, "b");
+  EXPECT_EQ(round_trip<TakeTask>(TakeTask{"job"}).job_id, "job");
+  EXPECT_EQ(round_trip<TaskTaken>(TaskTaken{"job", "key", 3}).attempt, 3);
+  EXPECT_EQ(round_trip<TraceTask>(TraceTask{"job", "key", "{}", "part"}).part, "part");
+  EXPECT_TRUE(round_trip<TaskTraced>(TaskTraced{"job", "key", true, {}}).failed);
+  EXPECT_EQ(round_trip<TaskDone>(TaskDone{"job", "key", "node", 2, "result"}).result, "result");
+  EXPECT_EQ(round_trip<Helpers>(Helpers{7}).count, 7);
   const auto progress = round_trip<Progress>(Progress{"job", 3, ~0ull});
   EXPECT_EQ(progress.tiles_done, 3u);
   EXPECT_EQ(progress.tiles_total, ~0ull);

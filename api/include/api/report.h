@@ -23,6 +23,13 @@ struct StageTimes {
   tracer::CacheHits cache_hits{};  ///< results of earlier jobs that shortened `parse` and `build`
 };
 
+/// Work of other nodes on the image.
+struct Division {
+  std::uint64_t workers = 1;         ///< that traced parts of it
+  std::uint64_t tasks = 0;           ///< parts that any of them could trace; 0: the image was not divided
+  std::uint64_t repeated_tasks = 0;  ///< further attempts at these, because workers ended
+};
+
 /// An image file of the job.
 struct ReportedArtifact {
   std::string name;
@@ -33,13 +40,13 @@ struct ReportedArtifact {
 /// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
 /// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
 /// holdout_samples, rays{camera, shadow, reflection, refraction}, culled_shadows{rays, radiance}, duplicates,
-/// time_ms{...}, geometry_reused, textures{reused, decoded}, estimated_work, memory_bytes, non_finite, build}. Null:
-/// targets that were not requested, `proven` if nothing is proven, `limit` with a fixed number of samples. `samples`
-/// are those of the image, without `holdout_samples`. Precondition: tracer::validate accepts `scene`. Throws
-/// std::bad_alloc only.
+/// time_ms{...}, workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, estimated_work,
+/// memory_bytes, non_finite, build}. Null: targets that were not requested, `proven` if nothing is proven, `limit` with
+/// a fixed number of samples. `samples` are those of the image, without `holdout_samples`. Precondition:
+/// tracer::validate accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes);
+                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {});
 
 /// The accuracy as the "accuracy" section of a document: the target error instead of a preset, and no defaults. The
 /// section reads back as the same accuracy. Throws std::bad_alloc only.

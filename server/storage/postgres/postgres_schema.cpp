@@ -5,6 +5,7 @@
 
 #include "server/queue/job_store.h"
 #include "server/storage/postgres/postgres_database.h"
+#include "server/storage/postgres/postgres_task_store.h"
 #include "server/storage/sql/tables.h"
 
 namespace storage::postgres {
@@ -265,7 +266,7 @@ constexpr int copying = -1;  // in place of the version
 
 void create(PostgresDatabase& database, int version) {
   database.script("BEGIN; " + with_types(sql::jobs_tables) + with_types(sql::deliveries_tables) +
-                  with_types(sql::objects_tables) + counts_and_triggers + cluster_tables +
+                  with_types(sql::objects_tables) + counts_and_triggers + cluster_tables + tasks_tables +
                   "CREATE TABLE whittle_schema (version INTEGER NOT NULL); INSERT INTO whittle_schema VALUES (" +
                   std::to_string(version) + "); COMMIT");
 }

@@ -2,6 +2,7 @@
 
 #include "server/storage/postgres/postgres_cluster_store.h"
 #include "server/storage/postgres/postgres_schema.h"
+#include "server/storage/postgres/postgres_task_store.h"
 #include "server/storage/postgres/postgres_transactions.h"
 #include "server/storage/postgres/postgres_wakeups.h"
 #include "server/storage/sql/stores.h"
@@ -12,10 +13,12 @@ struct PostgresStores::Parts {
   Parts(const std::string& dsn, const PostgresSettings& settings)
       : transactions((settings.for_copy ? prepare_copy(dsn) : prepare_schema(dsn),
                       std::make_shared<PostgresTransactions>(dsn, settings.connections))),
+        tasks(make_task_store(*transactions, settings.node, settings.build)),
         wakeups(dsn) {}
   std::shared_ptr<sql::Transactions> transactions;
   sql::JobStores jobs{*transactions};
   std::unique_ptr<queue::DeliveryStore> deliveries = sql::make_delivery_store(transactions);
+  std::unique_ptr<queue::TaskStore> tasks;
   DatabaseClock clock{*transactions};
   std::unique_ptr<queue::ClusterStore> cluster = make_cluster_store(*transactions, clock);
   PostgresWakeups wakeups;
@@ -35,5 +38,6 @@ queue::Clock PostgresStores::clock() const {
   return [&clock = parts_->clock] { return clock.now(); };
 }
 sql::Transactions& PostgresStores::transactions() const { return *parts_->transactions; }
+queue::TaskStore& PostgresStores::tasks() const { return *parts_->tasks; }
 
 }  // namespace storage::postgres

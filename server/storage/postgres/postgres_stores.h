@@ -1,5 +1,5 @@
 #pragma once
-/// The stores of jobs and webhook deliveries in PostgreSQL 15 or newer, which any number of nodes share.
+/// The stores of jobs, tasks and webhook deliveries in PostgreSQL 15 or newer, which any number of nodes share.
 
 #include <memory>
 #include <string>
@@ -8,12 +8,15 @@
 #include "server/queue/cluster_store.h"
 #include "server/queue/delivery_store.h"
 #include "server/queue/job_store.h"
+#include "server/queue/task_store.h"
 #include "server/queue/wakeups.h"
 #include "server/storage/sql/sql_database.h"
 
 namespace storage::postgres {
 
 struct PostgresSettings {
+  std::string node{};   ///< unique name of this node, for the tasks that it claims
+  std::string build{};  ///< its program (tracer::build): tasks are shared with nodes of the same one
   /// Transactions at once. A node has a few that write and a few that read; more only wait inside the server.
   int connections = 8;
   bool for_copy = false;  ///< see finish_copy
@@ -49,6 +52,7 @@ class PostgresStores {
   /// node is reported. Must not outlive this.
   [[nodiscard]] queue::Clock clock() const;
   [[nodiscard]] sql::Transactions& transactions() const;  ///< for other stores in the database
+  [[nodiscard]] queue::TaskStore& tasks() const;
 
  private:
   struct Parts;

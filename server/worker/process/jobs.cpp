@@ -19,11 +19,13 @@
 #include "api/measurement_json.h"
 #include "api/report.h"
 #include "api/requests.h"
+#include "server/worker/process/task_exchange.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/measure.h"
 #include "tracer/plot.h"
 #include "tracer/render.h"
+#include "tracer/sha256.h"
 
 namespace worker {
 namespace {
@@ -146,23 +148,46 @@ class Stopwatch {
 
 class RenderStages {
  public:
-  RenderStages(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache)
-      : job_(std::move(job)), files_(files), control_(control), cache_(cache) {
+  RenderStages(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache,
+               const TaskChannel* channel)
+      : job_(std::move(job)), files_(files), control_(control), cache_(cache), channel_(channel) {
     times_.queue = job_.queue_ms;
   }
 
   Finished run() {
+    std::string document_hash;
+    if (channel_ != nullptr) document_hash = tracer::sha256_hex(job_.document);
     tracer::Scene scene = parse();
     const auto compiled = compile(scene);
+    if (channel_ != nullptr) start_exchange(std::move(document_hash));
     control_.display_output.exposure = scene.output.exposure;
     control_.display_output.overflow = scene.output.overflow;
     tracer::Rendered rendered = trace(*compiled);
     Finished finished{job_.job_id, job_.fence, {}, encode(rendered, scene.output)};
-    finished.report = api::write_report(scene, rendered.error, artifacts_, rendered.statistics, times_, memory_bytes_);
+    finished.report =
+        api::write_report(scene, rendered.error, artifacts_, rendered.statistics, times_, memory_bytes_, division());
     return finished;
   }
 
+  std::shared_ptr<const tracer::CompiledScene> compiled() {
+    tracer::Scene scene = parse();
+    return compile(scene);
+  }
+
  private:
+  void start_exchange(std::string document_hash) {
+    const std::lock_guard lock(control_.exchange_mutex);
+    control_.exchange = std::make_shared<TaskExchange>(
+        TaskExchangeSettings{job_.job_id, std::move(document_hash), channel_->threads, times_.build, job_.resumes},
+        channel_->helpers, control_.tracing, channel_->send);
+  }
+
+  [[nodiscard]] api::Division division() const {
+    const TaskExchange* const exchange = control_.exchange.get();
+    if (exchange == nullptr || exchange->tasks() == 0) return {};
+    return {exchange->workers(), exchange->tasks(), exchange->repeated()};
+  }
+
   tracer::Scene parse() {
     auto document = api::parse_scene(job_.document, reading_limits(files_.settings));
     if (!document) stop_for(document.error());
@@ -187,8 +212,9 @@ class RenderStages {
   tracer::Rendered trace(const tracer::CompiledScene& compiled) {
     // A time budget includes compilation and tracing.
     const auto elapsed_ms = [&] { return times_.build + watch_.elapsed(); };
-    tracer::Rendered rendered =
-        value_of(tracer::render(compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview}, control_.tracing));
+    tracer::Rendered rendered = value_of(tracer::render(
+        compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview, .exchange = control_.exchange.get()},
+        control_.tracing));
     times_.trace = watch_.lap();
     memory_bytes_ = tracer::memory_bytes(compiled) + rendered.image.rgb.size() * sizeof(float);
     return rendered;
@@ -214,6 +240,7 @@ class RenderStages {
   const JobFiles& files_;
   JobControl& control_;
   tracer::SceneCache* cache_;
+  const TaskChannel* channel_;
   Stopwatch watch_;
   api::StageTimes times_;
   std::vector<api::ReportedArtifact> artifacts_;
@@ -286,10 +313,21 @@ Finished measure(const Assign& job, const JobFiles& files, JobControl& control) 
 
 }  // namespace
 
-Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache) noexcept {
+Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache,
+                   const TaskChannel* channel) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
-  return outcome_of(id, fence, [&] { return RenderStages(std::move(job), files, control, cache).run(); });
+  return outcome_of(id, fence, [&] { return RenderStages(std::move(job), files, control, cache, channel).run(); });
+}
+
+std::shared_ptr<const tracer::CompiledScene> compile_document(const std::string& document, const JobFiles& files,
+                                                              JobControl& control, tracer::SceneCache* cache) noexcept {
+  std::shared_ptr<const tracer::CompiledScene> compiled;
+  outcome_of({}, 0, [&] {
+    compiled = RenderStages({.job_id = {}, .document = document}, files, control, cache, nullptr).compiled();
+    return Finished{};
+  });
+  return compiled;
 }
 
 Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@
 
 namespace worker {
 
+class TaskExchange;
+
 /// State that a running job shares with the other threads of the worker.
 struct JobControl {
   tracer::RenderControl tracing;  ///< controls the image being traced; cancels the whole job
@@ -31,6 +34,15 @@ struct JobControl {
   std::mutex measured_mutex;
   std::string measured;           ///< summary of a measurement so far that was not sent yet; under the mutex
   std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
+  std::mutex exchange_mutex;
+  std::shared_ptr<TaskExchange> exchange;  ///< set for a divisible job, while it is traced; under the mutex
+};
+
+/// The connection of a job to the tasks of other nodes.
+struct TaskChannel {
+  const std::atomic<std::int64_t>& helpers;  ///< as TaskExchange
+  std::function<void(Message)> send;         ///< to the daemon
+  int threads = 1;                           ///< that trace one job
 };
 
 /// Access to the files of scenes.
@@ -45,7 +57,13 @@ using Outcome = std::variant<Finished, Failed, Cancelled>;
 /// `cache` may be null. Never throws: fails as "out_of_memory", as "bad_scene" with an invalid document, as "bad_asset"
 /// with all issues of its files, otherwise as "internal". The limits of `files.settings` apply to scenes with mesh
 /// files, all objects included.
-Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache) noexcept;
+/// `channel`: null, or has a divisible job traced by several nodes.
+Outcome render_job(Assign job, const JobFiles& files, JobControl& control, tracer::SceneCache* cache,
+                   const TaskChannel* channel = nullptr) noexcept;
+
+/// The compiled scene of a document, for tasks; null if it cannot be compiled here.
+std::shared_ptr<const tracer::CompiledScene> compile_document(const std::string& document, const JobFiles& files,
+                                                              JobControl& control, tracer::SceneCache* cache) noexcept;
 
 /// Renders the scene of an api::MeasureRequest with each value of its parameters, on the oneTBB arena of the calling
 /// thread. The report is that of api::write_measurement_summary; the images are those of measurement_files.

@@ -65,7 +65,11 @@ RenderExecutor::RenderExecutor(int socket, const Options& options, FileClient& f
       options_(options),
       nice_level_(nice_level),
       files_{options.files, &file_client},
-      cache_(options.scene_cache_bytes) {
+      cache_(options.scene_cache_bytes),
+      channel_{
+          helpers_, [this](Message message) { send_message(std::move(message)); },
+          options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))},
+      task_tracer_(files_, cache_) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { run_waiting_jobs(); });
   threads_.emplace_back([this] { heartbeat_loop(); });
 }
@@ -110,6 +114,34 @@ void RenderExecutor::request_preview(const PreviewRequest& request) {
   if (sides.size() < queue::Previews::sides_max) sides.insert(std::clamp(request.side, 1u, queue::preview_side_max));
 }
 
+void RenderExecutor::trace_task(TraceTask task) {
+  std::thread([this, task = std::move(task)] {
+    oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
+    TaskTraced traced;
+    {
+      const LowPriorityObserver observer(arena, nice_level_);
+      arena.execute([&] { traced = task_tracer_.trace(task); });
+    }
+    send_message(std::move(traced));
+  }).detach();
+}
+
+std::shared_ptr<TaskExchange> RenderExecutor::exchange_of(const std::string& job_id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(job_id);
+  if (found == jobs_.end()) return nullptr;
+  const std::lock_guard exchange_lock(found->second->control.exchange_mutex);
+  return found->second->control.exchange;
+}
+
+void RenderExecutor::on_task_taken(const TaskTaken& message) {
+  if (const auto exchange = exchange_of(message.job_id)) exchange->on_taken(message);
+}
+
+void RenderExecutor::on_task_done(TaskDone message) {
+  if (const auto exchange = exchange_of(message.job_id)) exchange->on_done(std::move(message));
+}
+
 void RenderExecutor::run_waiting_jobs() {
   oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
   std::unique_lock lock(mutex_);
@@ -134,9 +166,10 @@ void RenderExecutor::run_job(Assign assigned) {
   std::unique_lock lock(mutex_);
   const std::shared_ptr<Job> job = jobs_.at(id);
   lock.unlock();
+  const TaskChannel* const channel = assigned.divisible ? &channel_ : nullptr;
   Outcome outcome = queue::job_kind(assigned.kind) == queue::JobKind::measure
                         ? measure_job(assigned, files_, job->control)
-                        : render_job(std::move(assigned), files_, job->control, &cache_);
+                        : render_job(std::move(assigned), files_, job->control, &cache_, channel);
   const auto* failed = std::get_if<Failed>(&outcome);
   if (failed != nullptr && failed->problem.code == "out_of_memory") cache_.clear();  // memory for the next attempt
   lock.lock();
@@ -175,6 +208,7 @@ void RenderExecutor::heartbeat_loop() {
 
 /// Returns freed memory to the system, at most once a second: after each small job it would cost more than the job.
 void RenderExecutor::trim_heap(std::chrono::steady_clock::time_point now) {
+  task_tracer_.drop_idle_scenes();
   {
     const std::lock_guard lock(mutex_);
     const bool clears = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.cache_idle_ms) &&

@@ -1,6 +1,7 @@
 #pragma once
 /// The threads of the worker: some render jobs, one sends heartbeats, progress and previews.
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -15,6 +16,8 @@
 #include <vector>
 
 #include "server/worker/process/jobs.h"
+#include "server/worker/process/task_exchange.h"
+#include "server/worker/process/task_tracer.h"
 #include "server/worker/protocol/protocol.h"
 #include "tracer/scene_cache.h"
 
@@ -32,6 +35,11 @@ class RenderExecutor {
   void assign(Assign assigned);
   void cancel(const Cancel& message);
   void request_preview(const PreviewRequest& request);
+  /// Traces a part of an image of another node on a thread of its own, and answers.
+  void trace_task(TraceTask task);
+  void on_task_taken(const TaskTaken& message);
+  void on_task_done(TaskDone message);
+  void on_helpers(const Helpers& message) { helpers_ = message.count; }
 
  private:
   struct Job {
@@ -49,12 +57,16 @@ class RenderExecutor {
   void send_progress();
   void send_previews();
   void send_message(Message message);
+  std::shared_ptr<TaskExchange> exchange_of(const std::string& job_id);
 
   const int socket_;
   const Options options_;
   const int nice_level_;
   const JobFiles files_;
   tracer::SceneCache cache_;
+  std::atomic<std::int64_t> helpers_ = 0;  ///< other nodes that have nothing to do
+  const TaskChannel channel_;
+  TaskTracer task_tracer_;
   std::mutex mutex_;
   std::condition_variable job_available_, busy_;
   std::deque<Assign> waiting_jobs_;                   ///< assigned to the shared threads, not started

@@ -100,6 +100,10 @@ void serve(worker::RenderExecutor& executor, std::uint64_t job_memory_bytes) {
     }
     if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);
     if (const auto* cancel = std::get_if<worker::Cancel>(message)) executor.cancel(*cancel);
+    if (auto* task = std::get_if<worker::TraceTask>(message)) executor.trace_task(std::move(*task));
+    if (const auto* taken = std::get_if<worker::TaskTaken>(message)) executor.on_task_taken(*taken);
+    if (auto* done = std::get_if<worker::TaskDone>(message)) executor.on_task_done(std::move(*done));
+    if (const auto* helpers = std::get_if<worker::Helpers>(message)) executor.on_helpers(*helpers);
   }
 }
 

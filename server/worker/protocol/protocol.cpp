@@ -33,7 +33,9 @@ auto fields(Options& m) {
   return std::tie(m.slots, m.threads, m.job_memory_bytes, m.scene_cache_bytes, m.cache_idle_ms, m.files);
 }
 auto fields(Configure& m) { return std::tie(m.options, m.file_socket); }
-auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
+auto fields(Assign& m) {
+  return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large, m.divisible, m.resumes);
+}
 auto fields(Cancel& m) { return std::tie(m.job_id, m.preview); }
 auto fields(MeasurementUpdate& m) { return std::tie(m.job_id, m.summary); }
 auto fields(queue::ImageWork& m) {
@@ -42,6 +44,14 @@ auto fields(queue::ImageWork& m) {
 auto fields(queue::ImageTaskResult& m) { return std::tie(m.failure, m.bytes, m.text, m.code); }
 auto fields(ImageTask& m) { return std::tie(m.number, m.work, m.images); }
 auto fields(ImageTaskResult& m) { return std::tie(m.number, m.result); }
+auto fields(queue::NewTask& m) { return std::tie(m.key, m.part); }
+auto fields(PublishTasks& m) { return std::tie(m.job_id, m.tasks); }
+auto fields(TakeTask& m) { return std::tie(m.job_id); }
+auto fields(TaskTraced& m) { return std::tie(m.job_id, m.key, m.failed, m.result); }
+auto fields(TraceTask& m) { return std::tie(m.job_id, m.key, m.document, m.part); }
+auto fields(TaskTaken& m) { return std::tie(m.job_id, m.key, m.attempt); }
+auto fields(TaskDone& m) { return std::tie(m.job_id, m.key, m.node, m.attempt, m.result); }
+auto fields(Helpers& m) { return std::tie(m.count); }
 auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
 auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.image_bytes); }
 auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }

@@ -18,6 +18,7 @@
 
 #include "server/queue/job.h"
 #include "server/queue/job_runner.h"
+#include "server/queue/task_store.h"
 #include "server/support/descriptor.h"
 #include "tracer/limits.h"
 
@@ -59,6 +60,8 @@ struct Assign {
   std::string document;
   std::string kind{"render"};  ///< name of a queue::JobKind
   bool large = false;          ///< see queue::Job
+  bool divisible = false;      ///< the job may publish tasks
+  bool resumes = false;        ///< results of its tasks are stored
 };
 /// Cancelled follows soon, or Finished or Failed if the worker was faster. Unknown jobs are ignored.
 struct Cancel {
@@ -75,6 +78,30 @@ struct ImageTask {
   std::uint64_t number = 0;  ///< returned with the result
   queue::ImageWork work;
   std::vector<Descriptor> images;
+};
+
+/// Part of the image of a job that another node runs. TaskTraced follows.
+struct TraceTask {
+  std::string job_id, key;
+  std::string document;
+  std::string part;
+};
+/// Answer to TakeTask.
+struct TaskTaken {
+  std::string job_id;
+  std::string key;           ///< empty: all are done, or traced by others
+  std::int64_t attempt = 1;  ///< number of claims
+};
+/// Result of a published task that others have traced.
+struct TaskDone {
+  std::string job_id, key;
+  std::string node;          ///< that traced it
+  std::int64_t attempt = 1;  ///< number of claims
+  std::string result;
+};
+/// Sent every second while a divisible job runs.
+struct Helpers {
+  std::int64_t count = 0;  ///< other nodes that have nothing to do
 };
 
 // ---- worker to daemon
@@ -101,6 +128,21 @@ struct PreviewResponse {
   std::string job_id;
   std::uint32_t side = 0;  ///< as requested
   std::string png;
+};
+/// Tasks of a divisible job; further ones follow in other messages.
+struct PublishTasks {
+  std::string job_id;
+  std::vector<queue::NewTask> tasks;
+};
+/// Requests a task of the job for this worker. TaskTaken follows.
+struct TakeTask {
+  std::string job_id;
+};
+/// End of a task of TaskTaken or TraceTask.
+struct TaskTraced {
+  std::string job_id, key;
+  bool failed = false;  ///< this worker cannot trace it; there is no result
+  std::string result;   ///< at most task_bytes_max
 };
 struct ImageTaskResult {
   std::uint64_t number = 0;
@@ -161,7 +203,8 @@ constexpr std::uint32_t protocol_version = 9;
 
 using Message =
     std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
-                 PreviewResponse, Configure, FileRequest, FileResponse, ImageTask, ImageTaskResult, MeasurementUpdate>;
+                 PreviewResponse, Configure, FileRequest, FileResponse, ImageTask, ImageTaskResult, MeasurementUpdate,
+                 PublishTasks, TakeTask, TaskTraced, TraceTask, TaskTaken, TaskDone, Helpers>;
 
 // ---- packets
 
@@ -205,8 +248,9 @@ enum class FileRule { sealed, any };
 /// std::bad_alloc.
 Received receive(int socket, std::size_t body_limit, FileRule rule = FileRule::sealed);
 
-/// Reports and problems are small.
-constexpr std::size_t worker_body_limit = 16u << 20;
+/// Reports and problems are small, and a part of an image or its result has at most 2^17 pixels.
+constexpr std::size_t worker_body_limit = 48u << 20;
+constexpr std::size_t task_bytes_max = 32u << 20;
 /// The daemon has checked documents against its own limit; this one bounds an allocation.
 constexpr std::size_t daemon_body_limit = 1u << 30;
 

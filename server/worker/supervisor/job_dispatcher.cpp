@@ -9,6 +9,15 @@ namespace worker {
 
 using queue::LogLevel;
 
+namespace {
+
+/// True if an earlier claim of the job has left results of tasks.
+bool resumes(const queue::Claim& claim, queue::TaskStore* tasks) {
+  return tasks != nullptr && claim.fence > 1 && !tasks->finished(claim.job.id).empty();
+}
+
+}  // namespace
+
 // ---- claims
 
 void JobDispatcher::on_jobs_available(bool suspects) noexcept {
@@ -49,21 +58,17 @@ void JobDispatcher::start_claim(ClaimKind kind) {
   ++claims_.count;
   if (kind == ClaimKind::any) ++claims_.large_count;
   executor_.run([this, kind, notifications = notifications_.load(), busy = slots_.busy_owners()] {
-    run_claim({.kind = kind, .notifications = notifications, .busy_owners = busy});
+    ClaimResult result{.kind = kind, .notifications = notifications, .busy_owners = busy};
+    try {
+      result.claim = queue_.lifecycle.claim({.suspects = result.kind == ClaimKind::suspect,
+                                             .small = result.kind == ClaimKind::small,
+                                             .busy_owners = result.busy_owners});
+    } catch (const std::exception& failure) {
+      result.failed = true;
+      log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+    }
+    post_claim(std::move(result));
   });
-}
-
-/// Any thread.
-void JobDispatcher::run_claim(ClaimResult result) noexcept {
-  try {
-    result.claim = queue_.lifecycle.claim({.suspects = result.kind == ClaimKind::suspect,
-                                           .small = result.kind == ClaimKind::small,
-                                           .busy_owners = result.busy_owners});
-  } catch (const std::exception& failure) {
-    result.failed = true;
-    log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
-  }
-  post_claim(std::move(result));
 }
 
 void JobDispatcher::return_slot(std::optional<queue::Claim>&& claim) noexcept {
@@ -77,7 +82,8 @@ void JobDispatcher::post_claim(ClaimResult result) noexcept {
       const queue::Job& job = result.claim->job;
       const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
       result.assignment = pack(Assign{job.id, result.claim->fence, queue_ms, std::exchange(result.claim->document, {}),
-                                      queue::name_of(job.kind), job.large});
+                                      queue::name_of(job.kind), job.large, settings_.tasks != nullptr,
+                                      resumes(*result.claim, settings_.tasks)});
     }
   } catch (const std::exception& failure) {
     result.failed = true;
@@ -236,7 +242,14 @@ void JobDispatcher::on_message(Message& message) {
   } else if (const auto* failed = std::get_if<Failed>(&message)) {
     if (const auto job = take(failed->job_id, failed->fence)) retry_or_fail(failed->job_id, *job, failed->problem);
   } else if (const auto* cancelled = std::get_if<Cancelled>(&message)) {
-    on_cancelled(*cancelled);
+    const auto job = take(cancelled->job_id, cancelled->fence);
+    if (!job) return;
+    if (stopped_.size() >= 1000) stopped_.clear();  // their last previews follow within milliseconds
+    if ((job->cancel_requested || job->stopped_for) && job->keep)
+      stopped_.insert_or_assign(cancelled->job_id, job->fence);
+    if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
+      return report_stopped(cancelled->job_id, *job);
+    retry_or_fail(cancelled->job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
   }
 }
 
@@ -270,16 +283,6 @@ void JobDispatcher::on_finished(Finished& message) {
     retry_or_fail(id, job, problem);
   };
   outcomes_.succeed(std::move(message), on_failure);
-}
-
-void JobDispatcher::on_cancelled(const Cancelled& message) {
-  const auto job = take(message.job_id, message.fence);
-  if (!job) return;
-  if (stopped_.size() >= 1000) stopped_.clear();  // their last previews follow within milliseconds
-  if ((job->cancel_requested || job->stopped_for) && job->keep) stopped_.insert_or_assign(message.job_id, job->fence);
-  if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
-    return report_stopped(message.job_id, *job);
-  retry_or_fail(message.job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
 }
 
 int JobDispatcher::on_worker_exit(const WorkerExit& exit) {

@@ -38,6 +38,12 @@ class JobDispatcher {
   /// Any thread.
   void on_jobs_available(bool suspects) noexcept;
   [[nodiscard]] int running() const { return running_count_; }
+  [[nodiscard]] bool runs(const std::string& id) const { return slots_.running.contains(id); }
+  /// No job waits, and none is being claimed.
+  [[nodiscard]] bool none_wait() const {
+    return claims_.count == 0 && claims_.none_left == notifications_ && claims_.none_left_small == notifications_ &&
+           !suspects_first_ && !suspects_available_;
+  }
 
   /// Any thread. As JobRunner.
   bool take_slot() noexcept { return slot_offered_.exchange(false); }
@@ -76,7 +82,6 @@ class JobDispatcher {
 
   [[nodiscard]] bool has_slot(ClaimKind kind) const;
   void start_claim(ClaimKind kind);
-  void run_claim(ClaimResult result) noexcept;
   void post_claim(ClaimResult result) noexcept;
   void on_claimed(ClaimResult& result);
   void start_job(ClaimResult& result);
@@ -84,7 +89,6 @@ class JobDispatcher {
   void report_stopped(const std::string& id, const RunningJob& job);
   std::optional<RunningJob> take(const std::string& id, std::int64_t fence);
   void on_finished(Finished& message);
-  void on_cancelled(const Cancelled& message);
   void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const WorkerExit& exit);
   void release(const std::string& id, std::int64_t fence, const queue::Release& release);
   void retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem);

@@ -10,6 +10,7 @@
 #include "api/report.h"
 #include "server/queue/job_waiters.h"
 #include "tracer/encode.h"
+#include "tracer/sha256.h"
 
 namespace worker {
 namespace {
@@ -53,7 +54,9 @@ std::string_view media_type_of(const std::string& name, queue::JobKind kind) {
 std::string violation_of(const Message& message) {
   if (std::holds_alternative<Configure>(message) || std::holds_alternative<Assign>(message) ||
       std::holds_alternative<Cancel>(message) || std::holds_alternative<PreviewRequest>(message) ||
-      std::holds_alternative<ImageTask>(message) || std::holds_alternative<FileResponse>(message))
+      std::holds_alternative<ImageTask>(message) || std::holds_alternative<FileResponse>(message) ||
+      std::holds_alternative<TraceTask>(message) || std::holds_alternative<TaskTaken>(message) ||
+      std::holds_alternative<TaskDone>(message) || std::holds_alternative<Helpers>(message))
     return "sent a message that only the daemon sends";
   if (std::holds_alternative<FileRequest>(message)) return "sent a message of the other socket";
   if (const auto* ready = std::get_if<Ready>(&message)) {
@@ -64,6 +67,12 @@ std::string violation_of(const Message& message) {
     const std::uint32_t side = preview->side;
     if (side == 0 || side > queue::preview_side_max || preview->png.size() > image_bytes_max(side, side))
       return "sent a preview of the wrong size";
+  } else if (const auto* published = std::get_if<PublishTasks>(&message)) {
+    for (const queue::NewTask& task : published->tasks)
+      if (!tracer::is_sha256(task.key) || task.part.size() > task_bytes_max) return "sent an invalid task";
+  } else if (const auto* traced = std::get_if<TaskTraced>(&message)) {
+    if (!tracer::is_sha256(traced->key) || traced->result.size() > task_bytes_max)
+      return "sent an invalid result of a task";
   } else if (const auto* update = std::get_if<MeasurementUpdate>(&message)) {
     if (!api::is_report(update->summary)) return "sent a measurement without a valid report";
   }

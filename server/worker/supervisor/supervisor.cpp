@@ -11,6 +11,7 @@
 #include "server/worker/supervisor/deadlines.h"
 #include "server/worker/supervisor/job_dispatcher.h"
 #include "server/worker/supervisor/outcome_writer.h"
+#include "server/worker/supervisor/task_dispatcher.h"
 #include "server/worker/supervisor/worker_process.h"
 
 namespace worker {
@@ -49,6 +50,7 @@ class Supervisor::Loop final : public queue::JobRunner {
         deadlines_(settings_),
         outcomes_(queue, *store_executor_, events_, settings_, log),
         dispatcher_(queue, settings_, *store_executor_, events_, process_, deadlines_, outcomes_, log),
+        task_dispatcher_(queue, settings_, *store_executor_, events_, process_, dispatcher_, log),
         thread_([this] { run(); }) {}
 
   ~Loop() override { drain(std::chrono::milliseconds(0)); }
@@ -109,11 +111,12 @@ class Supervisor::Loop final : public queue::JobRunner {
       if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
         process_.end("was stopped by drain", true);
         handle_worker_exit();
-        if (process_.state() == WorkerState::absent && dispatcher_.idle()) return;
+        if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle()) return;
       }
       process_.start_if_due(now);
       dispatcher_.claim_jobs(now);
       dispatcher_.offer_slot(now);
+      task_dispatcher_.run(now, deadlines_.draining());
       process_.wait(events_.descriptor(), next_deadline());
       dispatcher_.withdraw_slot();
       read_messages();
@@ -128,10 +131,12 @@ class Supervisor::Loop final : public queue::JobRunner {
   void read_messages() {
     // The limit keeps a flood of messages from delaying everything else; an exited process sends a finite number.
     for (int count = 0; count < 256 || process_.exited(); ++count) {
-      auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running()));
+      const int tasks = task_dispatcher_.running();
+      auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running() + (tasks > 0 ? 1 : 0)));
       if (!message) break;
       if (auto* result = std::get_if<ImageTaskResult>(&*message)) end_image_task(*result);
       dispatcher_.on_message(*message);
+      task_dispatcher_.on_message(*message);
     }
     process_.reap_if_exited();
   }
@@ -171,13 +176,14 @@ class Supervisor::Loop final : public queue::JobRunner {
       task_bytes_ = 0;
       for (const auto& [number, task] : std::exchange(tasks_, {})) task.done({"the worker has ended", {}});
     }
+    if (exit) task_dispatcher_.on_worker_exit();
     if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
   }
 
   [[nodiscard]] Deadlines::Time next_deadline() const {
     const auto now = Clock::now();
     return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_claim(now),
-                     deadlines_.next(now, process_.state() == WorkerState::ready)});
+                     task_dispatcher_.next(now), deadlines_.next(now, process_.state() == WorkerState::ready)});
   }
 
   const SupervisorSettings settings_;
@@ -187,6 +193,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   Deadlines deadlines_;
   OutcomeWriter outcomes_;
   JobDispatcher dispatcher_;
+  TaskDispatcher task_dispatcher_;
   std::uint64_t last_task_ = 0;
   struct StartedTask {
     TaskDone done;

@@ -23,6 +23,7 @@
 
 #include "server/queue/event_log.h"
 #include "server/queue/queue.h"
+#include "server/queue/task_store.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/failure_policy.h"
@@ -84,6 +85,8 @@ struct SupervisorSettings {
   /// A worker with more memory for each of its jobs, beyond what it had before the first one and its cache, is killed,
   /// and the jobs have failed as "out_of_memory"; checked at each heartbeat.
   std::uint64_t job_memory_bytes = 16ull << 30;
+  /// The tasks that several nodes share; null: each image is traced by one. Must outlive the supervisor.
+  queue::TaskStore* tasks = nullptr;
 };
 
 /// Path of whittled-worker in the directory of this program.

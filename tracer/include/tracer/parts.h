@@ -33,7 +33,8 @@ struct Part {
 
 struct PartResult {
   std::size_t part = 0;  ///< index in the round
-  std::string bytes;     ///< result of trace_part(). Untrusted: one that does not belong to the part is ignored
+  std::string bytes;  ///< result of trace_part(). Untrusted: one that does not belong to the part is not used, and the
+                      ///< part is traced again
 };
 
 /// Distributes the parts of a render. Implemented by the caller. take() and put() are called by any thread of the

@@ -1,0 +1,242 @@
+#include "server/worker/supervisor/task_dispatcher.h"
+
+#include <algorithm>
+#include <exception>
+#include <optional>
+#include <thread>
+
+namespace worker {
+namespace {
+
+constexpr std::chrono::milliseconds read_interval{20}, help_interval{150}, failure_pause{1000};
+constexpr std::chrono::seconds second{1};
+constexpr std::size_t excluded_max = 100;
+constexpr std::uint64_t published_bytes_max = 4ull << 30;  // the worker publishes at most 1 GB
+
+std::size_t threads_of(const SupervisorSettings& settings) {
+  return settings.threads > 0 ? static_cast<std::size_t>(settings.threads)
+                              : std::max(1U, std::thread::hardware_concurrency());
+}
+
+std::string joined(const std::set<std::string>& ids) {
+  std::string text;
+  for (const std::string& id : ids) text += id + ' ';
+  return text;
+}
+
+}  // namespace
+
+/// One task more than threads, so that the next one is here when one ends.
+TaskDispatcher::TaskDispatcher(queue::Queue& queue, const SupervisorSettings& settings, StoreExecutor& executor,
+                               LoopEvents& events, WorkerProcess& process, const JobDispatcher& jobs, queue::Log log)
+    : queue_(queue),
+      store_(settings.tasks),
+      executor_(executor),
+      events_(events),
+      process_(process),
+      jobs_(jobs),
+      log_(std::move(log)),
+      helping_max_(threads_of(settings) + 1) {}
+
+void TaskDispatcher::call_store(const char* operation, std::function<void()> call, std::function<void(bool)> done) {
+  ++pending_;
+  executor_.run([this, operation, call = std::move(call), done = std::move(done)] {
+    bool ok = true;
+    try {
+      call();
+    } catch (const std::exception& failure) {
+      ok = false;
+      log_(queue::LogLevel::error, "store_failure", {{"during", operation}, {"detail", failure.what()}});
+    }
+    events_.post([this, done, ok] {
+      --pending_;
+      done(ok);
+    });
+  });
+}
+
+void TaskDispatcher::run(Time now, bool draining) {
+  if (store_ == nullptr || process_.state() != WorkerState::ready) return;
+  std::erase_if(awaited_, [&](const auto& job) { return !jobs_.runs(job.first); });
+  release_unused_claims();
+  if (!awaited_.empty() && !reading_ && now >= next_read_) read_results();
+  if (!draining && can_help() && !claiming_ && now >= next_help_) help();
+  if (now < next_second_) return;
+  next_second_ = now + second;
+  if (jobs_.running() > 0) count_helpers();
+  if (!helping_.empty() || !own_.empty())
+    call_store(
+        "renew_tasks", [this] { store_->renew(); }, [](bool) {});
+  if (!draining && can_help())
+    call_store(
+        "offer_help", [this] { store_->offer_help(); }, [](bool) {});
+}
+
+/// Claims for jobs that have ended here, and may run elsewhere.
+void TaskDispatcher::release_unused_claims() {
+  std::erase_if(own_, [&](const auto& claim) {
+    if (jobs_.runs(claim.first.first)) return false;
+    release(claim.second);
+    return true;
+  });
+}
+
+void TaskDispatcher::release(const queue::TaskClaim& claim) {
+  call_store(
+      "release_task", [this, claim] { store_->release(claim); }, [](bool) {});
+}
+
+TaskDispatcher::Time TaskDispatcher::next(Time /*now*/) const {
+  if (store_ == nullptr || process_.state() != WorkerState::ready) return Time::max();
+  Time next = next_second_;
+  if (!awaited_.empty() && !reading_) next = std::min(next, next_read_);
+  if (can_help() && !claiming_) next = std::min(next, next_help_);
+  return next;
+}
+
+// ---- jobs that run here
+
+void TaskDispatcher::count_helpers() {
+  const auto count = std::make_shared<int>(0);
+  call_store(
+      "count_helpers", [this, count] { *count = store_->helpers(); },
+      [this, count](bool ok) {
+        if (ok) process_.send(pack(Helpers{*count}));
+      });
+}
+
+void TaskDispatcher::publish(PublishTasks& message) {
+  DividedJob& job = awaited_[message.job_id];
+  for (const queue::NewTask& task : message.tasks) {
+    job.keys.insert(task.key);
+    job.bytes += task.part.size();
+  }
+  if (job.bytes > published_bytes_max) return process_.end("published too many tasks", false);
+  const auto shared = std::make_shared<PublishTasks>(std::move(message));
+  const auto store = [this, shared] {
+    executor_.run_with_retry(0, "publish_tasks", [&] { store_->publish(shared->job_id, shared->tasks); });
+  };
+  call_store("publish_tasks", store, [](bool) {});
+}
+
+void TaskDispatcher::take(const std::string& job_id) {
+  const auto claim = std::make_shared<std::optional<queue::TaskClaim>>();
+  call_store(
+      "take_task", [this, job_id, claim] { *claim = store_->claim_own(job_id); },
+      [this, job_id, claim](bool) {
+        if (*claim) own_.insert_or_assign({job_id, (*claim)->key}, **claim);
+        process_.send(pack(*claim ? TaskTaken{job_id, (*claim)->key, (*claim)->attempt} : TaskTaken{job_id, {}}));
+      });
+}
+
+void TaskDispatcher::read_results() {
+  reading_ = true;
+  const auto found = std::make_shared<std::vector<TaskDone>>();
+  const auto read = [this, found, awaited = awaited_] {
+    for (const auto& [job_id, job] : awaited) {
+      for (const std::string& key : store_->finished(job_id)) {
+        if (!job.keys.contains(key)) continue;
+        if (auto outcome = store_->outcome(job_id, key))
+          found->push_back({job_id, key, std::move(outcome->node), outcome->attempt, std::move(outcome->result)});
+      }
+    }
+  };
+  call_store("read_results", read, [this, found](bool ok) {
+    reading_ = false;
+    next_read_ = Time::clock::now() + (ok ? read_interval : failure_pause);
+    for (TaskDone& result : *found) {
+      const auto job = awaited_.find(result.job_id);
+      if (job != awaited_.end() && job->second.keys.erase(result.key) > 0) process_.send(pack(std::move(result)));
+    }
+  });
+}
+
+// ---- messages of the worker
+
+void TaskDispatcher::on_message(Message& message) {
+  if (store_ == nullptr) return;
+  if (auto* published = std::get_if<PublishTasks>(&message)) {
+    if (jobs_.runs(published->job_id)) publish(*published);
+  } else if (const auto* wanted = std::get_if<TakeTask>(&message)) {
+    if (jobs_.runs(wanted->job_id)) take(wanted->job_id);
+  } else if (auto* traced = std::get_if<TaskTraced>(&message)) {
+    on_traced(*traced);
+  }
+}
+
+void TaskDispatcher::on_traced(TaskTraced& message) {
+  const Key key{message.job_id, message.key};
+  auto claim = own_.extract(key);
+  const bool own = !claim.empty();
+  if (own) {
+    awaited_[message.job_id].keys.erase(message.key);
+  } else {
+    claim = helping_.extract(key);
+    if (claim.empty()) return;  // the job has ended
+    next_help_ = {};
+  }
+  if (message.failed && !own) {
+    if (excluded_.size() >= excluded_max) excluded_.clear();
+    excluded_.insert(message.job_id);
+    log_(queue::LogLevel::warning, "task_not_traced", {{"job_id", message.job_id}});
+  }
+  const auto shared = std::make_shared<std::pair<queue::TaskClaim, TaskTraced>>(claim.mapped(), std::move(message));
+  const auto store = [this, shared] {
+    const auto& [claimed, traced] = *shared;
+    if (traced.failed) {
+      store_->release(claimed);
+    } else {
+      store_->finish(claimed, traced.result);
+    }
+  };
+  call_store("finish_task", store, [](bool) {});
+}
+
+// ---- tasks of other nodes
+
+/// Jobs come first: while one runs, its threads are all of this node's.
+bool TaskDispatcher::can_help() const {
+  return store_ != nullptr && process_.state() == WorkerState::ready && jobs_.running() == 0 && jobs_.none_wait() &&
+         helping_.size() < helping_max_;
+}
+
+void TaskDispatcher::help() {
+  claiming_ = true;
+  struct Found {
+    std::optional<queue::TaskClaim> claim;
+    std::pair<std::string, std::string> document;
+  };
+  const auto found = std::make_shared<Found>(std::nullopt, document_);
+  const auto claim = [this, found, excluded = joined(excluded_)] {
+    found->claim = store_->claim_other(excluded);
+    if (!found->claim || found->claim->job_id == found->document.first) return;
+    found->document = {found->claim->job_id, queue_.queries.document(found->claim->job_id).value_or("")};
+  };
+  call_store("claim_task", claim, [this, found](bool ok) {
+    claiming_ = false;
+    next_help_ = Time::clock::now() + (ok ? help_interval : failure_pause);
+    if (!found->claim) return;
+    next_help_ = {};  // there may be more
+    document_ = std::move(found->document);
+    if (process_.state() != WorkerState::ready) return release(*found->claim);
+    start_helping(*std::move(found->claim));
+  });
+}
+
+void TaskDispatcher::start_helping(queue::TaskClaim claim) {
+  process_.send(pack(TraceTask{claim.job_id, claim.key, document_.second, std::exchange(claim.part, {})}));
+  const Key key{claim.job_id, claim.key};
+  helping_.insert_or_assign(key, std::move(claim));
+}
+
+/// A task may have caused it, so other nodes get them.
+void TaskDispatcher::on_worker_exit() {
+  for (const auto& [key, claim] : std::exchange(helping_, {})) {
+    excluded_.insert(key.first);
+    release(claim);
+  }
+  for (const auto& [key, claim] : std::exchange(own_, {})) release(claim);
+  awaited_.clear();
+}
+
+}  // namespace worker
