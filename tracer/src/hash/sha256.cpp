@@ -11,8 +11,19 @@ namespace tracer {
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
+namespace {
+
+/// Searching OpenSSL's providers for the algorithm at each hash takes longer than hashing a short text.
+const EVP_MD* algorithm() {
+  static const std::unique_ptr<EVP_MD, decltype(&EVP_MD_free)> fetched(EVP_MD_fetch(nullptr, "SHA256", nullptr),
+                                                                       &EVP_MD_free);
+  return fetched != nullptr ? fetched.get() : throw std::bad_alloc();
+}
+
+}  // namespace
+
 Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-  if (context_ == nullptr || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
+  if (context_ == nullptr || EVP_DigestInit_ex(context_.get(), algorithm(), nullptr) != 1) throw std::bad_alloc();
 }
 
 void Sha256::add(const void* bytes, std::size_t size) {
@@ -30,11 +41,10 @@ std::string Sha256::digest() {
 std::string Sha256::hex() { return hex_of(digest()); }
 
 std::string hex_of(std::string_view bytes) {
-  std::string text;
-  for (const char each : bytes) {
-    const auto byte = static_cast<unsigned char>(each);
-    text += "0123456789abcdef"[byte >> 4];
-    text += "0123456789abcdef"[byte & 15];
+  std::string text(2 * bytes.size(), '\0');
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[i / 2]);
+    text[i] = "0123456789abcdef"[i % 2 == 0 ? byte >> 4 : byte & 15];
   }
   return text;
 }
