@@ -17,8 +17,10 @@ void Events::Listener::on_news(std::function<void()> wake) {
 Events::Batch Events::Listener::take(std::size_t bytes) {
   const std::lock_guard lock(events_.mutex_);
   Batch batch;
-  while (!untaken_.empty() && (batch.text.empty() || batch.text.size() + untaken_.front()->text.size() <= bytes)) {
-    batch.text += untaken_.front()->text;
+  while (!untaken_.empty()) {
+    const std::string& text = events_.text_of(*untaken_.front());
+    if (!batch.text.empty() && batch.text.size() + text.size() > bytes) break;
+    batch.text += text;
     untaken_.pop_front();
   }
   batch.over = over_ && untaken_.empty();
@@ -141,8 +143,7 @@ void Events::deliver(JobEvent event) noexcept {
     const bool progress = event.kind == JobEvent::Kind::progress;
     if (progress) known_[event.job.id] = {event.job, event.at};
     if (event.kind == JobEvent::Kind::done) known_.erase(event.job.id);
-    std::string text = write_(event);
-    const SharedEvent shared = std::make_shared<Written>(Written{std::move(event), std::move(text)});
+    const SharedEvent shared = std::make_shared<Written>(Written{std::move(event)});
     if (!progress) kept_.push_back(shared);
     if (kept_.size() > settings_.kept) {
       floor_ = kept_.front()->event.number;
@@ -159,6 +160,12 @@ void Events::deliver(JobEvent event) noexcept {
     floor_ = last_;
     kept_.clear();
   }
+}
+
+/// Precondition: mutex_ is held.
+const std::string& Events::text_of(Written& event) const {
+  if (event.text.empty()) event.text = write_(event.event);
+  return event.text;
 }
 
 std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::optional<std::int64_t> after) {

@@ -48,7 +48,7 @@ struct EventSettings {
 
 class Events final : public JobObserver {
  public:
-  /// `write` serializes an event for the listeners; called once for each, from any thread.
+  /// `write` serializes an event when the first listener takes it; called at most once for each, from any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
   /// Reads a job from the store, for its events, where on_described did not describe it lately. Called from any thread;
   /// may throw StoreFailure, and the events then have its id only.
@@ -88,14 +88,15 @@ class Events final : public JobObserver {
  private:
   struct Written {
     JobEvent event;
-    std::string text;
+    std::string text = {};  ///< empty until a listener takes it
   };
-  using SharedEvent = std::shared_ptr<const Written>;
+  using SharedEvent = std::shared_ptr<Written>;
 
   JobSummary describe(const std::string& id, JobEvent::Kind kind);
   void remember(const JobSummary& job);
   void publish(JobEvent event) noexcept;
   void deliver(JobEvent event) noexcept;
+  const std::string& text_of(Written& event) const;
   void remove(Listener& listener);
 
   const Writer write_;
