@@ -36,7 +36,10 @@ bool ArtifactPins::is_intact(const Artifact& artifact) {
 
 void ArtifactPins::collect(const std::string& sha256) noexcept {
   const std::lock_guard lock(mutex_);
-  if (pins_.contains(sha256)) return;  // collected at the end of the pin
+  if (const auto pin = pins_.find(sha256); pin != pins_.end()) {
+    pin->second.collect = true;
+    return;
+  }
   try {
     if (references_.is_artifact_referenced(sha256)) return;
     artifacts_.remove(sha256);
@@ -76,7 +79,7 @@ bool ArtifactPins::Pinned::hold(const std::vector<Artifact>& artifacts, bool syn
 bool ArtifactPins::Pinned::pin(const std::string& sha256) {
   if (!held_.insert(sha256).second) return false;
   const std::lock_guard lock(pins_.mutex_);
-  ++pins_.pins_[sha256];
+  ++pins_.pins_[sha256].count;
   return true;
 }
 
@@ -85,8 +88,11 @@ ArtifactPins::Pinned::~Pinned() {
     {
       const std::lock_guard lock(pins_.mutex_);
       const auto pin = pins_.pins_.find(sha256);
-      if (--pin->second > 0) continue;
+      pin->second.collect |= !named_;
+      if (--pin->second.count > 0) continue;
+      const bool collect = pin->second.collect;
       pins_.pins_.erase(pin);
+      if (!collect) continue;
     }
     pins_.collect(sha256);
   }

@@ -35,7 +35,8 @@ class ArtifactPins {
   /// is logged.
   void collect(const std::string& sha256) noexcept;
 
-  /// The artifacts that one job is about to name. They exist at least as long as this; its end collects them.
+  /// The artifacts that one job is about to name. They exist at least as long as this; its end collects them, unless
+  /// `named` was called.
   class Pinned {
    public:
     explicit Pinned(ArtifactPins& pins) : pins_(pins) {}
@@ -51,11 +52,15 @@ class ArtifactPins {
     bool hold(const Artifact& artifact, bool sync = false);
     bool hold(const std::vector<Artifact>& artifacts, bool sync);  ///< false if one does not exist
 
+    /// The row that names them is stored. They are then collected only if the pin has prevented a `collect`.
+    void named() { named_ = true; }
+
    private:
     bool pin(const std::string& sha256);  ///< false where it was pinned here before
 
     ArtifactPins& pins_;
     std::set<std::string> held_;
+    bool named_ = false;
   };
 
  private:
@@ -63,7 +68,11 @@ class ArtifactPins {
   ArtifactStore& artifacts_;
   Log log_;
   std::mutex mutex_;  ///< held over the check for references and the deletion, so that no pin falls between
-  std::map<std::string, int> pins_;
+  struct Pin {
+    int count = 0;
+    bool collect = false;  ///< at the end of the last pin
+  };
+  std::map<std::string, Pin> pins_;
   std::atomic<std::uint64_t> removals_ = 0;  ///< changed within the mutex, after a removal
 };
 

@@ -111,7 +111,10 @@ bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std:
   const std::vector<Artifact> artifacts = store_images(pinned, images, durable);
   const std::int64_t now = context_.clock();
   const bool ended = context_.stores.transitions.succeed(id, fence, now, report, artifacts, durable);
-  if (ended) context_.running.add_duration(id, now, context_.throughput);
+  if (ended) {
+    pinned.named();
+    context_.running.add_duration(id, now, context_.throughput);
+  }
   // make_durable was called meanwhile, and its caller may have read the job as running.
   if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
   return finish({id, fence}, ended, {id, JobState::succeeded, context_.running.run_until(id, now), report});

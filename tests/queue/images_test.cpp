@@ -81,6 +81,13 @@ TEST_F(ImagesTest, DeletesTheImagesOfAResultThatCouldNotBeStored) {
   EXPECT_NE(open_abc(), nullptr);
 }
 
+TEST_F(ImagesTest, DeletesTheImageOfAJobThatIsRemovedWhileItsEndIsReported) {
+  const std::string id = submit();
+  queue.waiters.when_ended(id, [&] { EXPECT_EQ(queue.lifecycle.remove(id), RemoveOutcome::removed); });
+  EXPECT_TRUE(succeed(*queue.lifecycle.claim(), "abc"));
+  EXPECT_EQ(open_abc(), nullptr);
+}
+
 TEST_F(ImagesTest, RemovalKeepsTheImageOfAJobThatFinishesWithTheSameBytes) {
   std::atomic<bool> stop = false;
   std::atomic<int> missing = 0, checked = 0;
