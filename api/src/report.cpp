@@ -116,15 +116,10 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
 
 std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
-bool is_report(std::string_view text) {
-  if (text.size() > report_bytes_max) return false;
-  auto tape = parse_report(text);
-  return tape && tape->root()->kind == json::Kind::object;
-}
-
 std::optional<ReportFigures> read_report(std::string_view report) {
+  if (report.size() > report_bytes_max) return std::nullopt;
   auto tape = parse_report(report);
-  if (!tape) return std::nullopt;
+  if (!tape || tape->root()->kind != json::Kind::object) return std::nullopt;
   const auto member = [&](json::Node* object, const char* name) {
     json::Node* const key = object != nullptr ? tape->find_key(object, name) : nullptr;
     return key != nullptr ? key + 1 : nullptr;
@@ -134,7 +129,6 @@ std::optional<ReportFigures> read_report(std::string_view report) {
   };
   json::Node* const root = tape->root();
   json::Node* const error = member(root, "error");
-  if (member(root, "rays") == nullptr || error == nullptr) return std::nullopt;
   const auto number = [&](const char* outer, const char* inner) {
     const json::Node* const node = member(member(root, outer), inner);
     return node != nullptr && node->kind == json::Kind::number ? node->number : 0.0;
@@ -143,6 +137,8 @@ std::optional<ReportFigures> read_report(std::string_view report) {
     return static_cast<std::uint64_t>(std::clamp(number(outer, inner), 0.0, 0x1p63));
   };
   ReportFigures figures;
+  figures.of_render = member(root, "rays") != nullptr && error != nullptr;
+  if (!figures.of_render) return figures;
   figures.rays = {count("rays", "camera"), count("rays", "shadow"), count("rays", "reflection"),
                   count("rays", "refraction")};
   figures.cache_hits.geometry = is_true(member(root, "geometry_reused"));

@@ -4,14 +4,14 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "api/document.h"
+#include "api/report.h"
 #include "server/queue/job.h"
 
 namespace queue {
 
-/// The end of a job, as far as the daemon that ran it knows it.
+/// The end of a job. The daemon that ran it sets all fields.
 struct EndedJob {
   /// Unix ms. `started_at` is that of the last attempt.
   struct Run {
@@ -21,7 +21,7 @@ struct EndedJob {
   JobState state = JobState::succeeded;
   /// None where no worker ran it: cancelled before, or the images of an equal job.
   std::optional<Run> run = std::nullopt;
-  std::string_view report = {};  ///< that of a job that succeeded in this run; valid during the call
+  std::optional<api::ReportFigures> figures = std::nullopt;  ///< figures of a job that succeeded in this run
 };
 
 /// Called from any thread, after the change is durable. The calls return at once and do not call the queue.

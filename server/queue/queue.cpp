@@ -105,7 +105,7 @@ bool JobLifecycle::cancel_follower(const std::string& id) {
 }
 
 bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std::string& report,
-                           const std::vector<Image>& images) {
+                           const std::vector<Image>& images, const std::optional<api::ReportFigures>& figures) {
   ArtifactPins::Pinned pinned(context_.pins);
   const bool durable = context_.running.is_durable(id);
   const std::vector<Artifact> artifacts = store_images(pinned, images, durable);
@@ -117,7 +117,7 @@ bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std:
   }
   // make_durable was called meanwhile, and its caller may have read the job as running.
   if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
-  return finish({id, fence}, ended, {id, JobState::succeeded, context_.running.run_until(id, now), report});
+  return finish({id, fence}, ended, {id, JobState::succeeded, context_.running.run_until(id, now), figures});
 }
 
 std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images,

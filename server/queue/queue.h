@@ -125,7 +125,9 @@ class JobLifecycle {
     int fd = -1;             ///< read from offset 0; owned by the caller
   };
   /// Stores the images, then the row. False as JobTransitions::succeed; then no image remains that no job names.
-  bool succeed(const std::string& id, std::int64_t fence, const std::string& report, const std::vector<Image>& images);
+  /// `figures`: those of the report, for observers.
+  bool succeed(const std::string& id, std::int64_t fence, const std::string& report, const std::vector<Image>& images,
+               const std::optional<api::ReportFigures>& figures = std::nullopt);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
   bool release(const std::string& id, std::int64_t fence, const Release& release);

@@ -200,8 +200,8 @@ void JobMetrics::count_end(const queue::EndedJob& job) {
   history_.add([&](auto&, auto& waits_ms) { waits_ms.push_back(wait_ms); });
   run_seconds_.Add({{"state", queue::name_of(job.state)}}, duration_buckets_s)
       .Observe(seconds(job.run->ended_at - job.run->started_at));
-  const auto figures = api::read_report(job.report);
-  if (!figures) return;
+  const std::optional<api::ReportFigures>& figures = job.figures;
+  if (!figures || !figures->of_render) return;
   rays_.Add({{"kind", "camera"}}).Increment(static_cast<double>(figures->rays.camera));
   rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
   rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));

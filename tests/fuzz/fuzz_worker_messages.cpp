@@ -19,7 +19,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/report.h"
 #include "server/resources/resource_json.h"
 #include "server/worker/supervisor/message_check.h"
 
@@ -75,8 +74,7 @@ void check(const worker::Message& message) {
     return use(std::move(job));
   }
   const auto* finished = std::get_if<worker::Finished>(&message);
-  if (finished == nullptr || !worker::violation_of(*finished, request).empty()) return;
-  api::read_report(finished->report);
+  if (finished == nullptr || !worker::check_result(*finished, request)) return;
   job.report = finished->report;
   for (const worker::Image& image : finished->images) {
     require(image.name.find_first_of("/\r\n\"\\") == std::string::npos && image.name[0] != '.', "names are plain");

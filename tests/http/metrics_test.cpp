@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "api/report.h"
 #include "server/queue/job_store.h"
 #include "server/telemetry/service_metrics.h"
 
@@ -72,7 +73,7 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   telemetry::JobMetrics observed(registry, next);
   const auto succeeded = [&](const std::string& id) {
     observed.on_state_changed(id, queue::JobState::succeeded);
-    observed.on_waiters_notified({id, queue::JobState::succeeded, run, report});
+    observed.on_waiters_notified({id, queue::JobState::succeeded, run, api::read_report(report)});
   };
   observed.on_state_changed("a", queue::JobState::queued);
   succeeded("a");

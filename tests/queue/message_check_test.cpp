@@ -28,6 +28,11 @@ Finished result(Files... files) {
 
 constexpr ResultRequest render{queue::JobKind::render, 16, 16}, measure{queue::JobKind::measure, 16, 16};
 
+std::string violation_of(const Finished& result, const ResultRequest& request) {
+  const auto figures = check_result(result, request);
+  return figures ? "" : figures.error();
+}
+
 std::string violation_of_problem(const std::string& code, const std::string& detail, std::size_t issues = 0) {
   return violation_of(Message(Failed{"job", 1, {code, detail, std::vector<tracer::Issue>(issues)}}));
 }

@@ -52,20 +52,19 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
 /// section reads back as the same accuracy. Throws std::bad_alloc only.
 std::string write_accuracy(const tracer::Accuracy& accuracy);
 
-/// True for a JSON object of at most `report_bytes_max` bytes that is nested at most 16 deep: one that every reader of
-/// reports can handle. Accepts any bytes and never throws, except std::bad_alloc.
-bool is_report(std::string_view text);
 inline constexpr std::size_t report_bytes_max = 1u << 20;
 
 /// The members of a report that metrics are computed from.
 struct ReportFigures {
+  bool of_render = false;  ///< false: the report is not one of write_report, and the other figures are 0
   tracer::RayCounts rays;
   std::optional<bool> target_met;         ///< unset without a target error
   std::optional<double> error_to_target;  ///< error estimate / target error; unset without a target error
   tracer::CacheHits cache_hits;
 };
-/// Unset if the text is not a report of write_report. Members that are missing or of another type count as 0. Accepts
-/// any text that is_report accepts, and throws std::bad_alloc only.
+/// The figures of a JSON object of at most `report_bytes_max` bytes that is nested at most 16 deep: one that every
+/// reader of reports can handle. None for any other bytes. Members that are missing or of another type count as 0.
+/// Throws std::bad_alloc only.
 std::optional<ReportFigures> read_report(std::string_view report);
 
 // ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.

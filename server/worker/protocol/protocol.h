@@ -11,11 +11,13 @@
 /// worker exits as soon as its socket is closed, for example because the daemon has crashed.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "api/report.h"
 #include "server/queue/job.h"
 #include "server/queue/job_runner.h"
 #include "server/queue/task_store.h"
@@ -168,6 +170,7 @@ struct Finished {
   std::int64_t fence = 0;
   std::string report;  ///< JSON text
   std::vector<Image> images;
+  std::optional<api::ReportFigures> figures{};  ///< set by the receiver, from a valid report
 };
 struct Failed {
   std::string job_id;

@@ -11,6 +11,8 @@ using queue::LogLevel;
 
 namespace {
 
+constexpr const char* unknown_job = "answered a job that it does not run";
+
 /// True if an earlier claim of the job has left results of tasks.
 bool resumes(const queue::Claim& claim, queue::TaskStore* tasks) {
   return tasks != nullptr && claim.fence > 1 && !tasks->finished(claim.job.id).empty();
@@ -257,7 +259,7 @@ void JobDispatcher::on_message(Message& message) {
 std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_t fence) {
   const auto found = slots_.running.find(id);
   if (found == slots_.running.end() || found->second.fence != fence) {
-    process_.end("answered a job that it does not run", false);
+    process_.end(unknown_job, false);
     return std::nullopt;
   }
   if (claims_.owners_excluded && slots_.is_busy(found->second.owner)) {  // jobs of this owner may be claimed again
@@ -273,15 +275,16 @@ std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_
 }
 
 void JobDispatcher::on_finished(Finished& message) {
-  if (const auto found = slots_.running.find(message.job_id); found != slots_.running.end()) {
-    const std::string violation = violation_of(message, found->second.requested);
-    if (!violation.empty()) return process_.end(violation, false);
-  }
+  const auto found = slots_.running.find(message.job_id);
+  if (found == slots_.running.end()) return process_.end(unknown_job, false);
+  const auto figures = check_result(message, found->second.requested);
+  if (!figures) return process_.end(figures.error(), false);
   const auto job = take(message.job_id, message.fence);
   if (!job) return;
   const auto on_failure = [this, id = message.job_id, job = *job](const queue::Problem& problem) {
     retry_or_fail(id, job, problem);
   };
+  message.figures = *figures;
   outcomes_.succeed(std::move(message), on_failure);
 }
 

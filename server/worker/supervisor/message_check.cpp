@@ -6,8 +6,8 @@
 #include <array>
 #include <set>
 #include <string_view>
+#include <vector>
 
-#include "api/report.h"
 #include "server/queue/job_waiters.h"
 #include "tracer/encode.h"
 #include "tracer/sha256.h"
@@ -49,6 +49,23 @@ std::string_view media_type_of(const std::string& name, queue::JobKind kind) {
   return {};
 }
 
+std::string violation_of(const std::vector<Image>& files, const ResultRequest& request) {
+  if (files.empty()) return "sent a result without files";
+  std::set<std::string_view> names;
+  for (const Image& image : files) {
+    const std::string_view media_type = media_type_of(image.name, request.kind);
+    if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
+    if (image.media_type != media_type) return "sent a result with an invalid media type";
+    const bool depends_on_size = request.kind == queue::JobKind::render || image.name == "reference.exr";
+    const std::uint64_t bytes_max =
+        depends_on_size ? image_bytes_max(request.width, request.height) : measurement_bytes_max;
+    struct stat status {};
+    if (fstat(image.bytes.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) > bytes_max)
+      return "sent a file that is larger than " + std::to_string(bytes_max) + " bytes";
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string violation_of(const Message& message) {
@@ -74,27 +91,17 @@ std::string violation_of(const Message& message) {
     if (!tracer::is_sha256(traced->key) || traced->result.size() > task_bytes_max)
       return "sent an invalid result of a task";
   } else if (const auto* update = std::get_if<MeasurementUpdate>(&message)) {
-    if (!api::is_report(update->summary)) return "sent a measurement without a valid report";
+    if (!api::read_report(update->summary)) return "sent a measurement without a valid report";
   }
   return {};
 }
 
-std::string violation_of(const Finished& result, const ResultRequest& request) {
-  if (!api::is_report(result.report)) return "sent a result without a valid report";
-  if (result.images.empty()) return "sent a result without files";
-  std::set<std::string_view> names;
-  for (const Image& image : result.images) {
-    const std::string_view media_type = media_type_of(image.name, request.kind);
-    if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
-    if (image.media_type != media_type) return "sent a result with an invalid media type";
-    const bool depends_on_size = request.kind == queue::JobKind::render || image.name == "reference.exr";
-    const std::uint64_t bytes_max =
-        depends_on_size ? image_bytes_max(request.width, request.height) : measurement_bytes_max;
-    struct stat status {};
-    if (fstat(image.bytes.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) > bytes_max)
-      return "sent a file that is larger than " + std::to_string(bytes_max) + " bytes";
-  }
-  return {};
+tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const ResultRequest& request) {
+  const auto figures = api::read_report(result.report);
+  if (!figures) return std::string("sent a result without a valid report");
+  std::string violation = violation_of(result.images, request);
+  if (!violation.empty()) return violation;
+  return *figures;
 }
 
 }  // namespace worker

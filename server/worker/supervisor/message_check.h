@@ -5,15 +5,17 @@
 #include <cstdint>
 #include <string>
 
+#include "api/report.h"
 #include "server/queue/job.h"
 #include "server/worker/protocol/protocol.h"
+#include "tracer/result.h"
 
 namespace worker {
 
-// Each returns the end of a sentence that begins "The worker process", or an empty string if the message is valid.
+// A violation is the end of a sentence that begins "The worker process".
 
 /// Checks all that does not depend on a job: the kind of the message, the length of its texts, codes of problems, the
-/// size of previews.
+/// size of previews. Empty if the message is valid.
 std::string violation_of(const Message& message);
 
 /// The facts of a job that its result is compared with.
@@ -22,9 +24,10 @@ struct ResultRequest {
   std::uint32_t width = 0, height = 0;
 };
 
-/// A result has a report (api::is_report) and at least one file, each name once. The files of a render are those of
-/// tracer::all_formats, with at most `image_bytes_max` bytes; those of a measurement are measurement_files.
-std::string violation_of(const Finished& result, const ResultRequest& request);
+/// The figures of the report of a valid result, or the violation. A result has a report (api::read_report) and at least
+/// one file, each name once. The files of a render are those of its formats, with at most `image_bytes_max` bytes;
+/// those of a measurement are measurement_files.
+tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const ResultRequest& request);
 
 /// EXR with all layers, the largest format, takes 52 bytes a pixel. The rest is for headers.
 constexpr std::uint64_t image_bytes_max(std::uint32_t width, std::uint32_t height) {

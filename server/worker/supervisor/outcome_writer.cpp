@@ -123,7 +123,7 @@ void OutcomeWriter::store(const Finished& finished) {
   std::vector<queue::JobLifecycle::Image> images;
   for (const Image& image : finished.images) images.push_back({image.name, image.media_type, image.bytes.get()});
   log_outcome("job_succeeded", finished.job_id,
-              queue_.lifecycle.succeed(finished.job_id, finished.fence, finished.report, images));
+              queue_.lifecycle.succeed(finished.job_id, finished.fence, finished.report, images, finished.figures));
 }
 
 void OutcomeWriter::fail(const std::string& id, std::int64_t fence, const queue::Problem& problem) {
