@@ -167,7 +167,8 @@ struct BatchRemoval {
 
 struct OwnerUsage {
   std::int64_t queued_jobs = 0;
-  std::int64_t artifact_bytes = 0;  ///< images of all jobs; equal images count once for each job
+  std::int64_t artifact_bytes = 0;   ///< images of all jobs; equal images count once for each job
+  std::int64_t all_queued_jobs = 0;  ///< those of all owners
 };
 
 struct QueueDepth {

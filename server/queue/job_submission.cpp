@@ -34,9 +34,9 @@ std::optional<Rejection> JobSubmission::reserve(const std::string& owner, std::i
   const std::lock_guard lock(mutex_);
   std::int64_t reserved = 0;
   for (const auto& [name, count] : reserved_) reserved += count;
-  const std::int64_t queued = context_.stores.statistics.count(JobState::queued) + reserved;
-  if (queued + jobs > settings.queued_limit) return Rejection{Reason::queue_full, queued, settings.queued_limit, jobs};
   const OwnerUsage usage = context_.stores.statistics.owner_usage(owner);
+  const std::int64_t queued = usage.all_queued_jobs + reserved;
+  if (queued + jobs > settings.queued_limit) return Rejection{Reason::queue_full, queued, settings.queued_limit, jobs};
   const auto of_owner = reserved_.find(owner);
   const std::int64_t owners = usage.queued_jobs + (of_owner == reserved_.end() ? 0 : of_owner->second);
   if (owners + jobs > settings.owner_queued_limit) {

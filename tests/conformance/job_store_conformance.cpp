@@ -47,12 +47,17 @@ std::vector<StoreKind> store_kinds() {
           {"Postgres", [] { return std::make_unique<Postgres>(); }}};
 }
 
-std::string JobStoreConformance::submit(const std::function<void(queue::Job&)>& change, const std::string& document) {
+queue::Job JobStoreConformance::new_job() {
   queue::Job job;
   std::array<char, 40> id{};
   std::snprintf(id.data(), id.size(), "0190a5b0-0000-7000-8000-%012d", ++submitted_);
   job.id = id.data();
   job.created_at = now;
+  return job;
+}
+
+std::string JobStoreConformance::submit(const std::function<void(queue::Job&)>& change, const std::string& document) {
+  queue::Job job = new_job();
   if (change) change(job);
   store().submit(job, document);
   return job.id;

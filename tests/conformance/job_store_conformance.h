@@ -34,7 +34,8 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
   void reopen() { under_test_->reopen(); }
   [[nodiscard]] bool is_shared() const { return under_test_->is_shared(); }
 
-  /// Submits a job with defaults except for `change`; returns its id. Ids grow with every call.
+  queue::Job new_job();  ///< it is not stored; ids grow with every call
+  /// Submits a job with defaults except for `change`; returns its id.
   std::string submit(const std::function<void(queue::Job&)>& change = {}, const std::string& document = "{}");
   queue::Claim claim(bool alone = false);  ///< under boot id "boot" at time `now`
   queue::Job find(const std::string& id);

@@ -191,6 +191,9 @@ CREATE FUNCTION add_event(job jobs, event_state TEXT) RETURNS VOID LANGUAGE sql 
 $$;
 CREATE FUNCTION add_job_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
 BEGIN
+  IF tg_op = 'INSERT' AND new.state = 'running' THEN  -- it was claimed as soon as it was queued
+    PERFORM add_event(new, 'queued');
+  END IF;
   PERFORM add_event(new, new.state);
   RETURN NULL;
 END $$;

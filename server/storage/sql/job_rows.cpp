@@ -37,6 +37,15 @@ void read_assets(Database& database, queue::Job& job) {
   while (assets.row()) job.assets.push_back(assets.text(0));
 }
 
+constexpr std::int64_t first_fence = 1;
+
+/// Adds a claim of the job to the passes.
+void count_turn(Database& database, const queue::Job& job) {
+  database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))", job.owner);
+  database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
+                std::int64_t{job.weight}, job.owner);
+}
+
 constexpr const char* summary_columns = "kind, name, batch_id, owner, keep, state";
 
 /// None without a row of the summary's columns.
@@ -74,8 +83,10 @@ void insert_scene(Database& database, const std::string& id, const queue::Common
 }
 
 void insert_job(Database& database, const queue::Job& job, const std::string& document,
-                const std::optional<std::string>& scene_id) {
-  std::optional<std::string> url, events, content_key, batch;
+                const std::optional<std::string>& scene_id, const std::optional<queue::ClaimTerms>& terms) {
+  std::optional<std::string> url, events, content_key, batch, boot_id;
+  std::optional<std::int64_t> lease_until;
+  if (terms) boot_id = terms->boot_id, lease_until = terms->lease_until;
   if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
   if (!job.content_key.empty()) content_key = job.content_key;
   if (!job.batch.empty()) batch = job.batch;
@@ -83,9 +94,10 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
-      " kind, accuracy, large, weight, work, variation, use_cache, keep,"
-      " moved_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
-      "?, ?, ?, ?)",
+      " kind, accuracy, large, weight, work, variation, use_cache, keep, artifacts_synced, fence, boot_id, lease_until,"
+      " moved_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+      "?, ?, ?,"
+      " ?, ?, ?, ?, ?, ?, ?, ?)",
       job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
@@ -93,7 +105,8 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
       std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep},
-      job.created_at);
+      std::int64_t{job.artifacts_synced}, terms ? first_fence : 0, boot_id, lease_until,
+      job.started_at.value_or(job.created_at));
   database.post("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
                 scene_id);
   insert_labels(database, job.id, job.labels);
@@ -101,9 +114,18 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
   for (const std::string& sha256 : job.assets) {
     database.post("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
   }
+  if (job.state == queue::JobState::running) {
+    if (job.keep) {
+      database.post(
+          "INSERT INTO moves SELECT id, revision, moved_at, state, attempt, moved_for, boot_id FROM jobs"
+          " WHERE id = ?",
+          job.id);
+    }
+    count_turn(database, job);
+  }
   if (job.state != queue::JobState::succeeded) return;
   insert_report(database, job.id, job.report);
-  insert_artifacts(database, job.id, job.artifacts, job.artifacts_synced);
+  insert_artifacts(database, job.id, job.artifacts);
 }
 
 void insert_report(Database& database, const std::string& id, const std::string& report) {
@@ -121,9 +143,7 @@ void insert_problem(Database& database, const std::string& id, const queue::Prob
   }
 }
 
-void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
-                      bool synced) {
-  if (!synced) database.post("UPDATE jobs SET artifacts_synced = 0 WHERE id = ?", id);
+void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts) {
   std::int64_t position = 0;
   for (const queue::Artifact& artifact : artifacts) {
     database.post(
@@ -143,9 +163,8 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache, keep FROM jobs WHERE "
-      "id = "
-      "?",
+      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache, keep"
+      " FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
   queue::Job job;
@@ -214,6 +233,16 @@ std::optional<std::string> read_scene(Database& database, const std::string& id)
       "SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?", id);
   if (!query.row()) return std::nullopt;
   return query.text(0);
+}
+
+void read_claimed_document(Database& database, queue::Claim& claim) {
+  Query row = database.query(
+      "SELECT documents.document, scenes.document FROM documents LEFT JOIN scenes ON scenes.id = documents.scene_id"
+      " WHERE job_id = ?",
+      claim.job.id);
+  row.row();
+  claim.document = row.text(0);
+  if (!row.is_null(1)) claim.scene = row.text(1);
 }
 
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id) {
@@ -303,23 +332,21 @@ queue::Claim claim_job(Database& database, const std::string& id, const queue::C
     claim.fence = claimed.integer(0);
   }
   claim.job = read_job(database, id).value();
-  database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))",
-                claim.job.owner);
-  database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
-                std::int64_t{claim.job.weight}, claim.job.owner);
+  count_turn(database, claim.job);
   return claim;
 }
 
-std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
-                                           std::int64_t now) {
-  {
-    Query waiting = database.query(
-        "SELECT id, deadline FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL LIMIT 2");
-    if (!waiting.row() || waiting.text(0) != id || (!waiting.is_null(1) && waiting.integer(1) <= now)) return {};
-    if (waiting.row()) return {};
+std::optional<queue::Claim> claim_unstored(Database& database, const queue::Job& job, std::int64_t now) {
+  if (job.deadline && *job.deadline <= now) return std::nullopt;
+  if (database.query("SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL LIMIT 1")
+          .row()) {
+    return std::nullopt;
   }
-  queue::Claim claim = claim_job(database, id, terms, now);
-  claim.is_last = true;
+  queue::Claim claim{.job = job, .document = {}, .fence = first_fence, .is_last = !database.is_shared()};
+  claim.job.state = queue::JobState::running;
+  claim.job.started_at = std::max(now, job.created_at);
+  ++claim.job.attempt;
+  ++claim.job.revision;
   return claim;
 }
 

@@ -15,16 +15,16 @@ namespace storage::sql {
 std::string joined(const std::vector<std::string>& words);
 std::vector<std::string> split(const std::string& text);
 
-/// The document is a patch of the scene of that id; null: a complete document.
+/// The document is a patch of the scene of that id; null: a complete document. The first claim of a running job has
+/// these terms.
 void insert_job(Database& database, const queue::Job& job, const std::string& document,
-                const std::optional<std::string>& scene_id);
+                const std::optional<std::string>& scene_id, const std::optional<queue::ClaimTerms>& terms);
 void insert_scene(Database& database, const std::string& id, const queue::CommonScene& scene);
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
 void insert_report(Database& database, const std::string& id, const std::string& report);
 void insert_problem(Database& database, const std::string& id, const queue::Problem& problem);
 /// Precondition: the row of the job exists.
-void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
-                      bool synced);
+void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts);
 
 /// Keeps other transactions from changing the job before the end of this one. Without effect where there is one writer.
 void lock_job(Database& database, const std::string& id);
@@ -35,6 +35,8 @@ std::optional<queue::JobSummary> delete_job(Database& database, const std::strin
 std::optional<std::string> read_document(Database& database, const std::string& id);
 /// The scene that the document of a job patches; none if the document is complete.
 std::optional<std::string> read_scene(Database& database, const std::string& id);
+/// Sets the document of the claim, and the scene that it patches. Precondition: the job exists.
+void read_claimed_document(Database& database, queue::Claim& claim);
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
 std::vector<queue::JobMove> read_moves(Database& database, const std::string& id);
 std::int64_t read_artifact_bytes(Database& database);  ///< sum over all jobs
@@ -52,9 +54,9 @@ inline constexpr std::int64_t pass_of_turn = 2520;
 
 /// Without the document. Precondition: the job is queued, and locked where several processes write.
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
-/// Claims a queued job that may run if no other job waits.
-std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
-                                           std::int64_t now);
+/// The claim, without the document, of a queued job that is not stored yet. None if another job waits or its deadline
+/// has passed.
+std::optional<queue::Claim> claim_unstored(Database& database, const queue::Job& job, std::int64_t now);
 
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
 /// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.

@@ -227,11 +227,12 @@ class SqlJobStore final : public queue::JobStore {
       if (request.batch) insert_batch(database, *request.batch);
       std::optional<std::string> scene_id;
       if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
+      if (request.claim) result.claim = claim_unstored(database, request.jobs.front().job, now);
+      const auto terms = result.claim ? request.claim : std::nullopt;
       for (const auto& [job, document] : request.jobs) {
         assert(job.state == queue::JobState::queued || job.state == queue::JobState::succeeded);
-        insert_job(database, job, document, scene_id);
+        insert_job(database, result.claim ? result.claim->job : job, document, scene_id, terms);
       }
-      if (request.claim) result.claim = claim_if_alone(database, request.jobs.front().job.id, *request.claim, now);
       return result;
     };
     return transactions_.write(work, synced(request.durable));
@@ -337,8 +338,10 @@ class SqlStatistics final : public queue::JobStatistics {
 
   queue::OwnerUsage owner_usage(const std::string& owner) override {
     return transactions_.read([&](Database& database) {
+      queue::OwnerUsage usage{.all_queued_jobs = count_jobs(database, queue::JobState::queued)};
       Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
-      return row.row() ? queue::OwnerUsage{row.integer(0), row.integer(1)} : queue::OwnerUsage{};
+      if (row.row()) usage.queued_jobs = row.integer(0), usage.artifact_bytes = row.integer(1);
+      return usage;
     });
   }
 

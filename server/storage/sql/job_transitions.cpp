@@ -8,16 +8,16 @@
 namespace storage::sql {
 namespace {
 
-/// Ends a job that runs under `fence`; false when there is none.
-bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, queue::JobState state) {
+/// Ends a job that runs under `fence`; false when there is none. `synced`: its artifacts are durable.
+bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, queue::JobState state,
+         bool synced = true) {
   assert(queue::may_move(queue::JobState::running, state));
   return database.change(
-             "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), moved_at = ?2, moved_for = '', "
-             "cancel_requested = 0, revision = revision + "
-             "1,"
+             "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), moved_at = ?2, moved_for = '',"
+             " cancel_requested = 0, artifacts_synced = ?5, revision = revision + 1,"
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
-             std::string(queue::name_of(state)), now, id, fence) == 1;
+             std::string(queue::name_of(state)), now, id, fence, std::int64_t{synced}) == 1;
 }
 
 queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
@@ -129,8 +129,7 @@ class SqlTransitions final : public queue::JobTransitions {
     try {
       // Outside the writer, which a large document would delay; it exists as long as its job runs.
       transactions_.read([&](Database& database) {
-        claim->document = read_document(database, id).value();
-        claim->scene = read_scene(database, id);
+        read_claimed_document(database, *claim);
         return 0;
       });
     } catch (...) {
@@ -157,10 +156,10 @@ class SqlTransitions final : public queue::JobTransitions {
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
     const auto work = [&](Database& database) {
-      if (!end(database, id, fence, now, queue::JobState::succeeded)) return false;
+      if (!end(database, id, fence, now, queue::JobState::succeeded, durable)) return false;
       if (!rendered) database.change("UPDATE jobs SET attempt = attempt - 1 WHERE id = ?", id);
       insert_report(database, id, report);
-      insert_artifacts(database, id, artifacts, durable);
+      insert_artifacts(database, id, artifacts);
       return true;
     };
     return transactions_.write(work, synced(durable));
@@ -185,7 +184,7 @@ class SqlTransitions final : public queue::JobTransitions {
           "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
           " AND expired = 0 AND keep = 1",
           id, fence);
-      if (changed == 1) insert_artifacts(database, id, {artifact}, true);
+      if (changed == 1) insert_artifacts(database, id, {artifact});
       return changed == 1;
     });
   }

@@ -44,7 +44,7 @@ struct Step {
     Query any = database.query(
         "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ?4)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ?4)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
         "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
@@ -69,7 +69,7 @@ struct Step {
   void release_abandoned() {
     const auto ids =
         database
-            .query("SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?" +
+            .query("SELECT id FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ? LIMIT ?" +
                        std::string(database.skip_locked()),
                    limits.lease_ended_before, limit)
             .texts();

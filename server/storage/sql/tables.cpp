@@ -116,7 +116,6 @@ CREATE INDEX small_jobs_waiting ON jobs (suspect, owner, rank, id)
   WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
 CREATE INDEX jobs_delayed ON jobs (not_before, work) WHERE not_before IS NOT NULL;
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
-CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
 CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND expired = 0;
 CREATE INDEX jobs_not_kept ON jobs (ended_at) WHERE keep = 0;

@@ -32,8 +32,9 @@ INSERT INTO artifact_total VALUES (0);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
 CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs + 1, work = work + new.work WHERE state = new.state;
-  INSERT INTO owner_usage (owner, queued_jobs) VALUES (new.owner, new.state = 'queued')
-    ON CONFLICT DO UPDATE SET queued_jobs = queued_jobs + excluded.queued_jobs;
+  INSERT INTO owner_usage (owner, queued_jobs, running_jobs)
+    VALUES (new.owner, new.state = 'queued', new.state = 'running') ON CONFLICT DO UPDATE SET
+    queued_jobs = queued_jobs + excluded.queued_jobs, running_jobs = running_jobs + excluded.running_jobs;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
 END;
@@ -43,6 +44,10 @@ CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
   UPDATE job_counts SET jobs = jobs + 1, work = work + new.work WHERE state = new.state;
   UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued'),
     running_jobs = running_jobs + (new.state = 'running') - (old.state = 'running') WHERE owner = new.owner;
+END;
+CREATE TRIGGER queued_job_moved AFTER UPDATE OF state, priority ON jobs
+    WHEN (old.state = 'queued' OR new.state = 'queued')
+      AND (old.state <> new.state OR old.priority <> new.priority) BEGIN
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;

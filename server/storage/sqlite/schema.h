@@ -6,7 +6,7 @@
 
 namespace storage::sqlite {
 
-inline constexpr std::int64_t jobs_schema_version = 14;
+inline constexpr std::int64_t jobs_schema_version = 15;
 inline constexpr std::int64_t deliveries_schema_version = 3;
 std::string jobs_schema();
 std::string deliveries_schema();
