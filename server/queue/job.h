@@ -88,9 +88,10 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
-  std::string accuracy;   ///< as requested by the document: JSON text written by api::, opaque here
-  bool large = false;     ///< may take long (api::is_large), or has taken long
-  std::int64_t work = 0;  ///< api::estimated_work, at most work_max; 0: unknown
+  std::string formats = "png";  ///< extensions of the files of a render, separated by spaces
+  std::string accuracy;         ///< as requested by the document: JSON text written by api::, opaque here
+  bool large = false;           ///< may take long (api::is_large), or has taken long
+  std::int64_t work = 0;        ///< api::estimated_work, at most work_max; 0: unknown
   /// The sha256 of the uploads that the document names; kept as long as the job. Those of a batch are in CommonScene.
   std::vector<std::string> assets;
   std::string report;  ///< JSON text written by api::, opaque here; empty until the job succeeded
@@ -175,6 +176,7 @@ struct Submission {
   std::string document = {};  ///< kept verbatim; in a batch its patch (api::apply_patch)
   api::JobRequest job = {};
   std::uint32_t width = 0, height = 0;
+  std::string formats = "png";  ///< see Job
   bool large = false;
   double work = 0;                       ///< see Job
   std::string variation = {};            ///< see Job

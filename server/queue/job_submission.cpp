@@ -94,6 +94,7 @@ Job JobSubmission::job_of(const Submission& submission) {
   job.labels = request.labels;
   job.width = submission.width;
   job.height = submission.height;
+  job.formats = submission.formats;
   job.accuracy = submission.accuracy;
   job.large = submission.large;
   job.work = static_cast<std::int64_t>(std::min(submission.work, static_cast<double>(work_max)));

@@ -22,6 +22,7 @@ TEST_P(JobStoreConformance, KeepsTheRequestedFieldsOfAJob) {
     job.content_key = "key";
     job.kind = JobKind::measure;
     job.accuracy = R"({"target_error":2.0})";
+    job.formats = "exr 16.png";
   });
   reopen();
   const Job job = find(id);
@@ -36,6 +37,7 @@ TEST_P(JobStoreConformance, KeepsTheRequestedFieldsOfAJob) {
   EXPECT_EQ(job.content_key, "key");
   EXPECT_EQ(job.kind, JobKind::measure);
   EXPECT_EQ(job.accuracy, R"({"target_error":2.0})");
+  EXPECT_EQ(job.formats, "exr 16.png");
   EXPECT_EQ(find(submit()).kind, JobKind::render);
   EXPECT_EQ(find(submit()).webhook, std::nullopt);
 }

@@ -66,10 +66,10 @@ class SharedStores : public testing::Test {
     PostgresServer::shared().sql(
         database,
         "INSERT INTO jobs (id, kind, owner, weight, name, batch_index, variation, state, created_at, moved_at, attempt,"
-        " max_attempts, priority, rank, keep, cancel_requested, suspect, width, height, accuracy, large, work,"
+        " max_attempts, priority, rank, keep, cancel_requested, suspect, width, height, formats, accuracy, large, work,"
         " use_cache, revision) VALUES ('" +
             sha256 +
-            "', 'render', '', 1, '', 0, '', 'succeeded', 1, 1, 1, 1, 0, 0, 1, 0, 0, 1, 1, '', 0, 1, 0, 1);"
+            "', 'render', '', 1, '', 0, '', 'succeeded', 1, 1, 1, 1, 0, 0, 1, 0, 0, 1, 1, 'png', '', 0, 1, 0, 1);"
             " INSERT INTO artifacts VALUES ('" +
             sha256 + "', 0, '', 'image.png', 'image/png', '" + sha256 + "', 3)");
   }

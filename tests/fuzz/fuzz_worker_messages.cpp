@@ -24,7 +24,7 @@
 
 namespace {
 
-constexpr worker::ResultRequest request{queue::JobKind::render, 16, 16};
+const worker::ResultRequest request{queue::JobKind::render, 16, 16, "png 16.png exr jpg hdr webp tiff"};
 
 void require(bool promise, const char* what) {
   if (promise) return;

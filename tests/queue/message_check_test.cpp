@@ -26,7 +26,7 @@ Finished result(Files... files) {
   return finished;
 }
 
-constexpr ResultRequest render{queue::JobKind::render, 16, 16}, measure{queue::JobKind::measure, 16, 16};
+const ResultRequest render{queue::JobKind::render, 16, 16, "png 16.png exr"}, measure{queue::JobKind::measure, 16, 16};
 
 std::string violation_of(const Finished& result, const ResultRequest& request) {
   const auto figures = check_result(result, request);
@@ -51,7 +51,7 @@ TEST(MessageCheck, AcceptsTheFilesOfRendersAndMeasurements) {
 
 TEST(MessageCheck, RejectsFilesThatTheJobCannotHave) {
   for (const char* const name : {"image.html", "image.png/../../x", "../image.png", "/etc/passwd", "", "image", "a\nb",
-                                 "measure.png", "image.png "})
+                                 "measure.png", "image.png ", "image.jpg", "image."})
     EXPECT_EQ(violation_of(result(file(name, "image/png")), render), "sent a result with an invalid file name") << name;
   EXPECT_EQ(violation_of(result(file("image.png", "image/png")), measure), "sent a result with an invalid file name");
   EXPECT_EQ(violation_of(result(file("image.png", "image/png"), file("image.png", "image/png")), render),

@@ -95,6 +95,7 @@ class SupervisorTest : public testing::Test {
     queue::Submission submission;
     submission.document = document;
     submission.width = submission.height = 4096;  // images of all tests fit
+    submission.formats = "png exr";
     submission.job.max_attempts = max_attempts;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }

@@ -89,6 +89,9 @@ queue::Submission submission_of(const Request& request, Scene scene, const ApiCo
   submission.accuracy = api::write_accuracy(parsed.accuracy);
   submission.width = parsed.image.window().width();
   submission.height = parsed.image.window().height();
+  submission.formats.clear();
+  for (const tracer::Format format : parsed.output.formats)
+    submission.formats.append(submission.formats.empty() ? "" : " ").append(tracer::extension(format));
   submission.large = api::is_large(parsed, scene.content);
   const std::optional<double> seconds_per_work = context.queue.queries.seconds_per_work();
   submission.work = api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0);

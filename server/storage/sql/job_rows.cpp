@@ -95,9 +95,9 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
       " kind, accuracy, large, weight, work, variation, use_cache, keep, artifacts_synced, fence, boot_id, lease_until,"
-      " moved_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+      " formats, moved_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
       "?, ?, ?,"
-      " ?, ?, ?, ?, ?, ?, ?, ?)",
+      " ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
@@ -105,7 +105,7 @@ void insert_job(Database& database, const queue::Job& job, const std::string& do
       content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
       std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large},
       std::int64_t{job.weight}, job.work, job.variation, std::int64_t{job.use_cache}, std::int64_t{job.keep},
-      std::int64_t{job.artifacts_synced}, terms ? first_fence : 0, boot_id, lease_until,
+      std::int64_t{job.artifacts_synced}, terms ? first_fence : 0, boot_id, lease_until, job.formats,
       job.started_at.value_or(job.created_at));
   database.post("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, Blob{document},
                 scene_id);
@@ -163,8 +163,8 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache, keep"
-      " FROM jobs WHERE id = ?",
+      " batch_index, kind, accuracy, large, artifacts_synced, weight, work, variation, use_cache, keep,"
+      " formats FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
   queue::Job job;
@@ -203,6 +203,7 @@ std::optional<queue::Job> read_job(Database& database, const std::string& id) {
   job.variation = row.text(33);
   job.use_cache = row.integer(34) != 0;
   job.keep = row.integer(35) != 0;
+  job.formats = row.text(36);
   read_labels(database, job);
   read_assets(database, job);
   if (job.state == queue::JobState::succeeded) read_report(database, job);

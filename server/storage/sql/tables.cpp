@@ -97,6 +97,7 @@ CREATE TABLE jobs (
   suspect INTEGER NOT NULL,
   width INTEGER NOT NULL,
   height INTEGER NOT NULL,
+  formats TEXT NOT NULL,
   accuracy TEXT NOT NULL,
   large INTEGER NOT NULL,
   work INTEGER NOT NULL,

@@ -154,7 +154,7 @@ void JobDispatcher::start_job(ClaimResult& result) {
   running.fence = result.claim->fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
-  running.requested = {job.kind, job.width, job.height};
+  running.requested = {job.kind, job.width, job.height, job.formats};
   running.keep = job.keep;
   slots_.running.emplace(job.id, running);
   running_count_ = static_cast<int>(slots_.running.size());

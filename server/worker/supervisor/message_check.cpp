@@ -37,15 +37,18 @@ std::string violation_of(const queue::Problem& problem) {
   return {};
 }
 
-/// The type of a file that a job of this kind may have; empty for other names.
-std::string_view media_type_of(const std::string& name, queue::JobKind kind) {
-  if (kind == queue::JobKind::measure) {
+/// The type of a file that the job may have; empty for other names.
+std::string_view media_type_of(const std::string& name, const ResultRequest& request) {
+  if (request.kind == queue::JobKind::measure) {
     for (const FileType& file : measurement_files)
       if (name == file.name) return file.media_type;
     return {};
   }
-  for (const tracer::Format format : tracer::all_formats)
-    if (name == "image." + std::string(tracer::extension(format))) return tracer::media_type(format);
+  for (const tracer::Format format : tracer::all_formats) {
+    const std::string extension(tracer::extension(format));
+    const bool requested = (" " + request.formats + " ").find(" " + extension + " ") != std::string::npos;
+    if (requested && name == "image." + extension) return tracer::media_type(format);
+  }
   return {};
 }
 
@@ -53,7 +56,7 @@ std::string violation_of(const std::vector<Image>& files, const ResultRequest& r
   if (files.empty()) return "sent a result without files";
   std::set<std::string_view> names;
   for (const Image& image : files) {
-    const std::string_view media_type = media_type_of(image.name, request.kind);
+    const std::string_view media_type = media_type_of(image.name, request);
     if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
     if (image.media_type != media_type) return "sent a result with an invalid media type";
     const bool depends_on_size = request.kind == queue::JobKind::render || image.name == "reference.exr";

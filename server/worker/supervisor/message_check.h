@@ -18,10 +18,11 @@ namespace worker {
 /// size of previews. Empty if the message is valid.
 std::string violation_of(const Message& message);
 
-/// The facts of a job that its result is compared with.
+/// The facts of a job that its result is compared with, as queue::Job's.
 struct ResultRequest {
   queue::JobKind kind = queue::JobKind::render;
   std::uint32_t width = 0, height = 0;
+  std::string formats = {};
 };
 
 /// The figures of the report of a valid result, or the violation. A result has a report (api::read_report) and at least
