@@ -1,6 +1,6 @@
 #pragma once
 /// State that the nodes of one database share beside the jobs: events in one order, results of running jobs that other
-/// nodes have asked for, and the nodes themselves.
+/// nodes have requested, and the nodes themselves.
 
 #include <cstdint>
 #include <optional>

@@ -24,7 +24,7 @@ inline constexpr std::uint32_t preview_side_max = 1024;
 /// That of the last preview of a job that was cancelled.
 inline constexpr std::uint32_t last_preview_side = 512;
 
-/// Previews of running jobs, kept in memory while a client asks for them. Jobs without requests cost nothing.
+/// Previews of running jobs, kept in memory while a client requests them. Jobs without requests cost nothing.
 /// Thread-safe. A job has at most `sides_max` previews of different sizes; the oldest is dropped.
 class Previews {
  public:

@@ -32,7 +32,7 @@ struct NodeLinkSettings {
   std::function<std::pair<int, int>()> load = [] { return std::pair(0, 0); };
   /// False on nodes without clients: nobody listens to events or waits for jobs.
   bool has_clients = true;
-  /// Time within which the node looks into the tables although no message has come, and reports itself.
+  /// Time within which the node reads the tables although no message has come, and reports itself.
   std::chrono::milliseconds interval{1000};
 };
 

@@ -51,6 +51,11 @@ def documentation(source):
     return found
 
 
+def banned_comment_words(path, source):
+    return [f"{path}:{line}: comment with {word}" for line, comment in cpp.comments(source)
+            for word in re.findall(r"\b[a-z]+\b", comment) if word in WORDS["words of comments"]]
+
+
 def banned_first_words(path, source):
     found = []
     for line, comment in documentation(source):
@@ -70,6 +75,9 @@ class Words(unittest.TestCase):
 
     def test_documentation_begins_with_its_subject(self):
         self.expect_none(banned_first_words, ".h", ".cpp")
+
+    def test_comments_do_not_speak_of_programs_as_of_people(self):
+        self.expect_none(banned_comment_words, ".h", ".cpp")
 
     def test_former_names_are_gone(self):
         self.expect_none(banned_text, ".h", ".cpp", ".py", ".yaml", ".yml", ".json", ".md")
@@ -92,6 +100,10 @@ class WordChecks(unittest.TestCase):
     def test_find_identifiers_in_code_only(self):
         found = banned_identifiers("a.h", 'int x = 1\'000;  // told\nconst char* s = "told";\nvoid tell_all(PictureFile f);\n')
         self.assertEqual(found, ["a.h:3: identifier tell_all (tell)", "a.h:3: identifier PictureFile (picture)"])
+
+    def test_find_words_in_comments_only(self):
+        found = banned_comment_words("a.h", 'const char* s = "told";\n// It knows.\nint say;  ///< known\n')
+        self.assertEqual(found, ["a.h:2: comment with knows"])
 
     def test_find_first_words_of_documentation_only(self):
         source = "#pragma once\n/// What it is.\n// Where not.\n/// A ray.\n/// How: a continued line.\nint x;  ///< whether so\n"

@@ -9,7 +9,7 @@ class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
     getrlimit(RLIMIT_FSIZE, &before_);
-    before_handler_ = std::signal(SIGXFSZ, SIG_IGN);  // else the kernel ends us instead of saying EFBIG
+    before_handler_ = std::signal(SIGXFSZ, SIG_IGN);  // else the kernel ends us instead of returning EFBIG
     const rlimit limit{bytes, before_.rlim_max};
     setrlimit(RLIMIT_FSIZE, &limit);
   }

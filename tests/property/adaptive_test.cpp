@@ -17,7 +17,7 @@ namespace {
 
 using namespace tracer;
 
-/// With the layers that tell of samples and error.
+/// With the layers of samples and error.
 Scene adapting(Scene scene, const Adaptive& adaptive) {
   scene.accuracy.adaptive = adaptive;
   scene.output.layers = {Layer::samples, Layer::error};

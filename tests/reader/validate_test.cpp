@@ -150,7 +150,7 @@ TEST(Validate, RejectsImpossibleImages) {
 
 TEST(Validate, RejectsImpossibleAccuracies) {
   Scene scene = valid_scene();
-  scene.accuracy.samples = 0;  // not asked for where samples adapt
+  scene.accuracy.samples = 0;  // ignored where samples adapt
   scene.accuracy.adaptive = Adaptive{1, 1, 1, 1, 1};
   EXPECT_EQ(issues_of(scene), Lines{});
   for (const double bad : {0.0, -1.0, nan, infinity}) {

@@ -109,7 +109,7 @@ bool read_matrix(Reading& reading, const Cursor& at, Transform& matrix) {
   return true;
 }
 
-/// Checked here, because tracer::validate knows no field but `transform`.
+/// Checked here, because tracer::validate has no field but `transform`.
 bool check_placement(Reading& reading, const Cursor& at, const Transform& placement) {
   for (const auto& row : placement.rows) {
     if (row[0] == 0 && row[1] == 0 && row[2] == 0)

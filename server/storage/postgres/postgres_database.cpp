@@ -275,7 +275,7 @@ Result PostgresDatabase::next_result() {
   const ExecStatusType status = PQresultStatus(result.get());
   if (status == PGRES_PIPELINE_ABORTED) throw Conflict();  // an earlier failure was thrown already
   if (status != PGRES_COMMAND_OK && status != PGRES_TUPLES_OK) {
-    // Operator intervention: the server tells that it ends the session before it closes the connection.
+    // Operator intervention: the server reports that it ends the session before it closes the connection.
     ended_ = ended_ || sql_state(result.get()).starts_with("57P");
     fail(result.get());
   }

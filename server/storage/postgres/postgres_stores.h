@@ -30,9 +30,9 @@ void check_database(const std::string& dsn);
 void finish_copy(const std::string& dsn);
 
 /// As queue::Stores, with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
-/// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that meets it runs
-/// again if it had no effect. When the answer to a commit was lost, the call asks the server for its outcome for up to
-/// 10 s; only a StoreFailure of kind `unknown` after that leaves it open.
+/// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that fails with it
+/// runs again if it had no effect. When the answer to a commit was lost, the call requests its outcome for up to 10 s;
+/// only a StoreFailure of kind `unknown` after that leaves it open.
 ///
 /// The texts of jobs must be UTF-8 without the character 0, as PostgreSQL's.
 class PostgresStores {

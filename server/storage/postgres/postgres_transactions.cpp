@@ -11,7 +11,7 @@ namespace {
 /// Conflicts end with one of the transactions committed, so a few attempts are enough for all of them.
 constexpr int attempts_max = 10;
 constexpr std::chrono::milliseconds pause_after_failure(300);
-/// Time to learn of a commit whose answer was lost: a restart of the server, or a switch to its replica.
+/// Time to find the outcome of a commit whose answer was lost: a restart of the server, or a switch to its replica.
 constexpr std::chrono::seconds patience(10);
 /// Counts are added up after every so many writes, so that reading them costs little.
 constexpr unsigned writes_until_add_up = 64;

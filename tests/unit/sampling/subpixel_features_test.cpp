@@ -151,7 +151,7 @@ TEST_F(MissedFeatures, AreNotThoseThatWereHit) {
   EXPECT_TRUE(missed(4, 0, 0.1, std::nan("")).empty());
 }
 
-/// One sample per pixel misses all of it, and knows.
+/// One sample per pixel misses all of it, and the estimate has the error.
 TEST(UniformSampler, IncludesTheErrorOfMissedFeatures) {
   Scene scene = flat_scene();
   scene.background.color = {0.1, 0.1, 0.1};

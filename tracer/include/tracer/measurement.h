@@ -71,7 +71,7 @@ struct Measurement {
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point);
 
 /// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster than
-/// all with at most its claim. The claimed error counts, since it is all that a user without a reference knows. Points
+/// all with at most its claim. The claimed error counts, since a user without a reference has no other. Points
 /// with broken claims are in no front. Of points with equal times as far as their runs show, that with the smallest
 /// claim; of equal claims, the first.
 std::vector<std::size_t> pareto_front(const Measurement& measurement);

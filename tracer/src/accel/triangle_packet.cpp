@@ -87,7 +87,7 @@ WHITTLE_INLINE void for_each_hit(const Packet& p, LaneRange range, const int* va
       });
 }
 
-// Functions of their own: if the compiler sees two triangles at once it does not vectorize these loops.
+// Functions of their own: if the compiler has two triangles at once it does not vectorize these loops.
 
 WHITTLE_WIDE void intersect_triangle(Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
                                      const TriangleGeometry& geometry, PrimitiveRef self) {

@@ -105,7 +105,7 @@ AffineForm power_form(const AffineForm& base, double exponent) {
   return form.error < interval.error ? form : interval;
 }
 
-/// The patch as one light sees it.
+/// The patch with the directions to one light.
 class LightAtPatch {
  public:
   LightAtPatch(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays,

@@ -301,7 +301,7 @@ SampledError SummedErrors::estimated() const {
 }
 
 SampledError SampledParts::estimated(const EstimatedSum& looks) const {
-  // The halves of many pixels tell how their errors compare with the expected ones; a few pixels of typical size count
+  // The halves of many pixels show how their errors compare with the expected ones; a few pixels of typical size count
   // as if they were as expected.
   constexpr double prior_pixels = 4;
   double refined_sum = refined.squared, spread = refined.spread, largest = refined.largest;
