@@ -10,7 +10,7 @@ namespace storage::sql {
 
 namespace {
 
-constexpr const char* columns =
+constexpr const char* delivery_columns =
     "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
 
 queue::DeliveryState state_named(const std::string& name) {
@@ -108,7 +108,7 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
       if (earliest.second.empty()) return std::nullopt;
       std::optional<queue::Delivery> delivery;
       {
-        Query row = database.query(std::string(columns) + " WHERE id = ?", earliest.second);
+        Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
         row.row();
         delivery = read_delivery(row);
       }
@@ -144,7 +144,7 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
     return transactions_.read([&](Database& database) {
       std::vector<queue::Delivery> deliveries;
       {
-        Query row = database.query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
+        Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
         while (row.row()) deliveries.push_back(read_delivery(row));
       }
       for (queue::Delivery& delivery : deliveries) read_attempts(database, delivery);
