@@ -64,12 +64,12 @@ class SharedAssets final : public AssetStore {
   storage::objects::SharedAssetStore store_;
 };
 
-std::unique_ptr<AssetStore> make_shared_directory(const std::string& directory, Clock clock) {
+std::unique_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, Clock clock) {
   return std::make_unique<SharedAssets>(std::make_unique<storage::objects::DirectoryObjects>(directory, "node"),
                                         std::move(clock));
 }
 
-std::unique_ptr<AssetStore> make_bucket(const std::string& /*directory*/, Clock clock) {
+std::unique_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, Clock clock) {
   return std::make_unique<SharedAssets>(std::make_unique<BucketUnderTest>("assets"), std::move(clock));
 }
 
@@ -281,8 +281,8 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                                                           return std::make_unique<FileAssetStore>(directory,
                                                                                                   std::move(clock));
                                                         }},
-                                         AssetStoreKind{"SharedDirectory", make_shared_directory},
-                                         AssetStoreKind{"S3", make_bucket}),
+                                         AssetStoreKind{"SharedDirectory", make_shared_asset_directory},
+                                         AssetStoreKind{"S3", make_asset_bucket}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteFiles) {
