@@ -13,7 +13,7 @@ using namespace tracer;
 using still_life_tests::plenty;
 using still_life_tests::still_life;
 
-void expect_same(const Rendered& twice, const Rendered& once) {
+void expect_same_image(const Rendered& twice, const Rendered& once) {
   EXPECT_EQ(twice.image.rgb, once.image.rgb);
   EXPECT_EQ(twice.image.layers.object_id, once.image.layers.object_id);
   EXPECT_EQ(twice.statistics.rays, once.statistics.rays);
@@ -37,7 +37,7 @@ TEST(Duplicates, OfEveryShapeAreLeftOutAndCounted) {
     scene.objects.push_back(scene.objects[i]);
   }
   const Rendered twice = scenes::render(scene);
-  expect_same(twice, single);
+  expect_same_image(twice, single);
   EXPECT_EQ(twice.statistics.duplicates, primitives);
 }
 
@@ -51,7 +51,7 @@ TEST(Duplicates, OfTrianglesInAMeshAreLeftOut) {
     for (std::size_t i = 0; i < triangles; ++i) mesh.triangles.push_back(mesh.triangles[i]);
   const Rendered many = scenes::render(scene);
   EXPECT_EQ(many.statistics.duplicates, 40 * triangles);
-  expect_same(many, single);
+  expect_same_image(many, single);
 }
 
 TEST(Duplicates, OfInstancesAreLeftOutAndLaterObjectsKeepTheirNumbers) {

@@ -134,16 +134,16 @@ void expect_equal_in_parts(const Scene& scene) {
   }
 }
 
-constexpr std::uint32_t side = 100;
+constexpr std::uint32_t image_side = 100;
 
 Scene uniform(std::uint64_t seed, std::uint32_t samples) {
-  Scene scene = scenes::random(seed, side);
+  Scene scene = scenes::random(seed, image_side);
   scene.accuracy.samples = samples;
   return scene;
 }
 
 Scene adaptive(std::uint64_t seed, double target_error) {
-  Scene scene = scenes::random(seed, side);
+  Scene scene = scenes::random(seed, image_side);
   scene.accuracy.target_error = target_error;
   scene.accuracy.adaptive.emplace().target_error = target_error;
   scene.accuracy.adaptive->samples_max = 256;
