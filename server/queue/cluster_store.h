@@ -46,7 +46,7 @@ class ClusterStore {
   virtual std::optional<std::string> find_result(const std::string& job_id, const std::string& name) = 0;
 
   // ---- nodes
-  /// What a node has to do even if a message about it was lost.
+  /// Work of a node that it must find even if a message about it was lost.
   struct Duties {
     bool suspects_wait = false;          ///< a suspect (Job) may be claimed
     std::vector<std::string> cancelled;  ///< jobs of this node whose cancel was requested

@@ -1,5 +1,5 @@
 // Parts of a render that are traced elsewhere: the image, its layers, its error estimate and all statistics are those
-// of one process, whoever traces which part, in any order.
+// of one process, traced by any process in any order.
 #include "tracer/parts.h"
 
 #include <gtest/gtest.h>
