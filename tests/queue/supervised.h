@@ -57,13 +57,14 @@ class FailingTransitions final : public ForwardingTransitions {
   }
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {
+    ++claims;
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
     std::optional<queue::Claim> claim = ForwardingTransitions::claim(terms, now, filter);
     if (!filter.busy_owners.empty() && after_limited_claim) std::exchange(after_limited_claim, nullptr)();
     return claim;
   }
   std::function<void()> after_limited_claim;  ///< called once, within a claim that excludes owners
-  std::atomic<int> failures = 0, claim_failures = 0;
+  std::atomic<int> failures = 0, claim_failures = 0, claims = 0;
 };
 
 class SupervisorTest : public testing::Test {
