@@ -181,7 +181,7 @@ struct FakeClock {
 Scene bright(std::uint32_t side) {
   Scene scene = still_life(side);
   scene.ambient = {0.3, 0.3, 0.3};
-  scene.materials[1].emission = scene.materials[2].emission = {0.1, 0.1, 0.1};
+  scene.materials[1].emission = scene.materials[2].emission = Color{0.1, 0.1, 0.1};
   return scene;
 }
 
@@ -318,7 +318,7 @@ Scene corridor(double cutoff) {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
   Material shining = scenes::mirror(reflection);
-  shining.emission = {emission, emission, emission};
+  shining.emission = Color{emission, emission, emission};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, shining);
   scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
   scene.accuracy.cutoff = cutoff;

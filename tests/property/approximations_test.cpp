@@ -87,8 +87,8 @@ TEST(WithoutReflections, GlassHasItsLocalShadingAndTransmitsShadowRays) {
   scene.background.color = {1, 2, 3};
   scene.lights = {scenes::point_light({4, 5, 0})};
   Material glass = scenes::glass();
-  glass.emission = {0.25, 0.5, 0.75};
-  glass.transmission_color = {0.5, 1, 0};
+  glass.emission = Color{0.25, 0.5, 0.75};
+  glass.transmission_color = Color{0.5, 1, 0};
   glass.color = Color{0, 0, 0};
   scenes::add(scene, Sphere{{0, 1, 0}, 1}, glass);
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
@@ -113,7 +113,7 @@ TEST(EnvironmentReflections, ReturnTheBackgroundOfAnEmptyScene) {
   scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
   scene.background.gradient = Gradient{{0.1, 0.4, 0.9}, {0.8, 0.3, 0.05}};
   Material mirror = scenes::mirror(0.75);
-  mirror.reflection_color = {1, 0.5, 0.25};
+  mirror.reflection_color = Color{1, 0.5, 0.25};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
   const Rendered alone = scenes::render(scene);
   scenes::add(scene, Sphere{{0, 0, 12}, 5}, scenes::glowing({9, 9, 9}));  // behind the camera

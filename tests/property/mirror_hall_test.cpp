@@ -20,7 +20,7 @@ MirrorHall mirror_hall(double reflection, double whole) {
   scene.camera = {{0, 3, 0}, {0, 0, 0}, {0, 0, 1}, 40};
   Material wall = scenes::mirror(reflection);
   const double emission = whole * (1 - reflection);
-  wall.emission = {emission, emission, emission};
+  wall.emission = Color{emission, emission, emission};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, wall);
   scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
   return {scene, whole};

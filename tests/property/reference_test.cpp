@@ -91,7 +91,7 @@ tracer::Scene glass_scene(double ior, bool fresnel) {
   glass.fresnel = fresnel;
   glass.reflection = fresnel ? 1 : 0.1;
   glass.transmission = 0.9;
-  glass.transmission_color = {0.9, 1, 0.8};
+  glass.transmission_color = tracer::Color{0.9, 1, 0.8};
   scenes::add(scene, tracer::Sphere{{0, 0, 0}, 1}, glass);
   scenes::add(scene, tracer::Sphere{{0, 0, 0}, 0.4}, scenes::glass(1 / ior));  // a bubble
   scenes::add(scene, tracer::Sphere{{1.5, 0.2, -1.5}, 0.7}, scenes::mirror(0.9));
@@ -149,7 +149,7 @@ TEST(Image, OfRaysWithTwoToTheSixteenthBranchesEqualsTheReference) {
   tracer::Material splitter = scenes::mirror(0.5);
   splitter.transmission = 0.5;
   splitter.ior = 1.1;
-  splitter.emission = {0.5, 0.6, 0.7};
+  splitter.emission = tracer::Color{0.5, 0.6, 0.7};
   const tracer::MaterialId shell = scenes::add(scene, splitter);
   for (const double radius : {1.0, 2.0, 3.0, 5.0, 7.0}) scenes::add(scene, tracer::Sphere{{0.1, 0, 0}, radius}, shell);
   scene.accuracy.max_depth = 17;

@@ -152,8 +152,8 @@ TEST(Hollow, EqualsASphereOfAirOfHigherPriorityAndAMeshTurnedInsideOut) {
 TEST(ThinPanes, InterpolateOrFilterTheRadianceBehindThem) {
   Material pane = scenes::matte({0.2, 0.4, 0.8});
   pane.transmission = 0.25;
-  pane.emission = {0.05, 0, 0};
-  pane.transmission_color = {0.5, 1, 2};
+  pane.emission = Color{0.05, 0, 0};
+  pane.transmission_color = Color{0.5, 1, 2};
   Scene scene = scenes::empty(1);
   scene.ambient = {0.5, 0.5, 0.5};
   scene.background.color = {1, 1, 1};

@@ -79,12 +79,12 @@ TEST(DefaultValues, OfMaterialMatchTheSceneHeader) {
   EXPECT_EQ(seen.diffuse, 1);
   EXPECT_EQ(seen.specular, 0);
   EXPECT_EQ(seen.shininess, 32);
-  EXPECT_EQ(seen.specular_color, (Color{1, 1, 1}));
-  EXPECT_EQ(seen.emission, Color{});
+  EXPECT_EQ(std::get<Color>(seen.specular_color), (Color{1, 1, 1}));
+  EXPECT_EQ(std::get<Color>(seen.emission), Color{});
   EXPECT_EQ(seen.reflection, 0);
-  EXPECT_EQ(seen.reflection_color, (Color{1, 1, 1}));
+  EXPECT_EQ(std::get<Color>(seen.reflection_color), (Color{1, 1, 1}));
   EXPECT_EQ(seen.transmission, 0);
-  EXPECT_EQ(seen.transmission_color, (Color{1, 1, 1}));
+  EXPECT_EQ(std::get<Color>(seen.transmission_color), (Color{1, 1, 1}));
   EXPECT_EQ(seen.ior, 1.5);
   EXPECT_FALSE(seen.fresnel);
   EXPECT_EQ(seen.transparency, tracer::Material::Transparency::refract);

@@ -148,12 +148,12 @@ TEST(SceneReader, ReadsTexturesAndMaterials) {
   EXPECT_EQ(glass.diffuse, 0.25);
   EXPECT_EQ(glass.specular, 0.75);
   EXPECT_EQ(glass.shininess, 8);
-  EXPECT_EQ(glass.specular_color, (Color{0.5, 0.5, 0.5}));
-  EXPECT_EQ(glass.emission, (Color{1, 2, 3}));
+  EXPECT_EQ(std::get<Color>(glass.specular_color), (Color{0.5, 0.5, 0.5}));
+  EXPECT_EQ(std::get<Color>(glass.emission), (Color{1, 2, 3}));
   EXPECT_EQ(glass.reflection, 0.375);
-  EXPECT_EQ(glass.reflection_color, (Color{0.25, 0.25, 0.25}));
+  EXPECT_EQ(std::get<Color>(glass.reflection_color), (Color{0.25, 0.25, 0.25}));
   EXPECT_EQ(glass.transmission, 0.625);
-  EXPECT_EQ(glass.transmission_color, (Color{0.5, 0.25, 1}));
+  EXPECT_EQ(std::get<Color>(glass.transmission_color), (Color{0.5, 0.25, 1}));
   EXPECT_EQ(glass.ior, 1.25);
   EXPECT_FALSE(glass.fresnel);
   EXPECT_EQ(glass.transparency, tracer::Material::Transparency::filtered);

@@ -111,7 +111,7 @@ TEST(VisibleLights, AreObjectsWithoutShadowThatEmit) {
   ASSERT_EQ(scene.objects.size(), 2u);
   for (const tracer::Object& each : scene.objects) EXPECT_FALSE(each.shadow);
   ASSERT_EQ(scene.materials.size(), 2u);
-  EXPECT_EQ(scene.materials[0].emission, (Color{2, 1, 0}));
+  EXPECT_EQ(std::get<Color>(scene.materials[0].emission), (Color{2, 1, 0}));
   EXPECT_EQ(scene.materials[0].ambient + scene.materials[0].diffuse + scene.materials[0].specular, 0);
   ASSERT_EQ(scene.prototypes.size(), 2u);
   EXPECT_EQ(scene.prototypes[0].path, "/lights/1");

@@ -111,7 +111,7 @@ TEST(ClosedBoxOfEmissiveMirrors, HoldsEOverOneMinusRhoEverywhere) {
     Scene scene = scenes::empty(32);
     scene.camera = {{0.3, 0.4, 0.9}, {1, 0.1, 0.2}, {0, 1, 0}, 120};
     Material wall = scenes::mirror(rho);
-    wall.emission = {1, 0.5, 0.25};
+    wall.emission = Color{1, 0.5, 0.25};
     scenes::add(scene, Box{{0, 0, 0}, {sides[0], sides[1], sides[2]}}, wall);
     scenes::add(scene, Sphere{{0.7, 0.3, 0.4}, 0.2}, wall);
     scene.accuracy.max_depth = 5000;

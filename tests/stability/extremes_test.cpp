@@ -20,7 +20,7 @@ Scene corridor(double rho, std::uint32_t depth) {
   Scene scene = scenes::empty(2);
   scene.camera = {{0, 0, 0.25}, {0, 0, 1}, {0, 1, 0}, 1};
   Material wall = scenes::mirror(rho);
-  wall.emission = {1, 0.5, 0.25};
+  wall.emission = Color{1, 0.5, 0.25};
   const MaterialId material = scenes::add(scene, wall);
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, material);
   scenes::add(scene, Plane{{0, 0, 1}, {0, 0, -1}, {}}, material);
@@ -155,7 +155,7 @@ TEST(NonFiniteSamples, AreCountedAndLeftOutOfTheMeanOfTheirPixel) {
   scene.image = {7, 1};
   scene.camera.fov_deg = 1e-3;
   scene.accuracy.samples = 64;
-  scene.materials[0].reflection_color = {1e30, 1e30, 1e30};
+  scene.materials[0].reflection_color = Color{1e30, 1e30, 1e30};
   scenes::add(scene, Triangle{{{{0, -1, 0.5}, {0, 1, 0.5}, {2, 0, 0.5}}}, {}, {}}, scenes::glowing({3, 3, 3}));
   const Rendered rendered = scenes::render(scene);  // not the table's: here they are wanted
   Row row(0, "samples made infinite on purpose are left out, and counted", Oracle::closed_form, "pixels");

@@ -139,10 +139,10 @@ class Everything {
     }
     Material& m = scene.materials[0];
     color("/materials/glass/color", std::get<Color>(m.color));
-    color("/materials/glass/specular_color", m.specular_color);
-    color("/materials/glass/emission", m.emission);
-    color("/materials/glass/reflection_color", m.reflection_color);
-    color("/materials/glass/transmission_color", m.transmission_color);
+    color("/materials/glass/specular_color", std::get<Color>(m.specular_color));
+    color("/materials/glass/emission", std::get<Color>(m.emission));
+    color("/materials/glass/reflection_color", std::get<Color>(m.reflection_color));
+    color("/materials/glass/transmission_color", std::get<Color>(m.transmission_color));
     color("/materials/glass/absorption", m.absorption);
     number("/materials/glass/ambient", m.ambient);
     number("/materials/glass/diffuse", m.diffuse);

@@ -40,7 +40,7 @@ Scene corridor() {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 3, 0}, {1, 0, 0}, {0, 0, 1}, 40};
   Material wall = scenes::mirror(0.9);
-  wall.emission = {0.04, 0.03, 0.02};
+  wall.emission = Color{0.04, 0.03, 0.02};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, wall);
   scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
   return scene;

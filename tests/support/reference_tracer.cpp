@@ -249,10 +249,9 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
   return point;
 }
 
-Light3 ReferenceTracer::surface_color(const Point& point, Path& path) const {
-  const tracer::Material& material = *point.hit.body->material;
-  if (const auto* color = std::get_if<tracer::Color>(&material.color)) return *color;
-  const tracer::Texture& texture = scene_.textures[std::get<tracer::TextureId>(material.color).index];
+Light3 ReferenceTracer::color_at(const tracer::ColorOrTexture& color, const Point& point, Path& path) const {
+  if (const auto* plain = std::get_if<tracer::Color>(&color)) return *plain;
+  const tracer::Texture& texture = scene_.textures[std::get<tracer::TextureId>(color).index];
   Real u = 0, v = 0;
   if (const auto* sphere = std::get_if<tracer::Sphere>(point.hit.body->shape)) {
     const Vec pole = unit(sphere->axis), n = unit(point.position - Vec(sphere->center));
@@ -296,8 +295,10 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
 Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const {
   const Vec to_eye = -ray.direction;
   const tracer::Material& material = *point.hit.body->material;
-  const Light3 color = surface_color(point, path);
-  Light3 sum = Light3(material.emission) + material.ambient * (color * Light3(scene_.ambient));
+  const Light3 color = color_at(material.color, point, path);
+  const Light3 specular =
+      material.specular > 0 ? material.specular * color_at(material.specular_color, point, path) : Light3{};
+  Light3 sum = color_at(material.emission, point, path) + material.ambient * (color * Light3(scene_.ambient));
   for (const tracer::Light& light : scene_.lights) {
     Vec to_light, shadow;
     Real f = 1;
@@ -315,7 +316,7 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
     if (n_l <= 0) continue;
     const Light3 reflected =
         (material.diffuse * n_l) * color +
-        (material.specular * highlight(material, point.normal, to_light, to_eye)) * Light3(material.specular_color);
+        highlight(material, point.normal, to_light, to_eye) * specular;
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
     if (largest(weight * unshadowed) == 0) continue;
     const Real distance = directional != nullptr ? infinity : length(shadow);
@@ -333,9 +334,10 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
     if (material.transmission == 0) return {};
-    const Inside after = beyond(ray.inside, point_at(ray, hit));
+    const Point crossed = point_at(ray, hit);
+    const Inside after = beyond(ray.inside, crossed);
     const bool hidden = after != ray.inside && current_medium(after) == current_medium(ray.inside);
-    if (!hidden) through = material.transmission * (through * Light3(material.transmission_color));
+    if (!hidden) through = material.transmission * (through * color_at(material.transmission_color, crossed, path));
     ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;
@@ -360,8 +362,9 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Real cos2_t = 1 - dot(along, along);
   const bool total = cos2_t <= 0;
   const Real cos_t = total ? 0 : std::sqrt(cos2_t);
-  Light3 mirror = material.reflection * Light3(material.reflection_color);
-  Light3 transmit = material.transmission * Light3(material.transmission_color);
+  Light3 mirror, transmit;
+  if (material.reflection > 0) mirror = material.reflection * color_at(material.reflection_color, point, path);
+  if (material.transmission > 0) transmit = material.transmission * color_at(material.transmission_color, point, path);
   if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t / std::fmax(1.0L, n_from / n_to));
   if (material.fresnel) {
     const Real f = total ? 1 : n_from == n_to ? 0 : reflectance(cos_i, cos_t, n_from, n_to);

@@ -57,7 +57,7 @@ class ReferenceTracer {
   [[nodiscard]] Inside around_camera(Path& path) const;
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
   [[nodiscard]] Point point_at(const Ray& ray, const Hit& hit) const;
-  [[nodiscard]] Light3 surface_color(const Point& point, Path& path) const;
+  [[nodiscard]] Light3 color_at(const tracer::ColorOrTexture& color, const Point& point, Path& path) const;
   [[nodiscard]] Light3 trace(const Ray& ray, const Light3& weight, std::uint32_t depth, Path& path) const;
   [[nodiscard]] Light3 local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const;
   [[nodiscard]] Light3 visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,

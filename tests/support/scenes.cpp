@@ -147,12 +147,7 @@ class Draw : public oracle::Random {
     Material m;
     m.model = static_cast<Material::Model>(below(3));
     m.color = color();
-    if (chance(0.3)) {
-      Texture texture{CheckerTexture{{color(), color()}}, {in(1, 9), in(1, 9)}, {in(-2, 2), in(-2, 2)}, ""};
-      texture.filter = Texture::Filter::nearest;  // the reference tracer has no ray cones
-      scene.textures.push_back(texture);
-      m.color = TextureId{static_cast<std::uint32_t>(scene.textures.size() - 1)};
-    }
+    if (chance(0.3)) m.color = checker(scene);
     m.ambient = in(0, 1);
     m.diffuse = in(0, 1);
     m.specular = chance(0.5) ? in(0, 1) : 0;
@@ -165,7 +160,16 @@ class Draw : public oracle::Random {
     m.transmission_color = color(0.5);
     m.ior = chance(0.3) ? in(0.4, 1) : in(1, 2.5);
     m.fresnel = chance(0.5);
+    for (ColorOrTexture* other : {&m.specular_color, &m.emission, &m.reflection_color, &m.transmission_color})
+      if (chance(0.1)) *other = checker(scene);
     return m;
+  }
+
+  TextureId checker(Scene& scene) {
+    Texture texture{CheckerTexture{{color(), color()}}, {in(1, 9), in(1, 9)}, {in(-2, 2), in(-2, 2)}, ""};
+    texture.filter = Texture::Filter::nearest;  // the reference tracer has no ray cones
+    scene.textures.push_back(texture);
+    return {static_cast<std::uint32_t>(scene.textures.size() - 1)};
   }
 
   Light light() {

@@ -245,7 +245,7 @@ void add_visible_lights(Reading& reading) {
     scene.materials.push_back({.color = tracer::Color{},
                                .ambient = 0,
                                .diffuse = 0,
-                               .emission = {color.r * intensity, color.g * intensity, color.b * intensity},
+                               .emission = tracer::Color{color.r * intensity, color.g * intensity, color.b * intensity},
                                .path = path});
     const tracer::PrototypeId prototype{static_cast<std::uint32_t>(scene.prototypes.size())};
     scene.prototypes.push_back({.objects = {{.shape = surface_of(source), .material = material}}, .path = path});

@@ -85,7 +85,7 @@ CorpusScene mirror_hall(Canvas canvas, Random& random, double reflection, double
   scene.camera = {{0, 3, 0}, {1, 3, 0}, {0, std::cos(roll), std::sin(roll)}, 40};
   for (const auto& [height, emission] : {std::pair{0.0, floor}, std::pair{6.0, ceiling}}) {
     Material wall = scenes::mirror(reflection);
-    wall.emission = {emission, emission, emission};
+    wall.emission = Color{emission, emission, emission};
     scenes::add(scene, Plane{{0, height, 0}, {0, 1, 0}, {}}, wall);
   }
   if (lamp > 0) scenes::add(scene, Sphere{{0, -10, 0}, 1}, scenes::glowing({lamp, lamp, lamp}));

@@ -162,6 +162,7 @@ class Draw : public oracle::Random {
     m.shininess = chance(0.1) ? 0 : spread(1, 300);
     m.specular_color = color();
     if (chance(0.15)) m.emission = color();
+    if (chance(0.1)) m.emission = texture();
     if (plain_) return m;
     if (chance(0.4)) m.reflection = in(0, 1);
     m.reflection_color = color(0.5);
@@ -172,6 +173,8 @@ class Draw : public oracle::Random {
     m.priority = static_cast<int>(below(2));
     if (chance(0.2)) m.absorption = {in(0, 1) / scale_, in(0, 1) / scale_, in(0, 1) / scale_};
     m.fresnel = chance(0.4);
+    for (ColorOrTexture* other : {&m.specular_color, &m.reflection_color, &m.transmission_color})
+      if (chance(0.15)) *other = texture();
     m.shading = static_cast<Material::Shading>(below(3));
     if (chance(0.08)) m.normal_map = texture();
     if (chance(0.08)) m.bump = Bump{texture(), in(-0.05, 0.05) * scale_};

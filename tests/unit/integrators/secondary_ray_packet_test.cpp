@@ -16,8 +16,8 @@ using oracle::Vec;
 /// Mirrors, glass and panes, with and without Fresnel, and a material without secondary rays.
 std::vector<Material> materials() {
   std::vector<Material> all(7);
-  for (Material& material : all) material.reflection_color = {1, 0.5, 0.25};
-  for (Material& material : all) material.transmission_color = {0.5, 1, 0.75};
+  for (Material& material : all) material.reflection_color = Color{1, 0.5, 0.25};
+  for (Material& material : all) material.transmission_color = Color{0.5, 1, 0.75};
   for (const std::size_t i : {1u, 2u, 4u, 6u}) all[i].reflection = 0.3;
   for (const std::size_t i : {2u, 3u, 4u, 5u}) all[i].transmission = 0.6;
   for (const std::size_t i : {4u, 5u, 6u}) all[i].fresnel = true;
@@ -110,8 +110,8 @@ void expect_lane(const Packets& p, int i, const Material& material) {
   const bool total = (refracts || material.fresnel) && cos2_t < 0;
   const Real f = total ? 1 : oracle::reflectance(cos_i, std::sqrt(cos2_t), n_from, n_to);
   const Real reflection = material.fresnel ? f : 1, transmittance = total ? 0 : material.fresnel ? 1 - f : 1;
-  Color reflected = material.reflection_color * material.reflection;
-  const Color transmitted = material.transmission_color * material.transmission;
+  Color reflected = std::get<Color>(material.reflection_color) * material.reflection;
+  const Color transmitted = std::get<Color>(material.transmission_color) * material.transmission;
   if (total && !material.fresnel) reflected += transmitted;
   expect_throughput(p.reflection, i, p.hits, reflected, is_black(reflected) ? 0 : reflection);
   expect_throughput(p.transmission, i, p.hits, transmitted, transmits ? transmittance : 0);

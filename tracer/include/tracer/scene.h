@@ -185,12 +185,13 @@ struct Material {
   double diffuse = 1;                           ///< K_d
   double specular = 0;                          ///< K_s
   double shininess = 32;                        ///< n >= 0
-  Color specular_color{1, 1, 1};                ///< C_s
-  Color emission{};
-  double reflection = 0;              ///< K_r in [0,1]
-  Color reflection_color{1, 1, 1};    ///< C_r
-  double transmission = 0;            ///< K_t in [0,1]; filtered transparency may have more
-  Color transmission_color{1, 1, 1};  ///< C_t
+  ColorOrTexture specular_color = Color{1, 1, 1};  ///< C_s
+  ColorOrTexture emission = Color{};
+  double reflection = 0;                             ///< K_r in [0,1]
+  ColorOrTexture reflection_color = Color{1, 1, 1};  ///< C_r
+  double transmission = 0;  ///< K_t in [0,1]; filtered transparency may have more
+  /// C_t. Shadow rays read a texture at the point where they cross the surface, without a footprint.
+  ColorOrTexture transmission_color = Color{1, 1, 1};
   /// Transmission for K_t > 0. refract: Snell's law; total internal reflection adds K_t C_t to the reflected
   /// throughput. interpolated: not refracted, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t C_t
   /// I_behind. filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)

@@ -172,8 +172,7 @@ ColorInterval texture_range(const Texture& texture, const ImageMap* image) {
 }
 
 ColorInterval color_range(const CompiledScene& scene, const std::vector<ColorInterval>& textures,
-                          const SurfacePatch& patch, const RayBundle& rays, double width) {
-  const ColorOrTexture& color = scene.materials[patch.material].color;
+                          const ColorOrTexture& color, const SurfacePatch& patch, const RayBundle& rays, double width) {
   const auto* const id = std::get_if<TextureId>(&color);
   if (id == nullptr) return interval_of(std::get<Color>(color));
   const Texture& texture = scene.textures[id->index];

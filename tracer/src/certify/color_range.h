@@ -21,9 +21,15 @@ inline ColorInterval hull(const ColorInterval& a, const ColorInterval& b) {
 /// Range of the texture over its whole domain.
 ColorInterval texture_range(const Texture& texture, const ImageMap* image);
 
-/// Range of the color C of the patch's material, for any fraction of the footprint of a pixel whose rays have the width
+/// Range of a color of the patch's material, for any fraction of the footprint of a pixel whose rays have the width
 /// `width` there. `textures` are the ranges of the scene's textures.
 ColorInterval color_range(const CompiledScene& scene, const std::vector<ColorInterval>& textures,
-                          const SurfacePatch& patch, const RayBundle& rays, double width);
+                          const ColorOrTexture& color, const SurfacePatch& patch, const RayBundle& rays, double width);
+
+/// The same over the whole texture.
+inline ColorInterval color_range(const std::vector<ColorInterval>& textures, const ColorOrTexture& color) {
+  const auto* const id = std::get_if<TextureId>(&color);
+  return id != nullptr ? textures[id->index] : interval_of(std::get<Color>(color));
+}
 
 }  // namespace tracer

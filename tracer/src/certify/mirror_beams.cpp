@@ -30,11 +30,12 @@ MirrorBeams::MirrorBeams(const SceneBounds& bounds)
   occupancy_.reset(all_);
 }
 
-/// Reflection about the geometric normal, without Fresnel's factor.
+/// Reflection about the geometric normal, by the same factor everywhere.
 bool MirrorBeams::is_mirror(const SurfacePatch& patch) const {
   const CompiledMaterial& material = scene_.terms[patch.material];
   const bool smooth = !patch.flat && scene_.geometry().kind_of(patch.primitive.geometry) == GeometryKind::triangles;
-  return !is_black(material.mirror) && !material.fresnel && !material.transmits && !material.has_normal_map &&
+  const bool is_plain = std::holds_alternative<Color>(scene_.materials[patch.material].reflection_color);
+  return is_plain && !is_black(material.reflectance) && !material.fresnel && !material.transmits && !material.has_normal_map &&
          patch.has_normal && !smooth;
 }
 
@@ -43,7 +44,7 @@ std::optional<RadianceForms> MirrorBeams::follow(const SurfacePatch& patch, cons
   if (!follows_ || depth >= depth_max || !is_mirror(patch)) return std::nullopt;
   const std::optional<Beam> beam = reflected_beam(patch, rays, bounds_.tree.reach());
   if (!beam) return std::nullopt;
-  const Color mirror = scene_.terms[patch.material].mirror;
+  const Color mirror = scene_.terms[patch.material].reflectance;
   const double largest = throughput * max_component(mirror);
   std::optional<RadianceForms> radiance = seen_by(*beam, patch, depth, largest);
   if (!radiance) return std::nullopt;
@@ -90,7 +91,7 @@ std::optional<RadianceForms> MirrorBeams::surface(const SurfacePatch& patch, con
     visible_[light] = shadow_range(bounds_, patch, scene_.lights[light], {}, nullptr);
   const LocalRadiance local = local_radiance(bounds_, patch, rays, any_width, visible_);
   const std::optional<RadianceForms> reflected = follow(patch, rays, depth + 1, throughput);
-  const Color total = secondary_factors(scene_.terms[patch.material]).total;
+  const Color total = secondary_factor(bounds_, patch.material);
   const std::array<double, 3> factor{total.r, total.g, total.b};
   RadianceForms radiance;
   for (std::size_t c = 0; c < 3; ++c) {

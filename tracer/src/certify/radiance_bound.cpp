@@ -27,9 +27,9 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
 }
 
 /// Upper bound of the fraction of light that secondary rays receive.
-double albedo_bound(const Material& material) {
-  const double reflected = material.reflection * max_component(material.reflection_color);
-  const double transmitted = material.transmission * max_component(material.transmission_color);
+double albedo_bound(const CompiledScene& scene, const Material& material) {
+  const double reflected = material.reflection * color_bound(scene, material.reflection_color);
+  const double transmitted = material.transmission * color_bound(scene, material.transmission_color);
   // Fresnel's reflectance and transmittance add up to one.
   return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
 }
@@ -37,8 +37,8 @@ double albedo_bound(const Material& material) {
 double local_radiance_bound(const CompiledScene& scene, const Material& material, double lights) {
   const double color = color_bound(scene, material.color);
   const double diffuse = color * material.diffuse;
-  const double specular = max_component(material.specular_color) * material.specular;
-  return max_component(material.emission) + max_component(scene.ambient) * color * material.ambient +
+  const double specular = color_bound(scene, material.specular_color) * material.specular;
+  return color_bound(scene, material.emission) + max_component(scene.ambient) * color * material.ambient +
          (diffuse + specular > 0 && lights > 0 ? lights * (diffuse + specular) : 0);
 }
 
@@ -50,7 +50,7 @@ std::optional<double> radiance_bound(const CompiledScene& scene) {
   const std::set<std::uint32_t> used(scene.objects.material.begin(), scene.objects.material.end());
   for (const std::uint32_t index : used) {
     const Material& material = scene.materials[index];
-    const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(material);
+    const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(scene, material);
     if (local > 0) bound = std::max(bound, albedo < 1 ? local / (1 - albedo) : unbounded);
     if (albedo > 1) bound = unbounded;
   }

@@ -27,8 +27,14 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
   for (std::size_t i = 0; i < scene.textures.size(); ++i)
     textures.push_back(texture_range(scene.textures[i], scene.images[i].get()));
   background = background_range(scene, textures);
-  for (const CompiledMaterial& material : scene.terms)
-    if (max_component(material.through) > 1) transmittance_max = std::numeric_limits<double>::infinity();
+  for (const Material& material : scene.materials) {
+    const Coefficients largest = coefficients(material, scene.ambient, [&](const ColorOrTexture& color) {
+      const ColorInterval range = color_range(textures, color);
+      return Color{range[0].high, range[1].high, range[2].high};
+    });
+    secondary_max.push_back({largest.reflectance, largest.transmittance});
+    if (max_component(largest.transmittance) > 1) transmittance_max = std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace tracer

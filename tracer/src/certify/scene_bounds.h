@@ -18,6 +18,10 @@ struct SceneBounds {
   std::vector<ColorInterval> textures;  ///< by texture
   double radiance_max = 0;              ///< bound for any ray; may be infinite
   double transmittance_max = 1;         ///< bound for any shadow ray
+  struct SecondaryMax {
+    Color reflectance, transmittance;
+  };
+  std::vector<SecondaryMax> secondary_max;  ///< by material: bounds over its textures
   ColorInterval background{};           ///< radiance of rays that escape, over all directions
   Approximations approximate;           ///< any of them may darken or brighten any direct light
   bool in_medium = false;               ///< the camera is in a solid, which may absorb any part of the radiance

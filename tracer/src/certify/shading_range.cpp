@@ -8,33 +8,39 @@ namespace {
 
 std::array<double, 3> channels_of(const Color& c) { return {c.r, c.g, c.b}; }
 
-/// A function of the texture's color that grows with it.
-template <class Function>
-ColorInterval mapped(const ColorInterval& color, const Function& function) {
-  const Color low = function(Color{color[0].low, color[1].low, color[2].low});
-  const Color high = function(Color{color[0].high, color[1].high, color[2].high});
-  return hull(interval_of(low), interval_of(high));
-}
+/// Coefficients of a material over ranges of its colors, with which they grow. `range_of` returns the range of a
+/// ColorOrTexture.
+struct CoefficientRanges {
+  ColorInterval emitted_ambient, diffuse, specular;
 
-/// Coefficients of a material over a range of its color.
-struct Coefficients {
-  ColorInterval emitted_ambient, diffuse;
-  std::array<double, 3> specular;
-
-  Coefficients(const SceneBounds& bounds, std::uint32_t material, const ColorInterval& color) {
-    const CompiledScene& scene = bounds.scene;
+  template <class RangeOf>
+  CoefficientRanges(const CompiledScene& scene, std::uint32_t material, const RangeOf& range_of) {
     const CompiledMaterial& terms = scene.terms[material];
-    specular = channels_of(terms.specular);
     if (!terms.textured) {
-      emitted_ambient = interval_of(terms.own);
-      diffuse = interval_of(terms.diffuse);
+      set(terms, terms);
       return;
     }
-    const Material& source = scene.materials[material];
-    emitted_ambient = mapped(color, [&](const Color& c) { return tracer::emitted_ambient(source, c, scene.ambient); });
-    diffuse = mapped(color, [&](const Color& c) { return diffuse_coefficient(source, c); });
+    const auto at_end = [&](double Interval::*end) {
+      return coefficients(scene.materials[material], scene.ambient, [&](const ColorOrTexture& color) {
+        const ColorInterval range = range_of(color);
+        return Color{range[0].*end, range[1].*end, range[2].*end};
+      });
+    };
+    set(at_end(&Interval::low), at_end(&Interval::high));
+  }
+
+ private:
+  void set(const Coefficients& low, const Coefficients& high) {
+    emitted_ambient = hull(interval_of(low.emitted_ambient), interval_of(high.emitted_ambient));
+    diffuse = hull(interval_of(low.diffuse), interval_of(high.diffuse));
+    specular = hull(interval_of(low.specular), interval_of(high.specular));
   }
 };
+
+/// The form of a factor in a range.
+AffineForm scaled(const AffineForm& form, const Interval& factor) {
+  return factor.low == factor.high ? form * factor.low : form * form_of(factor);
+}
 
 /// Fractions of one light at a patch.
 struct LightForms {
@@ -210,9 +216,9 @@ LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
                              std::span<const Interval> visible_lights) {
   const CompiledScene& scene = bounds.scene;
   const CompiledMaterial& material = scene.terms[patch.material];
-  const Coefficients coefficients(
-      bounds, patch.material,
-      material.textured ? color_range(scene, bounds.textures, patch, rays, width) : ColorInterval{});
+  const CoefficientRanges coefficients(scene, patch.material, [&](const ColorOrTexture& color) {
+    return color_range(scene, bounds.textures, color, patch, rays, width);
+  });
   const LightAtPatch at_patch(bounds, patch, rays, material);
   LocalRadiance sum{.emitted_ambient = coefficients.emitted_ambient};
   for (std::size_t number = 0; number < scene.lights.size(); ++number) {
@@ -225,14 +231,14 @@ LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
     const std::array<double, 3> radiance = channels_of(light.radiance);
     const AffineForm arriving = forms.cosine * forms.strength, shining = forms.highlight * forms.strength;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double specular = coefficients.specular[c];
+      const Interval& specular = coefficients.specular[c];
       const Interval& diffuse = coefficients.diffuse[c];
-      AffineForm lit = diffuse.low == diffuse.high ? arriving * diffuse.low : arriving * form_of(diffuse);
-      if (specular > 0) lit = lit + shining * specular;
+      AffineForm lit = scaled(arriving, diffuse);
+      if (specular.high > 0) lit = lit + scaled(shining, specular);
       lit = lit * radiance[c];
-      const double largest =
-          radiance[c] * attenuation_bound(light.attenuation) * visible.high * (diffuse.high + specular);
-      if (radiance[c] > 0 && diffuse.high + specular > 0) sum.light_max[c] += largest;
+      const double reflected = diffuse.high + specular.high;
+      const double largest = radiance[c] * attenuation_bound(light.attenuation) * visible.high * reflected;
+      if (radiance[c] > 0 && reflected > 0) sum.light_max[c] += largest;
       if (visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * visible.high});
       sum.light[c] = sum.light[c] + lit;
     }
@@ -252,34 +258,33 @@ ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance,
 
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance) {
   const CompiledScene& scene = bounds.scene;
-  const ColorOrTexture& color = scene.materials[material].color;
-  const auto* const id = std::get_if<TextureId>(&color);
-  const Coefficients coefficients(bounds, material, id != nullptr ? bounds.textures[id->index] : ColorInterval{});
+  const CoefficientRanges coefficients(
+      scene, material, [&](const ColorOrTexture& color) { return color_range(bounds.textures, color); });
   ColorInterval sum{};
   for (const CompiledLight& light : scene.lights) {
     const std::array<double, 3> radiance = channels_of(light.radiance);
     const double visible = light.shadows ? bounds.transmittance_max : 1;
     const double strength = attenuation_max(light.attenuation, distance);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double reflected = radiance[c] * (coefficients.diffuse[c].high + coefficients.specular[c]);
+      const double reflected = radiance[c] * (coefficients.diffuse[c].high + coefficients.specular[c].high);
       if (reflected > 0) sum[c].high += reflected * strength * visible;
     }
   }
   return scene.lights.empty() ? coefficients.emitted_ambient : finish(bounds, coefficients.emitted_ambient, sum);
 }
 
-SecondaryFactors secondary_factors(const CompiledMaterial& material) {
-  SecondaryFactors factors{material.mirror, material.through, material.mirror + material.through};
+Color secondary_factor(const SceneBounds& bounds, std::uint32_t material) {
+  const auto& [reflectance, transmittance] = bounds.secondary_max[material];
   // Fresnel's reflectance and transmittance add up to one.
-  if (material.fresnel)
-    factors.total = {std::max(material.mirror.r, material.through.r), std::max(material.mirror.g, material.through.g),
-                     std::max(material.mirror.b, material.through.b)};
-  return factors;
+  if (bounds.scene.terms[material].fresnel)
+    return {std::max(reflectance.r, transmittance.r), std::max(reflectance.g, transmittance.g),
+            std::max(reflectance.b, transmittance.b)};
+  return reflectance + transmittance;
 }
 
 ColorInterval with_secondary_rays(const SceneBounds& bounds, std::uint32_t material, ColorInterval local) {
   const CompiledMaterial& terms = bounds.scene.terms[material];
-  const std::array<double, 3> factor = channels_of(secondary_factors(terms).total);
+  const std::array<double, 3> factor = channels_of(secondary_factor(bounds, material));
   for (std::size_t c = 0; c < 3; ++c)
     if (factor[c] > 0 && bounds.radiance_max > 0)
       local[c].high = (local[c].high + factor[c] * bounds.radiance_max) * (1 + 0x1p-40);

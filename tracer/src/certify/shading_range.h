@@ -31,12 +31,8 @@ ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance,
 /// light that has a position.
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance);
 
-/// Factors of the radiance along secondary rays: upper bounds, by channel.
-struct SecondaryFactors {
-  Color reflection, transmission;
-  Color total;  ///< reflection and transmission together
-};
-SecondaryFactors secondary_factors(const CompiledMaterial& material);
+/// Upper bound, by channel, of the factor of the radiance along secondary rays, reflected and transmitted ones together.
+Color secondary_factor(const SceneBounds& bounds, std::uint32_t material);
 
 /// `local` with what secondary rays of any radiance add.
 ColorInterval with_secondary_rays(const SceneBounds& bounds, std::uint32_t material, ColorInterval local);

@@ -46,7 +46,7 @@ std::set<std::uint32_t> textures_used_as_colors(const Background& background, co
   if (background.cube)
     for (const TextureId face : background.cube->faces) used.insert(face.index);
   for (const Material& material : materials) {
-    if (const auto* texture = std::get_if<TextureId>(&material.color)) used.insert(texture->index);
+    for_each_color_texture(material, [&](TextureId texture) { used.insert(texture.index); });
     if (material.bump) used.insert(material.bump->texture.index);
   }
   return used;

@@ -136,7 +136,9 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
 }
 
 bool is_textured(const Material& material) {
-  return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
+  bool textured = material.bump || material.normal_map;
+  for_each_color_texture(material, [&](TextureId) { textured = true; });
+  return textured;
 }
 
 double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive) {

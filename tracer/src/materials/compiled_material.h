@@ -28,57 +28,77 @@ inline Material::Shading shading_of(Material::Shading own, Approximations::Shadi
   return own;
 }
 
-/// Coefficients of a material with color C.
-inline Color emitted_ambient(const Material& material, const Color& color, const Color& ambient) {
-  return material.emission + ambient * color * (material.ambient * opaque_share(material));
-}
-inline Color diffuse_coefficient(const Material& material, const Color& color) {
-  return color * (material.diffuse * opaque_share(material));
+inline bool has_specular(const Material& material) {
+  return material.model != Material::Model::lambert && material.specular > 0;
 }
 
-/// If the color is a texture, `own` and `diffuse` are those of black.
-struct CompiledMaterial {
-  Color own;       ///< emission and ambient term
-  Color diffuse;   ///< factor of N.L
-  Color specular;  ///< factor of the specular term; black: none
-  Color mirror;    ///< reflectance K_r C_r, before the Fresnel factor
-  Color through;   ///< transmittance K_t C_t, before the Fresnel factor
+/// Factors of light at a point, before the Fresnel factors.
+struct Coefficients {
+  Color emitted_ambient;  ///< emission and ambient term
+  Color diffuse;          ///< factor of N.L
+  Color specular;         ///< factor of the specular term; black: none
+  Color reflectance;      ///< K_r C_r
+  Color transmittance;    ///< K_t C_t
+};
+
+/// `color_of` returns the color of a ColorOrTexture at the point. It is called for the colors that have an effect only.
+template <class ColorOf>
+Coefficients coefficients(const Material& material, const Color& ambient, const ColorOf& color_of) {
+  const double share = opaque_share(material);
+  const Color color = color_of(material.color);
+  return {.emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * share),
+          .diffuse = color * (material.diffuse * share),
+          .specular = has_specular(material) ? color_of(material.specular_color) * material.specular : Color{},
+          .reflectance = material.reflection > 0 ? color_of(material.reflection_color) * material.reflection : Color{},
+          .transmittance = material.transmission > 0 ? color_of(material.transmission_color) * material.transmission
+                                               : Color{}};
+}
+
+/// Calls visit(texture) for the textures of the colors that have an effect.
+template <class Visit>
+void for_each_color_texture(const Material& material, const Visit& visit) {
+  coefficients(material, {}, [&](const ColorOrTexture& color) {
+    if (const auto* texture = std::get_if<TextureId>(&color)) visit(*texture);
+    return Color{};
+  });
+}
+
+/// The coefficients of textured colors are those of white where white makes them largest: `specular`,
+/// `reflectance` and `transmittance` are black only if they are black everywhere.
+struct CompiledMaterial : Coefficients {
   double shininess = 0;
   double ior = 1;
   bool blinn = false;           ///< specular model of Blinn, else of Phong
   bool refracts = false;        ///< transmission by Snell's law
   bool fresnel = false;         ///< reflectance and transmittance are multiplied by the Fresnel factors
-  bool textured = false;        ///< the color is a texture
+  bool textured = false;        ///< a color is a texture
   bool has_normal_map = false;  ///< a normal map or bump map perturbs the normals
   bool transmits = false;
   Material::Shading shading = Material::Shading::smooth;
 };
 
-inline CompiledMaterial compiled_materials(const Material& material, const Color& ambient) {
-  const auto* plain = std::get_if<Color>(&material.color);
-  const Color color = plain != nullptr ? *plain : Color{};
-  const bool has_specular = material.model != Material::Model::lambert && material.specular > 0;
-  const bool transmits = material.transmission > 0;
-  return {.own = emitted_ambient(material, color, ambient),
-          .diffuse = diffuse_coefficient(material, color),
-          .specular = has_specular ? material.specular_color * material.specular : Color{},
-          .mirror = material.reflection_color * material.reflection,
-          .through = material.transmission_color * material.transmission,
-          .shininess = material.shininess,
-          .ior = material.ior,
-          .blinn = material.model == Material::Model::blinn_phong,
-          .refracts = transmits && material.transparency == Material::Transparency::refract,
-          .fresnel = material.fresnel && (transmits || material.reflection > 0),
-          .textured = plain == nullptr,
-          .has_normal_map = material.bump || material.normal_map,
-          .transmits = transmits,
-          .shading = material.shading};
+inline CompiledMaterial compiled_material(const Material& material, const Color& ambient) {
+  CompiledMaterial compiled;
+  static_cast<Coefficients&>(compiled) = coefficients(material, ambient, [&](const ColorOrTexture& color) {
+    const auto* plain = std::get_if<Color>(&color);
+    compiled.textured = compiled.textured || plain == nullptr;
+    return plain != nullptr ? *plain : Color{1, 1, 1};
+  });
+  compiled.transmits = material.transmission > 0;
+  compiled.shininess = material.shininess;
+  compiled.ior = material.ior;
+  compiled.blinn = material.model == Material::Model::blinn_phong;
+  compiled.refracts = compiled.transmits && material.transparency == Material::Transparency::refract;
+  compiled.fresnel = material.fresnel && (compiled.transmits || material.reflection > 0);
+  compiled.has_normal_map = material.bump || material.normal_map;
+  compiled.shading = material.shading;
+  return compiled;
 }
 
 inline std::vector<CompiledMaterial> compiled_materials(const std::vector<Material>& materials, const Color& ambient) {
   std::vector<CompiledMaterial> terms;
   terms.reserve(materials.size());
-  for (const Material& material : materials) terms.push_back(compiled_materials(material, ambient));
+  for (const Material& material : materials) terms.push_back(compiled_material(material, ambient));
   return terms;
 }
 

@@ -90,7 +90,7 @@ class Finder {
          (branches || exact_shadows()) && transmits && std::exchange(solid_seen_, true), where);
     need(&Requirements::gouraud, shading_of(material.shading, approximate_.shading) == Material::Shading::gouraud,
          approximate_.shading == Approximations::Shading::exact ? where : "/accuracy/approximate/shading");
-    if (const auto* texture = std::get_if<TextureId>(&material.color)) add(&Requirements::textures, *texture, where);
+    for_each_color_texture(material, [&](TextureId texture) { add(&Requirements::textures, texture, where); });
     if (material.bump) add(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);

@@ -166,11 +166,14 @@ void check_textures(Checks& checks, const Scene& scene) {
 
 void check_material(Checks& checks, const Material& material, std::size_t texture_count) {
   const DocumentPath where(material.path);
-  if (const auto* color = std::get_if<Color>(&material.color)) {
-    checks.color({where, "color"}, *color);
-  } else {
-    check_texture(checks, {where, "color"}, std::get<TextureId>(material.color), texture_count);
-  }
+  const auto check_color = [&](std::string_view field, const ColorOrTexture& value) {
+    if (const auto* color = std::get_if<Color>(&value)) {
+      checks.color({where, field}, *color);
+    } else {
+      check_texture(checks, {where, field}, std::get<TextureId>(value), texture_count);
+    }
+  };
+  check_color("color", material.color);
   if (material.normal_map) check_texture(checks, {where, "normal_map"}, *material.normal_map, texture_count);
   if (material.bump) {
     const DocumentPath bump(where, "bump");
@@ -182,17 +185,17 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.not_negative({where, "specular"}, material.specular);
   const DocumentPath shininess(where, "shininess");  // no upper bound
   if (checks.finite(shininess, material.shininess)) checks.at_least_0(shininess, material.shininess);
-  checks.color({where, "specular_color"}, material.specular_color);
-  checks.color({where, "emission"}, material.emission);
+  check_color("specular_color", material.specular_color);
+  check_color("emission", material.emission);
   checks.within({where, "reflection"}, material.reflection, 0, 1);
-  checks.color({where, "reflection_color"}, material.reflection_color);
+  check_color("reflection_color", material.reflection_color);
   if (material.transparency == Material::Transparency::filtered) {
     checks.not_negative({where, "transmission"}, material.transmission);
   } else {
     checks.within({where, "transmission"}, material.transmission, 0, 1);
   }
   checks.color({where, "absorption"}, material.absorption);
-  checks.color({where, "transmission_color"}, material.transmission_color);
+  check_color("transmission_color", material.transmission_color);
   const DocumentPath ior(where, "ior");
   const double bound = checks.limits.value_max;
   if (checks.finite(ior, material.ior) && checks.positive(ior, material.ior) &&

@@ -136,12 +136,14 @@ class WarningFinder {
           },
           texture.pattern);
     }
-    check_radiance(material.path + "/emission", material.emission);
+    if (const auto* emission = std::get_if<Color>(&material.emission))
+      check_radiance(material.path + "/emission", *emission);
   }
 
   void check(const Placed& placed) {
     const Material& material = scene_.materials[placed.material.index];
-    is_lit_ = is_lit_ || !is_black(material.emission);
+    const auto* emission = std::get_if<Color>(&material.emission);
+    is_lit_ = is_lit_ || emission == nullptr || !is_black(*emission);
     reflects_ = reflects_ || material.reflection > 0 || material.transmission > 0;
     any_object_ = true;
     if (const auto* plane = std::get_if<Plane>(&placed.shape)) {

@@ -6,6 +6,7 @@
 
 #include "tracer/src/math/power.h"
 #include "tracer/src/math/rounding.h"
+#include "tracer/src/textures/texture.h"
 
 namespace tracer {
 namespace {
@@ -230,6 +231,22 @@ void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media)
   }
 }
 
+/// K_t C_t of the surface that a lane crosses.
+Color ShadowRays::transmittance_of_lane(int lane) const {
+  const PointPacket& points = intersections_.points;
+  Surface surface;
+  surface.object = points.object[lane];
+  surface.material = scene_.objects.material[surface.object];
+  const CompiledMaterial& compiled = scene_.terms[surface.material];
+  const Material& material = scene_.materials[surface.material];
+  const auto* id = std::get_if<TextureId>(&material.transmission_color);
+  if (id == nullptr || !compiled.transmits) return compiled.transmittance;
+  surface.point = {points.position[lane], points.error[lane]};
+  surface.geometric_normal = points.face[lane];
+  const Vec2 uv = uv_at(scene_, crossed_.at(static_cast<std::size_t>(intersections_.ray[lane])), surface);
+  return texture_color(scene_.textures[id->index], uv, {}, scene_.images[id->index].get()) * material.transmission;
+}
+
 void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
   ContinuedRays continued;
   const PointPacket& points = intersections_.points;
@@ -245,7 +262,7 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
       crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
     if (!shadowless && !crossing.hidden)
-      transmittance = transmittance * scene_.terms[scene_.objects.material[object]].through;
+      transmittance = transmittance * transmittance_of_lane(i);
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];

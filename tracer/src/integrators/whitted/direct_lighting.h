@@ -63,6 +63,7 @@ class ShadowRays {
   void attenuate_transmissive(MediumStack& media);
   void cross_next_surface(const RaySegments& from, MediumStack& media);
   void cross_packet(const RaySegments& from, MediumStack& media);
+  [[nodiscard]] Color transmittance_of_lane(int lane) const;
 
   const CompiledScene& scene_;
   const RenderControl& control_;
@@ -208,7 +209,7 @@ class DirectLighting {
     if (!corners) return false;
     // Textures do not perturb the normals of vertices.
     if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[lane]] = {};
-    const Color specular = hit.throughput[lane] * material.specular;
+    const Color specular = shading_points.any_specular ? shading_points.specular[lane] : Color{};
     for (const Corner& corner : *corners)
       corner_points_.push(
           {.point = corner.point,

@@ -34,16 +34,16 @@ WHITTLE_INLINE void load_intersections(const RaySpan& rays, const HitSpan& hits,
 }
 
 WHITTLE_INLINE void put(const CompiledMaterial& material, int i, CoefficientPacket& to) {
-  to.emitted_ambient.set(i, material.own);
+  to.emitted_ambient.set(i, material.emitted_ambient);
   to.diffuse.set(i, material.diffuse);
   to.specular.set(i, material.specular);
-  to.reflectance.set(i, material.mirror);
+  to.reflectance.set(i, material.reflectance);
   to.shininess[i] = material.shininess;
   to.blinn[i] = material.blinn ? 1 : 0;
 }
 
 WHITTLE_INLINE void put_split(const CompiledMaterial& material, int i, CoefficientPacket& to) {
-  to.transmittance.set(i, material.through);
+  to.transmittance.set(i, material.transmittance);
   to.refracts[i] = material.refracts ? 1 : 0;
   to.fresnel[i] = material.fresnel ? 1 : 0;
 }
@@ -52,10 +52,10 @@ WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, Coefficie
   const bool has_specular = !is_black(material.specular);
   to.any_specular |= has_specular;
   to.any_blinn |= has_specular && material.blinn;
-  to.any_emitted |= material.textured || !is_black(material.own);
+  to.any_emitted |= material.textured || !is_black(material.emitted_ambient);
   to.textured |= lane_bit(i, material.textured);
   to.any_normal_map |= material.has_normal_map;
-  to.reflects |= lane_bit(i, !is_black(material.mirror));
+  to.reflects |= lane_bit(i, !is_black(material.reflectance));
   to.splits |= lane_bit(i, material.transmits || material.fresnel);
 }
 
@@ -146,10 +146,20 @@ WHITTLE_WIDE void apply_throughput(HitPacket& p, ShadingPointPacket& f) {
   multiply(p.throughput, c.emitted_ambient, p.emitted);
 }
 
-void set_textured_color(const Color& emitted, const Color& diffuse, int lane, HitPacket& packet,
-                        ShadingPointPacket& shading_points) {
-  packet.emitted.set(lane, packet.throughput[lane] * emitted);
-  shading_points.diffuse.set(lane, packet.throughput[lane] * diffuse);
+void set_textured_coefficients(const Coefficients& coefficients, int lane, HitPacket& packet,
+                               ShadingPointPacket& shading_points) {
+  const Color throughput = packet.throughput[lane];
+  packet.emitted.set(lane, throughput * coefficients.emitted_ambient);
+  shading_points.diffuse.set(lane, throughput * coefficients.diffuse);
+  if (shading_points.any_specular) {
+    shading_points.specular.set(lane, throughput * coefficients.specular);
+    shading_points.has_specular[lane] = is_black(shading_points.specular[lane]) ? 0 : 1;
+  }
+  CoefficientPacket& gathered = packet.coefficients;
+  gathered.reflectance.set(lane, coefficients.reflectance);
+  gathered.reflects &= ~lane_bit(lane);
+  gathered.reflects |= lane_bit(lane, !is_black(coefficients.reflectance));
+  if (gathered.splits != 0) gathered.transmittance.set(lane, coefficients.transmittance);
 }
 
 }  // namespace tracer

@@ -99,6 +99,7 @@ class ShadingPointQueue {
 };
 
 /// Coefficients of a packet's materials. Kept until the materials change: neighboring packets mostly share them.
+/// Textured lanes are set for every packet.
 struct alignas(64) CoefficientPacket {
   std::uint32_t material[lanes];
   ColorLanes emitted_ambient, diffuse, specular, reflectance;
@@ -153,8 +154,8 @@ void gather_coefficients(const std::vector<CompiledMaterial>& materials, HitPack
 /// Multiplies the coefficients by the throughput, into both packets.
 void apply_throughput(HitPacket& packet, ShadingPointPacket& shading_points);
 
-/// Replaces a textured lane's emitted and diffuse coefficients; `emitted` and `diffuse` are those at the hit.
-void set_textured_color(const Color& emitted, const Color& diffuse, int lane, HitPacket& packet,
-                        ShadingPointPacket& shading_points);
+/// Replaces a textured lane's coefficients by those at the hit.
+void set_textured_coefficients(const Coefficients& coefficients, int lane, HitPacket& packet,
+                               ShadingPointPacket& shading_points);
 
 }  // namespace tracer

@@ -38,22 +38,16 @@ class TextureLookup {
     });
     if (filters()) compute_footprints(hit.points, footprint_);
     for_each_lane(textured, [&](int i) {
-      const Color color = color_of_lane(i);
       const Material& material = state_.scene.materials[hit.material[i]];
-      set_textured_color(emitted_ambient(material, color, state_.scene.ambient), diffuse_coefficient(material, color),
-                         i, hit, shading_points);
+      set_textured_coefficients(
+          coefficients(material, state_.scene.ambient, [&](const ColorOrTexture& color) { return at_lane(color, i); }),
+          i, hit, shading_points);
     });
   }
 
   /// Color C of the lane's material. Precondition: apply_colors() was called if the packet has textured lanes.
   [[nodiscard]] Color color_of_lane(int lane) const {
-    const ColorOrTexture& color = state_.scene.materials[state_.hit.material[lane]].color;
-    const auto* id = std::get_if<TextureId>(&color);
-    if (id == nullptr) return std::get<Color>(color);
-    const Texture& texture = state_.scene.textures[id->index];
-    const bool filtered = texture.filter == Texture::Filter::mipmap;
-    const Vec2 footprint = filtered ? Vec2{footprint_.u[lane], footprint_.v[lane]} : Vec2{};
-    return texture_color(texture, uv_[lane], footprint, image_of(*id));
+    return at_lane(state_.scene.materials[state_.hit.material[lane]].color, lane);
   }
 
   /// Applies bump and normal maps; stores the normals before that at `unperturbed`, by hit.
@@ -73,6 +67,15 @@ class TextureLookup {
   [[nodiscard]] bool filters() const { return state_.template needs<&Requirements::filtered_textures>(); }
 
   [[nodiscard]] const ImageMap* image_of(TextureId id) const { return state_.scene.images[id.index].get(); }
+
+  [[nodiscard]] Color at_lane(const ColorOrTexture& color, int lane) const {
+    const auto* id = std::get_if<TextureId>(&color);
+    if (id == nullptr) return std::get<Color>(color);
+    const Texture& texture = state_.scene.textures[id->index];
+    const bool filtered = texture.filter == Texture::Filter::mipmap;
+    const Vec2 footprint = filtered ? Vec2{footprint_.u[lane], footprint_.v[lane]} : Vec2{};
+    return texture_color(texture, uv_[lane], footprint, image_of(*id));
+  }
 
   [[nodiscard]] Vec3 perturbed(Vec3 outward, const RayQueue& rays, int lane_ray, const Surface& surface) const {
     const auto ray = static_cast<std::size_t>(lane_ray);
