@@ -47,6 +47,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("image", read_image);
   if (const auto camera = fields.take_required("camera", camera_form)) read_camera(reading, *camera);
   section("depth_cue", read_depth_cue);
+  section("medium", read_medium);
   fields.optional("ambient", scene.ambient);
   section("lights", read_lights);
   section("textures", read_textures);

@@ -71,7 +71,10 @@ TEST(WithoutShadows, NoLightIsCulled) {
 TEST(WithoutReflections, MirrorsAreBlack) {
   std::uint64_t reflected = 0;
   for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
-    const Scene scene = with_materials(scenes::random(seed, 24), [](Material& material) { material.transmission = 0; });
+    const Scene scene = with_materials(scenes::random(seed, 24), [](Material& material) {
+      material.transmission = 0;
+      material.opacity = Color{1, 1, 1};
+    });
     const Scene dull = with_materials(scene, [](Material& material) { material.reflection = 0; });
     const Rendered seen = scenes::approximated(scene, no_reflections), expected = scenes::render(dull);
     ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;

@@ -187,4 +187,52 @@ TEST(Instance, IsBitIdenticalToItsFlattenedCopy) {
   EXPECT_EQ(scenes::render(placed).image.rgb, scenes::render(flat).image.rgb);
 }
 
+/// A floor below a lamp and the camera, which is closer.
+TEST(Medium, AbsorbsTheWayFromTheLampAndToTheCamera) {
+  Scene scene = scenes::empty(1);
+  scene.camera.type = Camera::Type::orthographic;
+  scene.camera.position = {0, 2, 0};
+  scene.camera.look_at = {0, 0, 0};
+  scene.camera.up = {0, 0, -1};
+  scene.camera.height = 1e-6;
+  scene.lights = {scenes::point_light({0, 5, 0})};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.5, 0.5, 0.5}));
+  scene.medium.absorption = {0.1, 0.25, 0};
+  const std::vector<float> rgb = scenes::render(scene).image.rgb;
+  EXPECT_NEAR(rgb[0], 0.5 * std::exp(-0.1 * 7), 1e-7);
+  EXPECT_NEAR(rgb[1], 0.5 * std::exp(-0.25 * 7), 1e-7);
+  EXPECT_EQ(rgb[2], 0.5F);
+}
+
+TEST(Medium, LetsNoLightArriveFromInfinitelyFar) {
+  Scene scene = scenes::empty(2);
+  scene.camera = {{0, 1, 0}, {0, 0.9, -5}, {0, 1, 0}, 60};
+  scene.background.color = {1, 1, 1};
+  scene.lights = {scenes::directional_light({0, -1, 0})};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  scene.medium.absorption = {0.1, 0, 0};
+  const Rendered seen = scenes::render(scene);
+  for (std::size_t i = 0; i < seen.image.rgb.size(); i += 3) {
+    EXPECT_EQ(seen.image.rgb[i], 0);
+    EXPECT_GT(seen.image.rgb[i + 1], 0);
+  }
+}
+
+/// Through a pane of thickness 1 that absorbs otherwise, straight on.
+TEST(Medium, EndsAtTheSurfacesOfSolids) {
+  Scene scene = scenes::empty(1);
+  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1e-3};
+  scene.medium.absorption = {0.2, 0.2, 0.2};
+  Material pane = scenes::matte({0, 0, 0});
+  pane.transmission = 1;
+  pane.transparency = Material::Transparency::filtered;
+  pane.absorption = {0.5, 0, 1};
+  scenes::add(scene, Box{{-1, -1, 0}, {1, 1, 1}}, pane);
+  scenes::add(scene, Plane{{0, 0, -2}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
+  const std::vector<float> rgb = scenes::render(scene).image.rgb;
+  EXPECT_NEAR(rgb[0], std::exp(-0.2 * 5 - 0.5), 1e-6);
+  EXPECT_NEAR(rgb[1], std::exp(-0.2 * 5), 1e-6);
+  EXPECT_NEAR(rgb[2], std::exp(-0.2 * 5 - 1), 1e-6);
+}
+
 }  // namespace

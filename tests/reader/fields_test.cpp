@@ -134,6 +134,7 @@ TEST(SceneReader, ReadsAreaLights) {
 
 TEST(SceneReader, ReadsTexturesAndMaterials) {
   const tracer::Scene scene = every_field();
+  EXPECT_EQ(scene.medium.absorption, (Color{0.5, 0, 0.25}));
   ASSERT_EQ(scene.textures.size(), 6u);
   EXPECT_EQ(std::get<tracer::CheckerTexture>(scene.textures[0].pattern).colors, (std::array{Color{}, Color{1, 2, 3}}));
   EXPECT_EQ(scene.textures[0].scale, (Vec2{2, 4}));
@@ -154,6 +155,7 @@ TEST(SceneReader, ReadsTexturesAndMaterials) {
   EXPECT_EQ(std::get<Color>(glass.reflection_color), (Color{0.25, 0.25, 0.25}));
   EXPECT_EQ(glass.transmission, 0.625);
   EXPECT_EQ(std::get<Color>(glass.transmission_color), (Color{0.5, 0.25, 1}));
+  EXPECT_EQ(std::get<Color>(glass.opacity), (Color{0.5, 1, 0.75}));
   EXPECT_EQ(glass.ior, 1.25);
   EXPECT_FALSE(glass.fresnel);
   EXPECT_EQ(glass.transparency, tracer::Material::Transparency::filtered);
@@ -178,10 +180,12 @@ TEST(SceneReader, ReadsPatternsAndImages) {
   EXPECT_EQ(marble.filter, Texture::Filter::bilinear);
   const auto& wood = std::get<tracer::ImageTexture>(scene.textures[3].pattern);
   EXPECT_EQ(wood.color_space, tracer::ColorSpace::linear);
+  EXPECT_EQ(wood.channel, tracer::ImageTexture::Channel::alpha);
   EXPECT_EQ(scene.textures[3].wrap, Texture::Wrap::repeat);
   EXPECT_EQ(scene.textures[3].filter, Texture::Filter::mipmap);
   const auto& oak = std::get<tracer::ImageTexture>(scene.textures[4].pattern);
   EXPECT_FALSE(oak.color_space);
+  EXPECT_EQ(oak.channel, tracer::ImageTexture::Channel::color);
   EXPECT_EQ(oak.file, wood.file) << "a file named twice is one asset";
   ASSERT_EQ(scene.assets.size(), 1u);
   EXPECT_EQ(scene.assets[0].name, "assets/wood.png");

@@ -44,7 +44,7 @@ TEST(IssueText, NamesTheFormOfWordsFromOtherPrograms) {
   const std::pair<std::string, std::string> cases[] = {
       {R"("image": {"spp": 16})", R"("spp" is not a field of the image; write "accuracy": {"samples": N})"},
       {R"("fog": {})", R"(; write "depth_cue": {"front": Z, "back": Z, "color": COLOUR})"},
-      {R"("materials": {"m": {"opacity": 0.5}})", R"(write "transmission" (1 - opacity) with "transparency")"},
+      {R"("materials": {"m": {"alpha": 0.5}})", R"(write "opacity")"},
       {R"("materials": {"m": {"Roughness": 0.5}})", R"(write "specular" (0 to 1) and "shininess")"},
       {R"("materials": {"m": {"kd": 0.5}})", R"(write "diffuse" (a factor) and "color")"},
       {R"("materials": {"m": {"base_color": 0.5}})", R"(write "color")"},

@@ -16,6 +16,13 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
+constexpr ColorOrTexture Material::*colors[] = {&Material::color,
+                                                &Material::specular_color,
+                                                &Material::emission,
+                                                &Material::reflection_color,
+                                                &Material::transmission_color,
+                                                &Material::opacity};
+
 /// Applies `point` to every point and `direction` to every direction; `length` scales radii and distances.
 template <class Point, class Direction>
 Scene mapped(Scene scene, const Point& point, const Direction& direction, double length) {
@@ -42,8 +49,9 @@ Scene mapped(Scene scene, const Point& point, const Direction& direction, double
       plane->normal = direction(plane->normal);
       if (plane->u_axis) plane->u_axis = direction(*plane->u_axis);
       // A plane's texture is laid in scene units; each has a texture of its own.
-      const ColorOrTexture& color = scene.materials[object.material.index].color;
-      if (const auto* texture = std::get_if<TextureId>(&color)) {
+      for (const auto color : colors) {
+        const auto* texture = std::get_if<TextureId>(&(scene.materials[object.material.index].*color));
+        if (texture == nullptr) continue;
         scene.textures[texture->index].scale.x /= length;
         scene.textures[texture->index].scale.y /= length;
       }
@@ -215,7 +223,8 @@ TEST(ImageInvariance, HoldsForAll48SymmetriesOfTheAxes) {
   Scene scene = varied(6, 48);
   // Textures are laid right-handed: they alone do not mirror.
   for (Material& material : scene.materials)
-    if (std::holds_alternative<TextureId>(material.color)) material.color = Color{0.8, 0.5, 0.3};
+    for (const auto color : colors)
+      if (std::holds_alternative<TextureId>(material.*color)) material.*color = Color{0.8, 0.5, 0.3};
   const Image image = stability::render(scene).image;
   std::array<int, 3> order{0, 1, 2};
   do {

@@ -296,8 +296,7 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
   const Vec to_eye = -ray.direction;
   const tracer::Material& material = *point.hit.body->material;
   const Light3 color = color_at(material.color, point, path);
-  const Light3 specular =
-      material.specular > 0 ? material.specular * color_at(material.specular_color, point, path) : Light3{};
+  const Light3 specular = material.specular * color_at(material.specular_color, point, path);
   Light3 sum = color_at(material.emission, point, path) + material.ambient * (color * Light3(scene_.ambient));
   for (const tracer::Light& light : scene_.lights) {
     Vec to_light, shadow;
@@ -315,14 +314,13 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
     if (material.specular > 0) path.near_miss(n_l);  // the highlight is discontinuous there
     if (n_l <= 0) continue;
     const Light3 reflected =
-        (material.diffuse * n_l) * color +
-        highlight(material, point.normal, to_light, to_eye) * specular;
+        (material.diffuse * n_l) * color + highlight(material, point.normal, to_light, to_eye) * specular;
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
     if (largest(weight * unshadowed) == 0) continue;
     const Real distance = directional != nullptr ? infinity : length(shadow);
     sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, unit(shadow), distance, path) : unshadowed);
   }
-  return sum;
+  return color_at(material.opacity, point, path) * sum;
 }
 
 /// S: the product over every surface along the shadow ray.
@@ -333,11 +331,11 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
   Ray ray{point.shadow_start, to_light, point.hit.body, point.hit.face, distance, around};
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
-    if (material.transmission == 0) return {};
     const Point crossed = point_at(ray, hit);
     const Inside after = beyond(ray.inside, crossed);
-    const bool hidden = after != ray.inside && current_medium(after) == current_medium(ray.inside);
-    if (!hidden) through = material.transmission * (through * color_at(material.transmission_color, crossed, path));
+    const Light3 passed = material.transmission * color_at(material.transmission_color, crossed, path) +
+                          Light3{1, 1, 1} + -1 * color_at(material.opacity, crossed, path);
+    if (after == ray.inside || current_medium(after) != current_medium(ray.inside)) through = through * passed;
     ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;
@@ -346,7 +344,7 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
 Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3& weight, std::uint32_t depth,
                                 Path& path) const {
   const tracer::Material& material = *point.hit.body->material;
-  if (material.reflection == 0 && material.transmission == 0) return {};
+  const Light3 there = color_at(material.opacity, point, path), missing = Light3{1, 1, 1} + -1 * there;
   const Vec d = ray.direction;
   const Vec n = dot(d, point.normal) < 0 ? point.normal : point.face_normal;
   const Real cos_i = -dot(d, n);
@@ -362,9 +360,8 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Real cos2_t = 1 - dot(along, along);
   const bool total = cos2_t <= 0;
   const Real cos_t = total ? 0 : std::sqrt(cos2_t);
-  Light3 mirror, transmit;
-  if (material.reflection > 0) mirror = material.reflection * color_at(material.reflection_color, point, path);
-  if (material.transmission > 0) transmit = material.transmission * color_at(material.transmission_color, point, path);
+  Light3 mirror = material.reflection * (there * color_at(material.reflection_color, point, path));
+  Light3 transmit = material.transmission * color_at(material.transmission_color, point, path);
   if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t / std::fmax(1.0L, n_from / n_to));
   if (material.fresnel) {
     const Real f = total ? 1 : n_from == n_to ? 0 : reflectance(cos_i, cos_t, n_from, n_to);
@@ -377,7 +374,8 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Vec mirrored = unit(d + 2 * cos_i * n);
   const Real off_face = dot(mirrored, point.face_normal);
   if (off_face < 0) mirrored = unit(mirrored - 2 * off_face * point.face_normal);
-  return follow(point, unit(along - cos_t * n), after, weight, transmit, depth, path.counted.rays.refraction, path) +
+  const Vec onward = material.transmission > 0 ? unit(along - cos_t * n) : d;
+  return follow(point, onward, after, weight, transmit + missing, depth, path.counted.rays.refraction, path) +
          follow(point, mirrored, ray.inside, weight, mirror, depth, path.counted.rays.reflection, path);
 }
 

@@ -27,6 +27,10 @@ inline constexpr Word<Filter> words<Filter>[] = {
 template <>
 inline constexpr Word<ColorSpace> words<ColorSpace>[] = {{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}};
 
+using Channel = tracer::ImageTexture::Channel;
+template <>
+inline constexpr Word<Channel> words<Channel>[] = {{"color", Channel::color}, {"alpha", Channel::alpha}};
+
 using Model = tracer::Material::Model;
 using Transparency = tracer::Material::Transparency;
 using Shading = tracer::Material::Shading;
@@ -105,6 +109,7 @@ void read_pattern(Fields& fields, tracer::Texture& texture) {
   } else if (fields.has("file")) {
     auto& image = texture.pattern.emplace<tracer::ImageTexture>();
     fields.optional("file", image.file);
+    fields.optional("channel", image.channel);
     fields.optional("color_space", image.color_space);
   } else {
     fields.report_missing_one_of(patterns);
@@ -173,6 +178,7 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   read_reflection(fields, material);
   fields.optional("reflection_color", material.reflection_color);
   fields.optional("transmission_color", material.transmission_color);
+  fields.optional("opacity", material.opacity);
   fields.optional("ior", material.ior);
   fields.optional("priority", Integer<int>{material.priority, std::numeric_limits<int>::min()});
   fields.optional("absorption", material.absorption);

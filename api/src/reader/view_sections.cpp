@@ -221,6 +221,12 @@ void read_depth_cue(Reading& reading, const Cursor& at) {
   fields.finish();
 }
 
+void read_medium(Reading& reading, const Cursor& at) {
+  Fields fields(reading, at, "the medium");
+  fields.optional("absorption", reading.scene().medium.absorption);
+  fields.finish();
+}
+
 void read_output(Reading& reading, const Cursor& at) {
   tracer::Output& output = reading.scene().output;
   Fields fields(reading, at, "the output");

@@ -46,6 +46,7 @@ class Draw : public oracle::Random {
     if (chance(0.6)) add(scene, Plane{at(in(-1, -0.3)), chance(0.5) ? Vec3{0, 1, 0} : vector(1), {}});
     const std::uint32_t objects = below(7);
     for (std::uint32_t i = 0; i < objects; ++i) add(scene, shape());
+    if (chance(0.1)) scene.medium.absorption = {in(0, 0.3) / scale_, 0, in(0, 1) / scale_};
     if (chance(0.1)) scene.depth_cue = DepthCue{in(0, 2) * scale_, in(2, 8) * scale_, in(0.5, 1), in(0, 0.5), color()};
     if (chance(0.1)) scene.output.alpha = true;
     return random;
@@ -176,6 +177,8 @@ class Draw : public oracle::Random {
     for (ColorOrTexture* other : {&m.specular_color, &m.reflection_color, &m.transmission_color})
       if (chance(0.15)) *other = texture();
     m.shading = static_cast<Material::Shading>(below(3));
+    const bool refracts = m.transmission > 0 && m.transparency == Material::Transparency::refract;
+    if (!refracts && !m.fresnel && chance(0.3)) m.opacity = chance(0.5) ? texture() : ColorOrTexture(color());
     if (chance(0.08)) m.normal_map = texture();
     if (chance(0.08)) m.bump = Bump{texture(), in(-0.05, 0.05) * scale_};
     return m;

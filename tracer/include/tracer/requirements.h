@@ -11,13 +11,13 @@ namespace tracer {
 
 struct Requirements {
   bool reflection = false;  ///< a material reflects, or refracts (total internal reflection)
-  bool refraction = false;  ///< a material transmits
+  bool refraction = false;  ///< a material transmits or is cut out
   bool fresnel = false;
   bool shadows = false;               ///< a light casts shadows and there is a surface
-  bool transmissive_shadows = false;  ///< an occluder transmits light
+  bool transmissive_shadows = false;  ///< an occluder transmits light, or the outside absorbs it
   bool soft_lights = false;           ///< a light has a length, an area or a surface
   bool many_lights = false;           ///< so many lights that negligible ones are culled
-  bool absorption = false;            ///< a solid absorbs light
+  bool absorption = false;            ///< a solid or the outside absorbs light
   bool overlapping_media = false;     ///< transmissive solids may overlap
   bool gouraud = false;               ///< shading is evaluated at the vertices of triangles
   bool lens = false;                  ///< camera rays start on a lens

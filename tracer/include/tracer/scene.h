@@ -101,6 +101,11 @@ struct DepthCue {
   Color color{};
 };
 
+/// The medium outside of all solids.
+struct Medium {
+  Color absorption{};  ///< per scene unit, as that of a Material; light from infinitely far does not arrive through it
+};
+
 // ---- lights --------------------------------------------------------------------------------------------------------
 
 /// f(d) for the distance d from light to surface. `none`: 1. `polynomial`: min(1/(c0 + c1 d + c2 d^2), 1), c_i >= 0
@@ -142,10 +147,14 @@ struct NoiseTexture {
 enum class ColorSpace { linear, srgb };
 
 /// An image file over the unit square: v = 0 is the lower edge of its bottom row. The first three channels are red,
-/// green and blue; one or two channels are gray (and alpha). Alpha is ignored.
+/// green and blue; one or two channels are gray (and alpha).
 struct ImageTexture {
   AssetId file{};
   std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
+  /// color: without alpha. alpha: the last of two or four channels, as gray and linear; a file without it fails with
+  /// `bad_asset`.
+  enum class Channel { color, alpha };
+  Channel channel = Channel::color;
 };
 
 /// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
@@ -180,16 +189,16 @@ struct Bump {
 struct Material {
   enum class Model { lambert, phong, blinn_phong };
   Model model = Model::phong;
-  ColorOrTexture color = Color{0.8, 0.8, 0.8};  ///< C
-  double ambient = 1;                           ///< K_a
-  double diffuse = 1;                           ///< K_d
-  double specular = 0;                          ///< K_s
-  double shininess = 32;                        ///< n >= 0
+  ColorOrTexture color = Color{0.8, 0.8, 0.8};     ///< C
+  double ambient = 1;                              ///< K_a
+  double diffuse = 1;                              ///< K_d
+  double specular = 0;                             ///< K_s
+  double shininess = 32;                           ///< n >= 0
   ColorOrTexture specular_color = Color{1, 1, 1};  ///< C_s
   ColorOrTexture emission = Color{};
   double reflection = 0;                             ///< K_r in [0,1]
   ColorOrTexture reflection_color = Color{1, 1, 1};  ///< C_r
-  double transmission = 0;  ///< K_t in [0,1]; filtered transparency may have more
+  double transmission = 0;                           ///< K_t in [0,1]; filtered transparency may have more
   /// C_t. Shadow rays read a texture at the point where they cross the surface, without a footprint.
   ColorOrTexture transmission_color = Color{1, 1, 1};
   /// Transmission for K_t > 0. refract: Snell's law; total internal reflection adds K_t C_t to the reflected
@@ -197,6 +206,9 @@ struct Material {
   /// I_behind. filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
   enum class Transparency { refract, interpolated, filtered };
   Transparency transparency = Transparency::refract;
+  /// Share of the surface that is there, by channel, in [0, 1]: I = opacity I_surface + (1 - opacity) I_behind, and
+  /// shadow rays pass likewise. Below 1 only where the surface neither refracts nor has `fresnel`.
+  ColorOrTexture opacity = Color{1, 1, 1};
   double ior = 1.5;  ///< > 0; relative to the outside
   /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals that of the object
   /// with the smaller bounding box, by its diagonal; then that of the later material.
@@ -269,6 +281,7 @@ struct Scene {
   Camera camera{};
   Background background{};
   std::optional<DepthCue> depth_cue{};
+  Medium medium{};
   Color ambient{};  ///< I_a
   std::vector<Light> lights;
   std::vector<Asset> assets;

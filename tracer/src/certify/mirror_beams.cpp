@@ -35,8 +35,8 @@ bool MirrorBeams::is_mirror(const SurfacePatch& patch) const {
   const CompiledMaterial& material = scene_.terms[patch.material];
   const bool smooth = !patch.flat && scene_.geometry().kind_of(patch.primitive.geometry) == GeometryKind::triangles;
   const bool is_plain = std::holds_alternative<Color>(scene_.materials[patch.material].reflection_color);
-  return is_plain && !is_black(material.reflectance) && !material.fresnel && !material.transmits && !material.has_normal_map &&
-         patch.has_normal && !smooth;
+  return is_plain && !is_black(material.reflectance) && !material.fresnel && !material.transmits && !material.cut_out &&
+         !material.has_normal_map && patch.has_normal && !smooth;
 }
 
 std::optional<RadianceForms> MirrorBeams::follow(const SurfacePatch& patch, const RayBundle& rays, std::uint32_t depth,

@@ -1,5 +1,6 @@
 #include "tracer/src/certify/scene_bounds.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "tracer/src/certify/radiance_bound.h"
@@ -22,7 +23,8 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
       tree(compiled.geometry(), control),
       radiance_max(radiance_bound(compiled).value_or(std::numeric_limits<double>::infinity())),
       approximate(approximations),
-      in_medium(!compiled.media_enclosing_camera.empty()),
+      outside_absorbs(!(compiled.media.outside.absorption == Color{})),
+      in_medium(outside_absorbs || !compiled.media.enclosing_camera.empty()),
       overlapping_media(compiled.needs.overlapping_media || compiled.exact_needs.overlapping_media) {
   for (std::size_t i = 0; i < scene.textures.size(); ++i)
     textures.push_back(texture_range(scene.textures[i], scene.images[i].get()));
@@ -32,8 +34,13 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
       const ColorInterval range = color_range(textures, color);
       return Color{range[0].high, range[1].high, range[2].high};
     });
-    secondary_max.push_back({largest.reflectance, largest.transmittance});
-    if (max_component(largest.transmittance) > 1) transmittance_max = std::numeric_limits<double>::infinity();
+    // What is missing of a surface transmits everything.
+    const double missing = is_cut_out(material) ? 1 : 0;
+    const Color& through = largest.transmittance;
+    secondary_max.push_back(
+        {largest.reflectance,
+         {std::max(through.r, missing), std::max(through.g, missing), std::max(through.b, missing)}});
+    if (max_component(through) > 1) transmittance_max = std::numeric_limits<double>::infinity();
   }
 }
 

@@ -22,9 +22,10 @@ struct SceneBounds {
     Color reflectance, transmittance;
   };
   std::vector<SecondaryMax> secondary_max;  ///< by material: bounds over its textures
-  ColorInterval background{};           ///< radiance of rays that escape, over all directions
-  Approximations approximate;           ///< any of them may darken or brighten any direct light
-  bool in_medium = false;               ///< the camera is in a solid, which may absorb any part of the radiance
+  ColorInterval background{};               ///< radiance of rays that escape, over all directions
+  Approximations approximate;               ///< any of them may darken or brighten any direct light
+  bool outside_absorbs = false;             ///< the outside may absorb any part of the light
+  bool in_medium = false;                   ///< the medium of the camera may absorb any part of the radiance
   bool overlapping_media = false;
 
   /// Radiance along any ray.

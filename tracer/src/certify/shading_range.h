@@ -31,7 +31,8 @@ ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance,
 /// light that has a position.
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance);
 
-/// Upper bound, by channel, of the factor of the radiance along secondary rays, reflected and transmitted ones together.
+/// Upper bound, by channel, of the factor of the radiance along secondary rays, reflected and transmitted ones
+/// together.
 Color secondary_factor(const SceneBounds& bounds, std::uint32_t material);
 
 /// `local` with what secondary rays of any radiance add.

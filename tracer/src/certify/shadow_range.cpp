@@ -209,6 +209,7 @@ Interval shadow_range(const SceneBounds& bounds, const SurfacePatch& patch, cons
       range = shaft.range(known);
     }
   }
+  if (bounds.outside_absorbs && light.shadows) range.low = 0;
   if (found != nullptr && range.high == 0) found->state = State::dark;
   if (found != nullptr && range.low == 1 && range.high == 1) found->state = State::lit;
   return range;

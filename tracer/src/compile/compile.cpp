@@ -5,6 +5,7 @@
 #include <map>
 #include <new>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "tracer/src/compile/compile_steps.h"
@@ -32,7 +33,7 @@ Result<SharedImageMap, Failure> image_of(const ImageTexture& texture, std::span<
     ++cache_hits.textures;
     return std::static_pointer_cast<const ImageMap>(ticket->found());
   }
-  auto decoded = decode(bytes, texture.color_space, {});
+  auto decoded = decode(bytes, texture.color_space, {}, texture.channel);
   if (!decoded) return Failure{Failure::Code::bad_asset, name + ": " + decoded.error(), path + "/file"};
   auto made = std::make_shared<const ImageMap>(std::move(*decoded));
   ++cache_hits.decoded_textures;
@@ -77,12 +78,12 @@ void read_normal_maps_as_linear(const Background& background, std::vector<Materi
 using TextureImages = std::vector<SharedImageMap>;
 
 /// Decodes the image files of textures to mip maps: one element per texture, null for patterns; textures of the same
-/// file in the same color space share one image. Uses the cache unless `cache_entry` is null, and counts in
+/// file in the same color space and channel share one image. Uses the cache unless `cache_entry` is null, and counts in
 /// `cache_hits`. Fails with `bad_asset`, and between two files with `cancelled`.
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
                                               const Assets& content, const RenderControl& control,
                                               SceneCacheEntry* cache_entry, CacheHits& cache_hits) {
-  using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
+  using Key = std::tuple<std::uint32_t, std::optional<ColorSpace>, ImageTexture::Channel>;
   std::map<Key, SharedImageMap> made;
   TextureImages images;
   images.reserve(textures.size());
@@ -93,7 +94,7 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
       continue;
     }
     const std::uint32_t index = pattern->file.index;
-    SharedImageMap& image = made[{index, pattern->color_space}];
+    SharedImageMap& image = made[{index, pattern->color_space, pattern->channel}];
     if (!image) {
       if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while decoding"};
       std::span<const std::uint8_t> bytes;
@@ -190,7 +191,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto accelerator = accelerator_over(std::move(geometry), bounds, control, cache_entry);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
-    if (compiled->exact_needs.refraction) compiled->media_enclosing_camera = media_enclosing_camera(*compiled, control);
+    if (compiled->exact_needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};

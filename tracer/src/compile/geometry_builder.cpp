@@ -37,7 +37,7 @@ class GeometryBuilder {
     object_ = static_cast<std::uint32_t>(compiled_.objects.material.size());
     compiled_.objects.material.push_back(placed.material.index);
     compiled_.objects.shadowless.push_back(placed.shadow ? 0 : 1);
-    transmissive_ = compiled_.materials[placed.material.index].transmission > 0 || !placed.shadow;
+    transmissive_ = lets_light_pass(compiled_.materials[placed.material.index]) || !placed.shadow;
     if (compiled_.needs.textures) compiled_.objects.uv_axes.emplace_back();
     if (transmissive_) {
       compiled_.objects.diagonal.resize(object_ + 1);

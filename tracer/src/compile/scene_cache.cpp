@@ -7,6 +7,7 @@
 
 #include "tracer/sha256.h"
 #include "tracer/src/compile/scene_cache_entry.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/instancing.h"
 
 namespace tracer {
@@ -89,7 +90,7 @@ class HashWriter {
   }
   void is_transmissive(MaterialId material) {
     const bool is_one = material.index < scene_.materials.size();  // an instance's object has none
-    add(is_one && scene_.materials[material.index].transmission > 0);
+    add(is_one && lets_light_pass(scene_.materials[material.index]));
   }
 
   const Scene& scene_;
@@ -234,7 +235,8 @@ Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::image(con
   const std::uint32_t file = texture.file.index;
   if (file >= contents_.size() || contents_[file].empty()) return std::optional<LruCache::BuildTicket>();
   const auto& space = texture.color_space;
-  const char read_as = !space ? 'd' : *space == ColorSpace::linear ? 'l' : 's';
+  const char color_space = !space ? 'd' : *space == ColorSpace::linear ? 'l' : 's';
+  const char read_as = texture.channel == ImageTexture::Channel::alpha ? 'a' : color_space;
   auto ticket = cache_->acquire({LruCache::Kind::image, read_as + contents_[file]}, control);
   if (!ticket) return ticket.error();
   return std::optional<LruCache::BuildTicket>(std::move(*ticket));

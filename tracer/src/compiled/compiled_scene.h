@@ -40,7 +40,9 @@ class CompiledScene {
         ambient(scene.ambient),
         materials(scene.materials),
         terms(compiled_materials(scene.materials, scene.ambient)),
-        textures(scene.textures) {}
+        textures(scene.textures) {
+    media.outside = scene.medium;
+  }
 
   RenderSpace frame;
   Requirements needs;
@@ -59,8 +61,11 @@ class CompiledScene {
   std::vector<CompiledLight> lights;
   std::vector<ShadowMap> shadow_maps;  ///< parallel to lights; empty unless they approximate shadows
   ObjectTable objects;
-  std::vector<std::uint32_t> media_enclosing_camera;  ///< transmissive solids, outermost first
-  std::shared_ptr<const Accelerator> accelerator;     ///< set after it is built
+  struct Media {
+    Medium outside;
+    std::vector<std::uint32_t> enclosing_camera;  ///< transmissive solids, outermost first
+  } media;
+  std::shared_ptr<const Accelerator> accelerator;  ///< set after it is built
   CacheHits cache_hits;
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }

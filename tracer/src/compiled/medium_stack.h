@@ -29,11 +29,11 @@ class MediumStack {
   void reset() {
     nodes_.assign(1, {outside, nothing});
     List list = outside;
-    for (const std::uint32_t object : scene_.media_enclosing_camera) list = enter(list, object);
+    for (const std::uint32_t object : scene_.media.enclosing_camera) list = enter(list, object);
   }
   /// List of camera rays, equal in every MediumStack of the scene: each object except the outermost has a node.
   static List camera(const CompiledScene& scene) {
-    const auto& enclosing = scene.media_enclosing_camera;
+    const auto& enclosing = scene.media.enclosing_camera;
     return enclosing.size() == 1 ? alone(enclosing[0])
                                  : static_cast<List>(std::max<std::size_t>(enclosing.size(), 1) - 1);
   }
@@ -67,8 +67,7 @@ class MediumStack {
   /// exp(-absorption s) over `distance` in render space (Lambert 1760).
   [[nodiscard]] Color transmittance(List list, double distance) const {
     const std::uint32_t object = current_medium(list);
-    if (object == nothing) return {1, 1, 1};
-    const Color& a = scene_.material_of(object).absorption;
+    const Color& a = object == nothing ? scene_.media.outside.absorption : scene_.material_of(object).absorption;
     const double s = scene_.frame.world_from_render(distance);
     // Avoids 0 times infinity.
     const auto through = [s](double absorption) { return absorption > 0 ? std::exp(-absorption * s) : 1.0; };

@@ -176,7 +176,7 @@ std::optional<ImageFormat> image_kind(std::span<const std::uint8_t> bytes) {
 }
 
 Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
-                  const TextureImageLimits& limits) try {
+                  const TextureImageLimits& limits, ImageTexture::Channel channel) try {
   if (kind == ImageFormat::jpeg && !ends_as_jpeg(bytes))
     return std::string("is truncated: it does not end as a JPEG does");
   if (kind == ImageFormat::png && !has_png_trailer(bytes))
@@ -186,7 +186,7 @@ Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSp
   if (kind == ImageFormat::openexr) ExrHeader(bytes, limits).check();
   const auto library = open_image_io();
   if (!library) return library.error();
-  return (*library)->read(kind, bytes, color_space, limits);
+  return (*library)->read(kind, bytes, color_space, limits, channel);
 } catch (const HeaderError& error) {
   return std::string(error.what());
 } catch (const std::bad_alloc&) {
@@ -212,13 +212,13 @@ Result<ChannelValues, std::string> decode_channels(std::span<const std::uint8_t>
 }
 
 Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
-               const TextureImageLimits& limits) {
+               const TextureImageLimits& limits, ImageTexture::Channel channel) {
   if (bytes.empty()) return std::string("is empty");
   const std::optional<ImageFormat> kind = image_kind(bytes);
   if (!kind || *kind == ImageFormat::tiff || *kind == ImageFormat::webp)
     return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
-  return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb),
-                   limits);
+  return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb), limits,
+                   channel);
 }
 
 }  // namespace tracer

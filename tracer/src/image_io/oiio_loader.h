@@ -32,7 +32,7 @@ struct OpenImageIo {
   Encoded (*hdr)(const Image& image);
   /// Like decode_as (decode.h), without its checks of the file. May throw.
   Decoded (*read)(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
-                  const TextureImageLimits& limits);
+                  const TextureImageLimits& limits, ImageTexture::Channel channel);
   /// Like decode_channels (decode.h), without its checks of the file. May throw.
   Result<ChannelValues, std::string> (*read_channels)(std::span<const std::uint8_t> bytes,
                                                       const std::vector<std::string>& names,

@@ -78,10 +78,15 @@ class FileInMemory final : public OIIO::Filesystem::IOMemReader {
 /// Reads a file in strips.
 class Reading {
  public:
-  Reading(OIIO::ImageInput& input, ImageFormat kind, ColorSpace space)
+  Reading(OIIO::ImageInput& input, ImageFormat kind, ColorSpace space, ImageTexture::Channel channel)
       : input_(input), spec_(input.spec()), space_(space), coded_(!is_linear(kind)) {
-    if (coded_) table_ = decoding_table(space);
     channels_ = std::min(spec_.nchannels, spec_.nchannels < 3 ? 1 : 3);
+    if (channel == ImageTexture::Channel::alpha) {
+      space_ = ColorSpace::linear;
+      first_ = spec_.alpha_channel;
+      channels_ = 1;
+    }
+    if (coded_) table_ = decoding_table(space_);
     image_.width = static_cast<std::uint32_t>(spec_.width);
     image_.height = static_cast<std::uint32_t>(spec_.height);
     // Reserves address space only: pages are allocated as rows are written.
@@ -89,6 +94,7 @@ class Reading {
   }
 
   Decoded run() {
+    if (first_ < 0) return std::string("has no alpha channel");
     const int strip = spec_.tile_height > 0 ? spec_.tile_height : rows_at_once;
     for (int y = 0; y < spec_.height; y += strip) {
       const int end = std::min(y + strip, spec_.height);
@@ -121,9 +127,10 @@ class Reading {
     const auto pixels = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(end - begin);
     rows.assign(pixels * static_cast<std::size_t>(channels_), Value{});
     const int top = spec_.y + begin, bottom = spec_.y + end;
-    if (spec_.tile_width == 0) return input_.read_scanlines(0, 0, top, bottom, 0, 0, channels_, type, rows.data());
-    return input_.read_tiles(0, 0, spec_.x, spec_.x + spec_.width, top, bottom, spec_.z, spec_.z + 1, 0, channels_,
-                             type, rows.data());
+    if (spec_.tile_width == 0)
+      return input_.read_scanlines(0, 0, top, bottom, 0, first_, first_ + channels_, type, rows.data());
+    return input_.read_tiles(0, 0, spec_.x, spec_.x + spec_.width, top, bottom, spec_.z, spec_.z + 1, first_,
+                             first_ + channels_, type, rows.data());
   }
 
   template <class Value, class Linear>
@@ -141,7 +148,7 @@ class Reading {
   const OIIO::ImageSpec spec_;
   ColorSpace space_;
   bool coded_;
-  int channels_ = 3;
+  int first_ = 0, channels_ = 3;
   std::vector<float> table_;
   std::vector<std::uint16_t> codes_;
   std::vector<float> values_;
@@ -160,8 +167,8 @@ Result<std::unique_ptr<OIIO::ImageInput>, std::string> open(ImageFormat kind, Fi
   return input;
 }
 
-Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
-             const TextureImageLimits& limits) {
+Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space, const TextureImageLimits& limits,
+             ImageTexture::Channel channel) {
   FileInMemory memory(bytes);
   const auto opened = open(kind, memory);
   if (!opened) return opened.error();
@@ -169,7 +176,7 @@ Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace s
   if (std::string error = limit_error(input->spec(), limits); !error.empty()) return error;
   if (kind == ImageFormat::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
-  return Reading(*input, kind, space).run();
+  return Reading(*input, kind, space, channel).run();
 }
 
 /// Index of the first of these channels, which are consecutive; none if the file does not have them.

@@ -2,6 +2,7 @@
 /// Material coefficients that are constant over the scene, computed once by compile(), and the specular terms of the
 /// local illumination models.
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -32,26 +33,59 @@ inline bool has_specular(const Material& material) {
   return material.model != Material::Model::lambert && material.specular > 0;
 }
 
+/// True if a part of the surface may be missing.
+inline bool is_cut_out(const Material& material) {
+  const auto* plain = std::get_if<Color>(&material.opacity);
+  return plain == nullptr || !(*plain == Color{1, 1, 1});
+}
+
+/// True if light passes the surface: shadow rays do not end there.
+inline bool lets_light_pass(const Material& material) { return material.transmission > 0 || is_cut_out(material); }
+
 /// Factors of light at a point, before the Fresnel factors.
 struct Coefficients {
   Color emitted_ambient;  ///< emission and ambient term
   Color diffuse;          ///< factor of N.L
   Color specular;         ///< factor of the specular term; black: none
   Color reflectance;      ///< K_r C_r
-  Color transmittance;    ///< K_t C_t
+  Color transmittance;    ///< K_t C_t, and the share of the surface that is missing
 };
+
+/// Share of the surface that is there.
+template <class ColorOf>
+Color opacity(const Material& material, const ColorOf& color_of) {
+  const auto within = [](double share) { return share > 0 ? std::min(share, 1.0) : 0; };
+  const Color at_point = color_of(material.opacity);
+  return {within(at_point.r), within(at_point.g), within(at_point.b)};
+}
+
+/// Transmittance at a point; see coefficients().
+template <class ColorOf>
+Color transmittance(const Material& material, const ColorOf& color_of) {
+  Color surface{};
+  if (material.transmission > 0) surface = color_of(material.transmission_color) * material.transmission;
+  if (!is_cut_out(material)) return surface;
+  const Color there = opacity(material, color_of);
+  return surface * there + Color{1 - there.r, 1 - there.g, 1 - there.b};
+}
 
 /// `color_of` returns the color of a ColorOrTexture at the point. It is called for the colors that have an effect only.
 template <class ColorOf>
 Coefficients coefficients(const Material& material, const Color& ambient, const ColorOf& color_of) {
   const double share = opaque_share(material);
   const Color color = color_of(material.color);
-  return {.emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * share),
-          .diffuse = color * (material.diffuse * share),
-          .specular = has_specular(material) ? color_of(material.specular_color) * material.specular : Color{},
-          .reflectance = material.reflection > 0 ? color_of(material.reflection_color) * material.reflection : Color{},
-          .transmittance = material.transmission > 0 ? color_of(material.transmission_color) * material.transmission
-                                               : Color{}};
+  Coefficients surface{
+      .emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * share),
+      .diffuse = color * (material.diffuse * share),
+      .specular = has_specular(material) ? color_of(material.specular_color) * material.specular : Color{},
+      .reflectance = material.reflection > 0 ? color_of(material.reflection_color) * material.reflection : Color{},
+      .transmittance = transmittance(material, color_of)};
+  if (!is_cut_out(material)) return surface;
+  const Color there = opacity(material, color_of);
+  for (Color Coefficients::*factor :
+       {&Coefficients::emitted_ambient, &Coefficients::diffuse, &Coefficients::specular, &Coefficients::reflectance})
+    surface.*factor = surface.*factor * there;
+  return surface;
 }
 
 /// Calls visit(texture) for the textures of the colors that have an effect.
@@ -63,8 +97,8 @@ void for_each_color_texture(const Material& material, const Visit& visit) {
   });
 }
 
-/// The coefficients of textured colors are those of white where white makes them largest: `specular`,
-/// `reflectance` and `transmittance` are black only if they are black everywhere.
+/// The coefficients of textured colors are those of white: `specular` and `reflectance` are black only if they are
+/// black everywhere.
 struct CompiledMaterial : Coefficients {
   double shininess = 0;
   double ior = 1;
@@ -73,7 +107,8 @@ struct CompiledMaterial : Coefficients {
   bool fresnel = false;         ///< reflectance and transmittance are multiplied by the Fresnel factors
   bool textured = false;        ///< a color is a texture
   bool has_normal_map = false;  ///< a normal map or bump map perturbs the normals
-  bool transmits = false;
+  bool transmits = false;       ///< K_t > 0
+  bool cut_out = false;         ///< is_cut_out()
   Material::Shading shading = Material::Shading::smooth;
 };
 
@@ -85,6 +120,7 @@ inline CompiledMaterial compiled_material(const Material& material, const Color&
     return plain != nullptr ? *plain : Color{1, 1, 1};
   });
   compiled.transmits = material.transmission > 0;
+  compiled.cut_out = is_cut_out(material);
   compiled.shininess = material.shininess;
   compiled.ior = material.ior;
   compiled.blinn = material.model == Material::Model::blinn_phong;

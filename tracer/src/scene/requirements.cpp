@@ -30,6 +30,7 @@ class Finder {
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
     need(&Requirements::layers, !scene_.output.layers.empty(), "/output/layers");
     need(&Requirements::layers, scene_.output.alpha, "/output/alpha");
+    need(&Requirements::absorption, absorbs_, "/medium/absorption");
     add(scene_.background);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (exact_shadows() && scene_.lights[i].shadows && !caster_) caster_ = i;
@@ -77,10 +78,10 @@ class Finder {
   void add(const Material& material) {
     using Reflections = Approximations::Reflections;
     const bool branches = approximate_.reflections == Reflections::exact;
-    const bool transmits = material.transmission > 0;
+    const bool transmits = material.transmission > 0, passes = lets_light_pass(material);
     const bool refracts = transmits && material.transparency == Material::Transparency::refract;
     const std::string_view where = material.path;
-    need(&Requirements::refraction, branches && transmits, where);
+    need(&Requirements::refraction, branches && passes, where);
     // Without Fresnel, total internal reflection still converts transmitted to reflected throughput.
     need(&Requirements::reflection, branches && (material.reflection > 0 || refracts), where);
     const bool goes_on = approximate_.reflections != Reflections::none && (transmits || material.reflection > 0);
@@ -95,8 +96,9 @@ class Finder {
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
     if (caster_) need(&Requirements::shadows, material.diffuse > 0 || material.specular > 0, "/lights/", *caster_);
-    if (transmits && !transmissive_) transmissive_ = where;
+    if (passes && !transmissive_) transmissive_ = where;
     need(&Requirements::transmissive_shadows, needs_.shadows && transmissive_, transmissive_.value_or(where));
+    need(&Requirements::transmissive_shadows, needs_.shadows && absorbs_, "/medium/absorption");
   }
 
   void add(const Placed& placed) {
@@ -115,6 +117,7 @@ class Finder {
 
   const Scene& scene_;
   const Approximations approximate_;
+  const bool absorbs_ = !(scene_.medium.absorption == Color{});
   std::vector<RequirementReason>* reasons_;
   Requirements needs_;
   std::optional<std::size_t> caster_;             ///< the first light that casts shadows

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "tracer/src/lights/light_registry.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/checks.h"
 
 namespace tracer {
@@ -164,6 +165,18 @@ void check_textures(Checks& checks, const Scene& scene) {
   }
 }
 
+void check_opacity(Checks& checks, const DocumentPath& where, const Material& material) {
+  const auto* plain = std::get_if<Color>(&material.opacity);
+  if (plain != nullptr && max_component(*plain) > 1)
+    checks.add_issue(where, "out_of_range", "must be <= 1, got " + text_of(max_component(*plain)));
+  const bool refracts = material.transmission > 0 && material.transparency == Material::Transparency::refract;
+  if (is_cut_out(material) && (refracts || material.fresnel))
+    checks.add_issue(
+        where, "conflict",
+        std::string("must be 1 where ") +
+            (refracts ? "the material refracts; \"transparency\": \"filtered\" does not" : "\"fresnel\" is true"));
+}
+
 void check_material(Checks& checks, const Material& material, std::size_t texture_count) {
   const DocumentPath where(material.path);
   const auto check_color = [&](std::string_view field, const ColorOrTexture& value) {
@@ -194,6 +207,8 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   } else {
     checks.within({where, "transmission"}, material.transmission, 0, 1);
   }
+  check_color("opacity", material.opacity);
+  check_opacity(checks, {where, "opacity"}, material);
   checks.color({where, "absorption"}, material.absorption);
   check_color("transmission_color", material.transmission_color);
   const DocumentPath ior(where, "ior");
@@ -280,6 +295,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits,
   check_camera(checks, scene.camera);
   check_background(checks, scene.background, scene.textures.size());
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
+  checks.color(DocumentPath("/medium/absorption"), scene.medium.absorption);
   checks.color(DocumentPath("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
   check_textures(checks, scene);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/scene/render_space.h"
@@ -159,7 +160,7 @@ class WarningFinder {
     } else if (!in_view_) {
       in_view_ = box.empty() || view_.may_hit(box);
     }
-    if (placed.shadow && material.transmission == 0 && has_light(box))
+    if (placed.shadow && !lets_light_pass(material) && has_light(box))
       std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
   }
 

@@ -231,20 +231,23 @@ void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media)
   }
 }
 
-/// K_t C_t of the surface that a lane crosses.
+/// Transmittance of the surface that a lane crosses.
 Color ShadowRays::transmittance_of_lane(int lane) const {
   const PointPacket& points = intersections_.points;
   Surface surface;
   surface.object = points.object[lane];
   surface.material = scene_.objects.material[surface.object];
   const CompiledMaterial& compiled = scene_.terms[surface.material];
-  const Material& material = scene_.materials[surface.material];
-  const auto* id = std::get_if<TextureId>(&material.transmission_color);
-  if (id == nullptr || !compiled.transmits) return compiled.transmittance;
+  if (!compiled.textured) return compiled.transmittance;
   surface.point = {points.position[lane], points.error[lane]};
   surface.geometric_normal = points.face[lane];
   const Vec2 uv = uv_at(scene_, crossed_.at(static_cast<std::size_t>(intersections_.ray[lane])), surface);
-  return texture_color(scene_.textures[id->index], uv, {}, scene_.images[id->index].get()) * material.transmission;
+  const auto color_of = [&](const ColorOrTexture& color) {
+    const auto* id = std::get_if<TextureId>(&color);
+    return id == nullptr ? std::get<Color>(color)
+                         : texture_color(scene_.textures[id->index], uv, {}, scene_.images[id->index].get());
+  };
+  return transmittance(scene_.materials[surface.material], color_of);
 }
 
 void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
@@ -258,11 +261,11 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
     const std::uint32_t object = points.object[i];
     MediumStack::Crossing crossing{.after = from.rays.media(ray)};
     const bool shadowless = scene_.objects.shadowless[object] != 0;
-    if (!shadowless && (needs_.absorption || needs_.overlapping_media))
+    const bool has_medium = !shadowless && scene_.terms[scene_.objects.material[object]].transmits;
+    if (has_medium && (needs_.absorption || needs_.overlapping_media))
       crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
-    if (!shadowless && !crossing.hidden)
-      transmittance = transmittance * transmittance_of_lane(i);
+    if (!shadowless && !crossing.hidden) transmittance = transmittance * transmittance_of_lane(i);
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];

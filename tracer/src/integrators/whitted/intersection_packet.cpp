@@ -56,7 +56,7 @@ WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, Coefficie
   to.textured |= lane_bit(i, material.textured);
   to.any_normal_map |= material.has_normal_map;
   to.reflects |= lane_bit(i, !is_black(material.reflectance));
-  to.splits |= lane_bit(i, material.transmits || material.fresnel);
+  to.splits |= lane_bit(i, material.transmits || material.fresnel || material.cut_out);
 }
 
 WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {

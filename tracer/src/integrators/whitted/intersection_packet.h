@@ -107,7 +107,7 @@ struct alignas(64) CoefficientPacket {
   int blinn[lanes];
   LaneMask reflects;  ///< lanes whose reflectance is not black
   LaneMask textured;
-  LaneMask splits;  ///< lanes that transmit light or split it by Fresnel's equations
+  LaneMask splits;  ///< lanes that let light pass or split it by Fresnel's equations
   bool any_emitted, any_specular, any_blinn, any_normal_map;
 
   // Valid if `splits` is not empty.

@@ -57,6 +57,7 @@ class SecondaryRays {
       if (!material.transmits) {
         interfaces_.n_from[i] = media.ior(media.current_medium(before));
         interfaces_.n_to[i] = material.ior;
+        medium_after_[i] = before;  // through a cut-out
         return;
       }
       const MediumStack::Crossing crossing = media.cross(before, hit.points.object[i], back);
