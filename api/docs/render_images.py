@@ -101,7 +101,12 @@ def materials():
         "checker": {"color": {"checker": ["#d9542b", "#f3c9a5"], "scale": [16, 8]}},
         "gradient": {"color": {"gradient": ["#d9542b", "#f6e3cf"]}},
         "noise": {"color": {"noise": ["#7a2f18", "#f6e3cf"], "scale": [10, 5], "octaves": 5}},
-        "bump": {"color": "#d9542b", "specular": 0.4, "shininess": 30, "bump": {"texture": bumps, "scale": 0.08}}}
+        "bump": {"color": "#d9542b", "specular": 0.4, "shininess": 30, "bump": {"texture": bumps, "scale": 0.08}},
+        "cut_out": {"color": "#d9542b", "opacity": {"checker": [1, 0], "scale": [16, 8]}},
+        "lantern": {"color": "#5a2415", "emission": {"checker": [0, "#ffc45a"], "scale": [16, 8]}},
+        "stained": {"color": 0.1, "transmission": 0.9, "transparency": "filtered",
+                    "transmission_color": {"checker": ["#f4a13c", "#3c8ef4"], "scale": [8, 4]}},
+        "inlay": {"color": "#7a5a18", "reflection": 0.7, "reflection_color": {"checker": ["#ffd97a", 0], "scale": [16, 8]}}}
     ball = {"type": "sphere", "center": [0, 1, 0], "radius": 1, "axis": [0.2, 1, 0.2]}
     return {"material_" + name: stage([{**ball, "material": fields}], floor=TILES) for name, fields in each.items()}
 

@@ -34,7 +34,7 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
       const ColorInterval range = color_range(textures, color);
       return Color{range[0].high, range[1].high, range[2].high};
     });
-    // What is missing of a surface transmits everything.
+    // The missing part of a surface transmits everything.
     const double missing = is_cut_out(material) ? 1 : 0;
     const Color& through = largest.transmittance;
     secondary_max.push_back(
