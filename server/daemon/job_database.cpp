@@ -43,7 +43,6 @@ class EmbeddedDatabase final : public JobDatabase {
   queue::Stores stores() override { return sqlite_.all(); }
   queue::DeliveryStore& deliveries() override { return *deliveries_; }
   queue::ArtifactStore& artifacts() override { return artifacts_; }
-  queue::TaskStore* tasks() override { return nullptr; }
   queue::Clock clock() override { return queue::system_clock(); }
   std::optional<Sharing> sharing() override { return std::nullopt; }
   queue::AssetStore& assets() override { return files_.assets; }
@@ -63,9 +62,10 @@ class DatabaseServer : public JobDatabase {
       : lock_(config.data), postgres_(config.database, {.node = node, .build = std::string(tracer::build())}) {}
   queue::Stores stores() override { return postgres_.all(); }
   queue::DeliveryStore& deliveries() override { return postgres_.deliveries(); }
-  queue::TaskStore* tasks() override { return &postgres_.tasks(); }
   queue::Clock clock() final { return postgres_.clock(); }
-  std::optional<Sharing> sharing() override { return Sharing{postgres_.cluster(), postgres_.wakeups()}; }
+  std::optional<Sharing> sharing() override {
+    return Sharing{postgres_.cluster(), postgres_.wakeups(), postgres_.tasks()};
+  }
 
  protected:
   storage::sql::Transactions& transactions() { return postgres_.transactions(); }

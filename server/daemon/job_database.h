@@ -28,12 +28,12 @@ class JobDatabase {
   virtual queue::Stores stores() = 0;
   virtual queue::DeliveryStore& deliveries() = 0;
   virtual queue::ArtifactStore& artifacts() = 0;
-  virtual queue::TaskStore* tasks() = 0;  ///< null where no other node can claim any
-  virtual queue::Clock clock() = 0;       ///< the time of its rows
+  virtual queue::Clock clock() = 0;  ///< the time of its rows
   /// The means of nodes that use it at the same time.
   struct Sharing {
     queue::ClusterStore& store;
     queue::Wakeups& wakeups;
+    queue::TaskStore& tasks;
   };
   virtual std::optional<Sharing> sharing() = 0;  ///< none: one daemon at a time
   virtual queue::AssetStore& assets() = 0;

@@ -238,7 +238,10 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
 
 worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage) {
   worker::SupervisorSettings settings;
-  settings.tasks = storage.database->tasks();
+  if (const auto sharing = storage.database->sharing()) {
+    settings.tasks = &sharing->tasks;
+    settings.wakeups = &sharing->wakeups;
+  }
   settings.executable = worker::default_executable();
   settings.claims_jobs = config.role != "api";
   settings.slots = static_cast<int>(config.jobs);

@@ -24,6 +24,7 @@
 #include "server/queue/event_log.h"
 #include "server/queue/queue.h"
 #include "server/queue/task_store.h"
+#include "server/queue/wakeups.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/failure_policy.h"
@@ -85,8 +86,10 @@ struct SupervisorSettings {
   /// A worker with more memory for each of its jobs, beyond what it had before the first one and its cache, is killed,
   /// and the jobs have failed as "out_of_memory"; checked at each heartbeat.
   std::uint64_t job_memory_bytes = 16ull << 30;
-  /// The tasks that several nodes share; null: each image is traced by one. Must outlive the supervisor.
+  /// The tasks that several nodes share, and messages about them; null: each image is traced by one node. Both must
+  /// outlive the supervisor.
   queue::TaskStore* tasks = nullptr;
+  queue::Wakeups* wakeups = nullptr;
 };
 
 /// Path of whittled-worker in the directory of this program.

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <exception>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 namespace worker {
 namespace {
 
-constexpr std::chrono::milliseconds read_interval{20}, help_interval{150}, failure_pause{1000};
-constexpr std::chrono::seconds second{1};
+constexpr std::chrono::seconds second{1};  ///< between two looks at the tables, in case a message was lost
+/// Messages, whose id is that of the job.
+constexpr std::string_view tasks_published = "tasks_published", task_result = "task_result";
 constexpr std::size_t excluded_max = 100;
 constexpr std::uint64_t published_bytes_max = 4ull << 30;  // the worker publishes at most 1 GB
 
@@ -31,12 +33,24 @@ TaskDispatcher::TaskDispatcher(queue::Queue& queue, const SupervisorSettings& se
                                LoopEvents& events, WorkerProcess& process, const JobDispatcher& jobs, queue::Log log)
     : queue_(queue),
       store_(settings.tasks),
+      wakeups_(settings.wakeups),
       executor_(executor),
       events_(events),
       process_(process),
       jobs_(jobs),
       log_(std::move(log)),
-      helping_max_(threads_of(settings) + 1) {}
+      helping_max_(threads_of(settings) + 1) {
+  if (store_ == nullptr) return;
+  const auto call_on_loop = [this](auto call) {
+    return [this, call](const std::string& job_id) { events_.post([call, job_id] { call(job_id); }); };
+  };
+  subscriptions_.push_back(
+      wakeups_->subscribe(std::string(tasks_published), call_on_loop([this](const std::string&) { next_.help = {}; })));
+  subscriptions_.push_back(
+      wakeups_->subscribe(std::string(task_result), call_on_loop([this](const std::string& job_id) {
+                            if (job_id.empty() || awaited_.contains(job_id)) next_.read = {};
+                          })));
+}
 
 void TaskDispatcher::call_store(const char* operation, std::function<void()> call, std::function<void(bool)> done) {
   ++pending_;
@@ -59,10 +73,10 @@ void TaskDispatcher::run(Time now, bool draining) {
   if (store_ == nullptr || process_.state() != WorkerState::ready) return;
   std::erase_if(awaited_, [&](const auto& job) { return !jobs_.runs(job.first); });
   release_unused_claims();
-  if (!awaited_.empty() && !reading_ && now >= next_read_) read_results();
-  if (!draining && can_help() && !claiming_ && now >= next_help_) help();
-  if (now < next_second_) return;
-  next_second_ = now + second;
+  if (!awaited_.empty() && !reading_ && now >= next_.read) read_results();
+  if (!draining && can_help() && !claiming_ && now >= next_.help) help();
+  if (now < next_.second) return;
+  next_.second = now + second;
   if (jobs_.running() > 0) count_helpers();
   if (!helping_.empty() || !own_.empty())
     call_store(
@@ -88,9 +102,9 @@ void TaskDispatcher::release(const queue::TaskClaim& claim) {
 
 TaskDispatcher::Time TaskDispatcher::next(Time /*now*/) const {
   if (store_ == nullptr || process_.state() != WorkerState::ready) return Time::max();
-  Time next = next_second_;
-  if (!awaited_.empty() && !reading_) next = std::min(next, next_read_);
-  if (can_help() && !claiming_) next = std::min(next, next_help_);
+  Time next = next_.second;
+  if (!awaited_.empty() && !reading_) next = std::min(next, next_.read);
+  if (can_help() && !claiming_) next = std::min(next, next_.help);
   return next;
 }
 
@@ -115,6 +129,7 @@ void TaskDispatcher::publish(PublishTasks& message) {
   const auto shared = std::make_shared<PublishTasks>(std::move(message));
   const auto store = [this, shared] {
     executor_.run_with_retry(0, "publish_tasks", [&] { store_->publish(shared->job_id, shared->tasks); });
+    wakeups_->publish(tasks_published, shared->job_id);
   };
   call_store("publish_tasks", store, [](bool) {});
 }
@@ -131,6 +146,7 @@ void TaskDispatcher::take(const std::string& job_id) {
 
 void TaskDispatcher::read_results() {
   reading_ = true;
+  next_.read = Time::clock::now() + second;  // a message that comes while it reads shortens it
   const auto found = std::make_shared<std::vector<TaskDone>>();
   const auto read = [this, found, awaited = awaited_] {
     for (const auto& [job_id, job] : awaited) {
@@ -143,7 +159,7 @@ void TaskDispatcher::read_results() {
   };
   call_store("read_results", read, [this, found](bool ok) {
     reading_ = false;
-    next_read_ = Time::clock::now() + (ok ? read_interval : failure_pause);
+    if (!ok) next_.read = Time::clock::now() + second;
     for (TaskDone& result : *found) {
       const auto job = awaited_.find(result.job_id);
       if (job != awaited_.end() && job->second.keys.erase(result.key) > 0) process_.send(pack(std::move(result)));
@@ -173,7 +189,7 @@ void TaskDispatcher::on_traced(TaskTraced& message) {
   } else {
     claim = helping_.extract(key);
     if (claim.empty()) return;  // the job has ended
-    next_help_ = {};
+    next_.help = {};
   }
   if (message.failed && !own) {
     if (excluded_.size() >= excluded_max) excluded_.clear();
@@ -181,12 +197,12 @@ void TaskDispatcher::on_traced(TaskTraced& message) {
     log_(queue::LogLevel::warning, "task_not_traced", {{"job_id", message.job_id}});
   }
   const auto shared = std::make_shared<std::pair<queue::TaskClaim, TaskTraced>>(claim.mapped(), std::move(message));
-  const auto store = [this, shared] {
+  const auto store = [this, own, shared] {
     const auto& [claimed, traced] = *shared;
     if (traced.failed) {
       store_->release(claimed);
-    } else {
-      store_->finish(claimed, traced.result);
+    } else if (store_->finish(claimed, traced.result) && !own) {
+      wakeups_->publish(task_result, claimed.job_id);
     }
   };
   call_store("finish_task", store, [](bool) {});
@@ -202,6 +218,7 @@ bool TaskDispatcher::can_help() const {
 
 void TaskDispatcher::help() {
   claiming_ = true;
+  next_.help = Time::clock::now() + second;  // a message that comes meanwhile shortens it
   struct Found {
     std::optional<queue::TaskClaim> claim;
     std::pair<std::string, std::string> document;
@@ -214,9 +231,9 @@ void TaskDispatcher::help() {
   };
   call_store("claim_task", claim, [this, found](bool ok) {
     claiming_ = false;
-    next_help_ = Time::clock::now() + (ok ? help_interval : failure_pause);
+    if (!ok) next_.help = Time::clock::now() + second;
     if (!found->claim) return;
-    next_help_ = {};  // there may be more
+    next_.help = {};  // there may be more
     document_ = std::move(found->document);
     if (process_.state() != WorkerState::ready) return release(*found->claim);
     start_helping(*std::move(found->claim));

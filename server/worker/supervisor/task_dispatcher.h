@@ -14,6 +14,7 @@
 
 #include "server/queue/queue.h"
 #include "server/queue/task_store.h"
+#include "server/queue/wakeups.h"
 #include "server/worker/supervisor/job_dispatcher.h"
 #include "server/worker/supervisor/outcome_writer.h"
 #include "server/worker/supervisor/worker_process.h"
@@ -54,6 +55,7 @@ class TaskDispatcher {
 
   queue::Queue& queue_;
   queue::TaskStore* const store_;
+  queue::Wakeups* const wakeups_;
   StoreExecutor& executor_;
   LoopEvents& events_;
   WorkerProcess& process_;
@@ -72,7 +74,10 @@ class TaskDispatcher {
   std::map<Key, queue::TaskClaim> helping_;       ///< claims of other nodes' tasks
   std::pair<std::string, std::string> document_;  ///< id of the job of the latest claim, and its document
   std::set<std::string> excluded_;                ///< jobs that this worker cannot trace
-  Time next_read_{}, next_help_{}, next_second_{};
+  struct {
+    Time read{}, help{}, second{};
+  } next_;  ///< when these are due
+  std::vector<std::shared_ptr<void>> subscriptions_;
 };
 
 }  // namespace worker
