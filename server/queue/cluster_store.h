@@ -32,8 +32,9 @@ class ClusterStore {
   // ---- events. Every committed change of a job has one; it has a number from number_events() on. The numbers are
   // without gaps, and a reader that has read up to a number misses none before it.
 
-  /// Numbers the events of all changes that were committed before the call; how many there were.
-  virtual int number_events() = 0;
+  /// Numbers the events of all changes that were committed before the call; how many there were. None, and nothing is
+  /// numbered, while another caller numbers some.
+  virtual std::optional<int> number_events() = 0;
   struct EventRange {
     std::int64_t first = 1, last = 0;  ///< inclusive; `last` is that of the latest event ever
   };
@@ -50,6 +51,7 @@ class ClusterStore {
   struct Duties {
     bool suspects_wait = false;          ///< a suspect (Job) may be claimed
     std::vector<std::string> cancelled;  ///< jobs of this node whose cancel was requested
+    int nodes = 0;                       ///< number of nodes that were seen in the last 10 s
   };
   /// Adds or updates a node, seen now. Nodes that were not seen for an hour are removed.
   virtual Duties report_node(const Node& node) = 0;

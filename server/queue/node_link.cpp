@@ -15,6 +15,7 @@ constexpr int events_at_once = 1000;
 constexpr std::chrono::milliseconds pause_after_failure{250};
 /// A node that runs jobs starts with suspects, which need it alone, only when no idle one has taken them meanwhile.
 constexpr int steps_until_suspects = 5;
+constexpr int pause_ms_max = 200;
 
 // Topics beside those of the runners. The id of progress is that of the job and the fraction after a blank.
 constexpr std::string_view new_events = "events", progress_made = "progress", preview_made = "preview_made";
@@ -71,7 +72,7 @@ void NodeLink::start(NodeLinkSettings settings) {
 void NodeLink::leave() noexcept {
   stop();
   try {
-    if (store_.number_events() > 0) wakeups_.publish(new_events, "new");
+    if (number_events()) wakeups_.publish(new_events, "new");
     store_.remove_node(settings_.node.id);
   } catch (const std::exception& failure) {
     log_(LogLevel::warning, "store_failure", {{"during", "leave"}, {"detail", failure.what()}});
@@ -126,6 +127,7 @@ void NodeLink::run() {
       step(has_changes, has_events, is_due);
       failing = false;
       lock.lock();
+      if (has_changes) changed_.wait_for(lock, pause_, [&] { return stopping_; });
     } catch (const std::exception& failure) {
       if (!failing) log_(LogLevel::error, "store_failure", {{"during", "nodes"}, {"detail", failure.what()}});
       failing = true;
@@ -137,8 +139,7 @@ void NodeLink::run() {
 }
 
 void NodeLink::step(bool has_changes, bool has_events, bool is_due) {
-  bool is_new = false;
-  if (has_changes || is_due) is_new = store_.number_events() > 0;
+  const bool is_new = (has_changes || is_due) && number_events();
   if (is_new) wakeups_.publish(new_events, "new");
   if (settings_.has_clients && (is_new || has_events || is_due)) read_events();
   std::deque<std::function<void()>> tasks;
@@ -152,10 +153,19 @@ void NodeLink::step(bool has_changes, bool has_events, bool is_due) {
   report();
 }
 
+/// True if there are new ones. All nodes together call the store about once a millisecond at most.
+bool NodeLink::number_events() {
+  const std::optional<int> count = store_.number_events();
+  if (!count) wake();  // the changes of this node may have been too late for the caller that numbers now
+  return count.value_or(0) > 0;
+}
+
 void NodeLink::report() {
   Node node = settings_.node;
   std::tie(node.slots, node.running) = settings_.load();
   const ClusterStore::Duties duties = store_.report_node(node);
+  queue_.set_nodes(duties.nodes);
+  pause_ = std::chrono::milliseconds(std::clamp(duties.nodes, 1, pause_ms_max));
   steps_with_suspects_ = duties.suspects_wait ? steps_with_suspects_ + 1 : 0;
   const bool takes_suspects =
       duties.suspects_wait && (node.running == 0 || steps_with_suspects_ > steps_until_suspects);

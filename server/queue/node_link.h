@@ -59,6 +59,7 @@ class NodeLink final : public JobObserver {
   void stop() noexcept;
   void run();
   void step(bool has_changes, bool has_events, bool is_due);
+  bool number_events();
   void subscribe();
   void read_events();
   void on_event(const JobEvent& event);
@@ -76,6 +77,7 @@ class NodeLink final : public JobObserver {
   const Log log_;
   NodeLinkSettings settings_;
   int steps_with_suspects_ = 0;
+  std::chrono::milliseconds pause_{1};  ///< between two steps: changes that come meanwhile are numbered together
 
   std::mutex read_mutex_;      ///< held while events are read and added, in their order
   std::int64_t read_to_ = -1;  ///< number of the latest event that was read; -1: none were

@@ -307,7 +307,7 @@ bool JobLifecycle::run_maintenance() {
   if (context_.cluster != nullptr) {
     // While the store was away no node could renew its leases; all do so as soon as it is back.
     const std::int64_t lease_ms = context_.settings.lease_ms, outage_ms = std::max<std::int64_t>(lease_ms / 6, 2000);
-    if (maintained_at_ != 0 && now - maintained_at_ > outage_ms) grace_until_ = now + lease_ms / 2;
+    if (maintained_at_ != 0 && now - maintained_at_ > pause_ms_ + outage_ms) grace_until_ = now + lease_ms / 2;
     if (now < grace_until_) retention.lease_grace_ms = 24 * 3600 * 1000;
   }
   const MaintenanceResult result = context_.stores.maintenance.run_maintenance(now, retention, maintenance_step);
@@ -334,6 +334,13 @@ bool JobLifecycle::run_maintenance() {
   const bool may_be_suspect = abandoned && !context_.runner.is_connected();
   if (result.due || abandoned) context_.runner.notify(result.suspects_due || may_be_suspect);
   return result.more;
+}
+
+std::chrono::milliseconds JobLifecycle::maintenance_pause(std::chrono::milliseconds interval) {
+  constexpr int nodes_max = 20;  // so that a node that is the only one left does the work of all within seconds
+  const std::chrono::milliseconds pause = interval * std::clamp(context_.nodes.load(), 1, nodes_max);
+  pause_ms_ = pause.count();
+  return pause;
 }
 
 // ---- JobQueries

@@ -8,6 +8,8 @@
 ///   worker::Supervisor supervisor(queue, worker_settings, log);    // server/worker/supervisor/supervisor.h
 ///   auto submitted = queue.submission.submit(submission);
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -73,6 +75,7 @@ struct QueueContext {
   JobWaiters waiters;
   JobNotifications notifications;
   ClusterStore* cluster = nullptr;  ///< null: there are no other nodes
+  std::atomic<int> nodes = 1;       ///< number of nodes, about
 };
 
 /// Sets the position and the estimated time of a waiting job.
@@ -161,6 +164,8 @@ class JobLifecycle {
 
   /// One small step: ended leases, deadlines, jobs that have become due, expiry. True when there is more to do at once.
   bool run_maintenance();
+  /// Pause between two steps: that of one node, `interval`, for all nodes together.
+  [[nodiscard]] std::chrono::milliseconds maintenance_pause(std::chrono::milliseconds interval);
   void on_disk_space_available() { context_.runner.notify(true); }
 
  private:
@@ -176,6 +181,7 @@ class JobLifecycle {
 
   QueueContext& context_;
   std::int64_t maintained_at_ = 0;  ///< time of the last step
+  std::int64_t pause_ms_ = 0;       ///< after it
   std::int64_t grace_until_ = 0;    ///< until then no lease is taken back
 };
 
@@ -237,6 +243,7 @@ class Queue {
     context_.runner.connect(&wakeups);
     context_.cluster = &cluster;
   }
+  void set_nodes(int nodes) { context_.nodes = nodes; }
   /// Identifies the claims of this daemon.
   [[nodiscard]] const std::string& boot_id() const { return context_.boot_id; }
 

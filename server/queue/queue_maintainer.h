@@ -51,8 +51,9 @@ struct MaintenanceSettings {
 class QueueMaintainer {
  public:
   QueueMaintainer(JobLifecycle& jobs, Log log, MaintenanceSettings settings = {})
-      : thread_("run_maintenance", std::move(log),
-                [&jobs, settings] { return jobs.run_maintenance() ? settings.pause : settings.interval; }) {}
+      : thread_("run_maintenance", std::move(log), [&jobs, settings] {
+          return jobs.run_maintenance() ? settings.pause : jobs.maintenance_pause(settings.interval);
+        }) {}
 
  private:
   PeriodicTask thread_;

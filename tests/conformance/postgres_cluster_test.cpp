@@ -108,6 +108,21 @@ TEST_F(PostgresClusterTest, KeepsTheLatestEvents) {
   EXPECT_EQ(events.front().job.name, "2002");
 }
 
+TEST_F(PostgresClusterTest, OneCallerNumbersEventsAtATime) {
+  const PostgresStores stores(uri);
+  StoreCalls(stores.all()).submit(job_of_event(1), "{}");
+  const storage::postgres::PostgresStores other(uri);
+  other.transactions().write([&](storage::sql::Database& database) {
+    storage::sql::Query numbered = database.query("SELECT number_events()");
+    numbered.row();
+    EXPECT_EQ(numbered.integer(0), 1);
+    EXPECT_EQ(stores.cluster().number_events(), std::nullopt) << "the other one has not committed";
+    return 0;
+  });
+  EXPECT_EQ(stores.cluster().number_events(), 0);
+  EXPECT_EQ(stores.cluster().events_after(0, 10).size(), 1U);
+}
+
 TEST_F(PostgresClusterTest, AnnouncesChangesOfTheOwnerAndRemovals) {
   const PostgresStores stores(uri);
   StoreCalls calls(stores.all());

@@ -185,6 +185,34 @@ TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
   EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM jobs"), "4");
 }
 
+TEST_F(PostgresStoresTest, NodesThatStartAtOnceMigrateAnOlderSchemaOnce) {
+  {
+    PostgresStores older(uri);
+    StoreCalls(older.all()).submit(new_job(numbered_id(1)), "{}");
+    older.cluster().number_events();
+  }
+  server.sql(uri,
+             "UPDATE whittle_schema SET version = 1;"
+             " CREATE OR REPLACE FUNCTION number_events() RETURNS BIGINT LANGUAGE sql AS 'SELECT 0::bigint';"
+             " CREATE TABLE migrations (version INTEGER);"
+             " CREATE FUNCTION note() RETURNS TRIGGER LANGUAGE plpgsql AS"
+             " 'BEGIN INSERT INTO migrations VALUES (new.version); RETURN NULL; END';"
+             " CREATE TRIGGER note AFTER UPDATE ON whittle_schema FOR EACH ROW EXECUTE FUNCTION note()");
+  std::vector<std::thread> nodes;
+  for (int i = 2; i < 6; ++i) {
+    nodes.emplace_back([&, i] {
+      PostgresStores stores(uri);
+      StoreCalls(stores.all()).submit(new_job(numbered_id(i)), "{}");
+    });
+  }
+  for (std::thread& node : nodes) node.join();
+  EXPECT_EQ(server.sql(uri, "SELECT string_agg(version::text, ' ') FROM migrations"), "2");
+  EXPECT_EQ(server.sql(uri, "SELECT version FROM whittle_schema"), "2");
+  PostgresStores stores(uri);
+  EXPECT_EQ(stores.cluster().number_events(), 4) << "the function of this version";
+  EXPECT_EQ(StoreCalls(stores.all()).find(numbered_id(1))->state, JobState::queued);
+}
+
 TEST_F(PostgresStoresTest, StartsBesideTheNextVersionAndRefusesLaterOnes) {
   { const PostgresStores stores(uri); }
   server.sql(uri, "UPDATE whittle_schema SET version = version + 1");

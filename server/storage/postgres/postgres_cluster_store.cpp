@@ -6,7 +6,7 @@
 namespace storage::postgres {
 namespace {
 
-constexpr std::int64_t node_kept_ms = 3'600'000;
+constexpr std::int64_t node_kept_ms = 3'600'000, node_runs_ms = 10'000;
 constexpr std::int64_t result_kept_ms = 600'000;
 
 std::int64_t steady_us() {
@@ -33,12 +33,14 @@ class PostgresClusterStore final : public queue::ClusterStore {
   PostgresClusterStore(sql::Transactions& transactions, DatabaseClock& clock)
       : transactions_(transactions), clock_(clock) {}
 
-  int number_events() override {
-    return transactions_.write([](sql::Database& database) {
+  std::optional<int> number_events() override {
+    const auto work = [](sql::Database& database) {
       sql::Query numbered = database.query("SELECT number_events()");
       numbered.row();
       return static_cast<int>(numbered.integer(0));
-    });
+    };
+    const int count = transactions_.write(work, sql::Synced::with_next);  // it syncs what it has numbered
+    return count < 0 ? std::nullopt : std::optional(count);
   }
 
   EventRange event_range() override {
@@ -97,10 +99,13 @@ class PostgresClusterStore final : public queue::ClusterStore {
           database
               .query("SELECT id FROM jobs WHERE boot_id = ? AND state = 'running' AND cancel_requested = 1", node.id)
               .texts();
-      sql::Query suspects = database.query(
-          "SELECT EXISTS (SELECT FROM jobs WHERE suspect = 1 AND state = 'queued' AND not_before IS NULL)::int");
-      suspects.row();
-      duties.suspects_wait = suspects.integer(0) != 0;
+      sql::Query row = database.query(
+          "SELECT EXISTS (SELECT FROM jobs WHERE suspect = 1 AND state = 'queued' AND not_before IS NULL)::int,"
+          " (SELECT count(*) FROM nodes WHERE seen_at > ?)",
+          now - node_runs_ms);
+      row.row();
+      duties.suspects_wait = row.integer(0) != 0;
+      duties.nodes = static_cast<int>(row.integer(1));
       return duties;
     };
     return transactions_.write(work, sql::Synced::with_next);

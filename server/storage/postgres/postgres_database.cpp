@@ -192,7 +192,8 @@ const std::string& PostgresDatabase::transaction_id() {
 
 void PostgresDatabase::commit() {
   send_text("COMMIT");
-  const Result ended = receive();
+  send_synchronization();
+  const Result ended = read_all();
   if (std::string(PQcmdStatus(ended.get())) != "COMMIT") throw Conflict();
   synchronize();
 }
@@ -287,6 +288,10 @@ Result PostgresDatabase::next_result() {
 Result PostgresDatabase::receive() {
   require_sent(PQsendFlushRequest(connection_.get()));
   require_sent(PQflush(connection_.get()) == 0 ? 1 : 0);
+  return read_all();
+}
+
+Result PostgresDatabase::read_all() {
   Result last;
   while (unread_ > 0) last = next_result();
   return last;
@@ -297,9 +302,15 @@ void PostgresDatabase::receive_some() {
   if (unread_ >= unread_max) receive();
 }
 
+void PostgresDatabase::send_synchronization() {
+  require_sent(PQpipelineSync(connection_.get()));
+  synchronizing_ = true;
+}
+
 /// Reads everything up to a synchronisation point, after which statements are executed again after a failure.
 void PostgresDatabase::synchronize() {
-  require_sent(PQpipelineSync(connection_.get()));
+  if (!synchronizing_) send_synchronization();
+  synchronizing_ = false;
   while (true) {
     const Result result(PQgetResult(connection_.get()));
     if (result == nullptr) {

@@ -85,6 +85,8 @@ class PostgresDatabase final : public sql::Database {
   void send_text(const std::string& sql);
   void require_sent(int sent) const;
   Result next_result();
+  Result read_all();
+  void send_synchronization();
   void synchronize();
 
   struct Finish {
@@ -95,7 +97,8 @@ class PostgresDatabase final : public sql::Database {
   int unread_ = 0;             ///< statements without a result yet
   int transaction_id_at_ = 0;  ///< as unread_, the one whose result is the transaction id; 0: none
   std::string transaction_id_;
-  bool ended_ = false;  ///< by the server
+  bool synchronizing_ = false;  ///< a synchronisation point was sent and not read
+  bool ended_ = false;          ///< by the server
 };
 
 }  // namespace storage::postgres

@@ -11,6 +11,66 @@
 namespace storage::postgres {
 namespace {
 
+/// Functions that run with every change. Statements inside them are cheaper than calls of other functions.
+///
+/// number_events() returns -1 where another caller numbers: callers that wait for it would wait for its commit.
+constexpr const char* functions = R"sql(
+CREATE OR REPLACE FUNCTION job_moved() RETURNS TRIGGER LANGUAGE plpgsql AS $$
+BEGIN
+  INSERT INTO count_changes (what, owner, priority, amount, work) VALUES
+    (old.state, old.owner, CASE old.state WHEN 'queued' THEN old.priority ELSE 0 END, -1, -old.work),
+    (new.state, new.owner, CASE new.state WHEN 'queued' THEN new.priority ELSE 0 END, 1, new.work);
+  IF old.state <> new.state AND new.keep = 1 THEN
+    INSERT INTO moves VALUES (new.id, new.revision, new.moved_at, new.state, new.attempt, new.moved_for,
+      CASE new.state WHEN 'running' THEN new.boot_id END);
+  END IF;
+  RETURN NULL;
+END $$;
+CREATE OR REPLACE FUNCTION add_job_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
+BEGIN
+  IF tg_op = 'INSERT' AND new.state = 'running' THEN  -- it was claimed as soon as it was queued
+    PERFORM add_event(new, 'queued');
+  END IF;
+  INSERT INTO new_events (state, job_id, kind, name, batch_id, owner, keep)
+  VALUES (new.state, new.id, new.kind, new.name, new.batch_id, new.owner, new.keep);
+  RETURN NULL;
+END $$;
+-- Claims of the same moment count as one: if they waited for each other's commit, all claims of an owner would.
+CREATE OR REPLACE FUNCTION count_turn(claimed TEXT, turn BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
+BEGIN
+  PERFORM FROM latest_pass, owner_usage WHERE owner = claimed FOR UPDATE SKIP LOCKED;
+  IF NOT FOUND THEN RETURN; END IF;
+  UPDATE latest_pass SET pass = greatest(pass, (SELECT pass FROM owner_usage WHERE owner = claimed));
+  UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + turn WHERE owner = claimed;
+END $$;
+CREATE OR REPLACE FUNCTION number_events() RETURNS BIGINT LANGUAGE plpgsql AS $$
+DECLARE
+  last RECORD;
+  ended XID8;
+  added BIGINT;
+BEGIN
+  PERFORM FROM new_events WHERE xid >= (SELECT until FROM numbered) AND xid < XID8 '18446744073709551615' LIMIT 1;
+  IF NOT FOUND THEN RETURN 0; END IF;
+  IF NOT pg_try_advisory_xact_lock(hashtext('whittle'), hashtext('events')) THEN RETURN -1; END IF;
+  PERFORM set_config('synchronous_commit', 'on', TRUE);  -- clients resume at numbers that they have received
+  SELECT * INTO last FROM numbered;
+  ended := pg_snapshot_xmin(pg_current_snapshot());
+  WITH moved AS (
+    DELETE FROM new_events WHERE xid >= last.until AND xid < XID8 '18446744073709551615'
+    RETURNING seq, at, state, job_id, kind, name, batch_id, owner, keep)
+  INSERT INTO events SELECT last.number + row_number() OVER (ORDER BY seq), at, state, job_id, kind, name, batch_id,
+    owner, keep FROM moved;
+  GET DIAGNOSTICS added = ROW_COUNT;
+  last.number := last.number + added;
+  IF last.number - last.deleted > 12000 THEN
+    DELETE FROM events WHERE number > last.deleted AND number <= last.number - 10000;
+    last.deleted := last.number - 10000;
+  END IF;
+  UPDATE numbered SET number = last.number, deleted = last.deleted, until = greatest(until, ended);
+  RETURN added;
+END $$;
+)sql";
+
 /// Counts and triggers. A counter that every transaction changes would make all of them wait for each other's commit.
 /// So each adds its changes as rows of `count_changes`, and add_up_counts() moves those of ended transactions to
 /// `counts`. `counted` divides them exactly: of the transactions before pg_snapshot_xmin none runs any more.
@@ -91,16 +151,6 @@ BEGIN
   RETURN NULL;
 END $$;
 CREATE TRIGGER job_inserted AFTER INSERT ON jobs FOR EACH ROW EXECUTE FUNCTION job_inserted();
-CREATE FUNCTION job_moved() RETURNS TRIGGER LANGUAGE plpgsql AS $$
-BEGIN
-  PERFORM count_job(old, -1);
-  PERFORM count_job(new, 1);
-  IF old.state <> new.state AND new.keep = 1 THEN
-    INSERT INTO moves VALUES (new.id, new.revision, new.moved_at, new.state, new.attempt, new.moved_for,
-      CASE new.state WHEN 'running' THEN new.boot_id END);
-  END IF;
-  RETURN NULL;
-END $$;
 CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs FOR EACH ROW
   WHEN (old.state <> new.state OR old.priority <> new.priority) EXECUTE FUNCTION job_moved();
 CREATE FUNCTION job_deleted() RETURNS TRIGGER LANGUAGE plpgsql AS $$
@@ -189,45 +239,12 @@ CREATE FUNCTION add_event(job jobs, event_state TEXT) RETURNS VOID LANGUAGE sql 
   INSERT INTO new_events (state, job_id, kind, name, batch_id, owner, keep)
   VALUES (event_state, job.id, job.kind, job.name, job.batch_id, job.owner, job.keep)
 $$;
-CREATE FUNCTION add_job_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
-BEGIN
-  IF tg_op = 'INSERT' AND new.state = 'running' THEN  -- it was claimed as soon as it was queued
-    PERFORM add_event(new, 'queued');
-  END IF;
-  PERFORM add_event(new, new.state);
-  RETURN NULL;
-END $$;
 CREATE TRIGGER job_inserted_event AFTER INSERT ON jobs FOR EACH ROW EXECUTE FUNCTION add_job_event();
 CREATE TRIGGER job_moved_event AFTER UPDATE OF state ON jobs FOR EACH ROW
   WHEN (old.state <> new.state) EXECUTE FUNCTION add_job_event();
 -- A change by the owner (JobStore::change), the only one of these columns.
 CREATE TRIGGER job_changed_event AFTER UPDATE OF name, priority, rank, expires_at ON jobs FOR EACH ROW
   WHEN (old.state = new.state AND new.ended_at IS NULL) EXECUTE FUNCTION add_job_event();
-
-CREATE FUNCTION number_events() RETURNS BIGINT LANGUAGE plpgsql AS $$
-DECLARE
-  last numbered;
-  ended XID8;
-  added BIGINT;
-BEGIN
-  PERFORM FROM new_events WHERE xid >= (SELECT until FROM numbered) AND xid < XID8 '18446744073709551615' LIMIT 1;
-  IF NOT FOUND THEN RETURN 0; END IF;
-  SELECT * INTO last FROM numbered FOR UPDATE;  -- one caller at a time
-  ended := pg_snapshot_xmin(pg_current_snapshot());
-  WITH moved AS (
-    DELETE FROM new_events WHERE xid >= last.until AND xid < XID8 '18446744073709551615'
-    RETURNING seq, at, state, job_id, kind, name, batch_id, owner, keep)
-  INSERT INTO events SELECT last.number + row_number() OVER (ORDER BY seq), at, state, job_id, kind, name, batch_id,
-    owner, keep FROM moved;
-  GET DIAGNOSTICS added = ROW_COUNT;
-  last.number := last.number + added;
-  IF last.number - last.deleted > 12000 THEN
-    DELETE FROM events WHERE number > last.deleted AND number <= last.number - 10000;
-    last.deleted := last.number - 10000;
-  END IF;
-  UPDATE numbered SET number = last.number, deleted = last.deleted, until = greatest(until, ended);
-  RETURN added;
-END $$;
 
 CREATE TABLE nodes (
   id TEXT NOT NULL PRIMARY KEY,
@@ -261,15 +278,16 @@ std::string with_types(std::string tables) {
 
 /// The statements from each version to the next, from version 1 on.
 const std::vector<std::string>& migrations() {
-  static const std::vector<std::string> all{};
+  static const std::vector<std::string> all{functions};
   return all;
 }
 
 constexpr int copying = -1;  // in place of the version
 
 void create(PostgresDatabase& database, int version) {
-  database.script("BEGIN; " + with_types(sql::jobs_tables) + with_types(sql::deliveries_tables) +
-                  with_types(sql::objects_tables) + counts_and_triggers + cluster_tables + tasks_tables +
+  database.script(std::string("BEGIN; ") + functions + with_types(sql::jobs_tables) +
+                  with_types(sql::deliveries_tables) + with_types(sql::objects_tables) + counts_and_triggers +
+                  cluster_tables + tasks_tables +
                   "CREATE TABLE whittle_schema (version INTEGER NOT NULL); INSERT INTO whittle_schema VALUES (" +
                   std::to_string(version) + "); COMMIT");
 }

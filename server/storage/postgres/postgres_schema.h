@@ -5,9 +5,9 @@
 
 namespace storage::postgres {
 
-/// Versions grow by one, and each is made so that a program of the version before works with it: new tables, and new
-/// columns with a default. So nodes are updated one after the other.
-inline constexpr int schema_version = 1;
+/// Versions grow by one, and each is made so that a program of the version before works with it: new tables, new
+/// columns with a default, other bodies of functions. So nodes are updated one after the other.
+inline constexpr int schema_version = 2;
 
 /// Creates the tables in an empty database, or brings them to `schema_version`, under an advisory lock: of nodes that
 /// start at the same time one does it. Throws StoreFailure if the database cannot be reached or has a version that this

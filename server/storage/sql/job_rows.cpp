@@ -41,6 +41,8 @@ constexpr std::int64_t first_fence = 1;
 
 /// Adds a claim of the job to the passes.
 void count_turn(Database& database, const queue::Job& job) {
+  if (database.is_shared())
+    return database.post("SELECT count_turn(?, ?)", job.owner, pass_of_turn / std::int64_t{job.weight});
   database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))", job.owner);
   database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
                 std::int64_t{job.weight}, job.owner);
@@ -333,6 +335,8 @@ queue::Claim claim_job(Database& database, const std::string& id, const queue::C
     claim.fence = claimed.integer(0);
   }
   claim.job = read_job(database, id).value();
+  // Outside the only writer, which a large document would delay.
+  if (database.is_shared()) read_claimed_document(database, claim);
   count_turn(database, claim.job);
   return claim;
 }

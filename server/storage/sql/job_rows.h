@@ -52,7 +52,8 @@ std::optional<queue::KeptReply> read_reply(Database& database, const queue::Repl
 /// Growth of an owner's pass by a claim with weight 1: all weights up to 10 divide it.
 inline constexpr std::int64_t pass_of_turn = 2520;
 
-/// Without the document. Precondition: the job is queued, and locked where several processes write.
+/// Without the document where one connection does all writes. Precondition: the job is queued, and locked where several
+/// processes write.
 queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
 /// The claim, without the document, of a queued job that is not stored yet. None if another job waits or its deadline
 /// has passed.

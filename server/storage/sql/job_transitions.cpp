@@ -116,18 +116,20 @@ class SqlTransitions final : public queue::JobTransitions {
 
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {
+    bool has_document = false;
     const auto work = [&](Database& database) -> std::optional<queue::Claim> {
       const std::optional<NextJob> next = find_next_job(database, filter, now);
       if (!next) return std::nullopt;
       queue::Claim claim = claim_job(database, next->id, terms, now);
       claim.is_last = next->is_last;
+      has_document = database.is_shared();
       return claim;
     };
     std::optional<queue::Claim> claim = transactions_.write(work, Synced::with_next);
-    if (!claim) return claim;
+    if (!claim || has_document) return claim;
     const std::string id = claim->job.id;
     try {
-      // Outside the writer, which a large document would delay; it exists as long as its job runs.
+      // Outside the only writer, which a large document would delay; it exists as long as its job runs.
       transactions_.read([&](Database& database) {
         read_claimed_document(database, *claim);
         return 0;

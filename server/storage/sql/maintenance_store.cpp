@@ -26,9 +26,15 @@ struct Limits {
         succeeded_before(now - retention.succeeded_ms.value_or(now)),
         failed_before(now - retention.failed_ms.value_or(now)),
         artifact_bytes(retention.artifact_bytes.value_or(std::numeric_limits<std::int64_t>::max())) {}
+  [[nodiscard]] bool has_artifact_bytes() const { return artifact_bytes != std::numeric_limits<std::int64_t>::max(); }
   std::int64_t now, lease_ended_before, delete_before, delete_unkept_before, succeeded_before, failed_before,
       artifact_bytes;
 };
+
+std::string oldest_of(const std::string& state) {
+  return " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_ended WHERE state = '" + state +
+         "' AND ended_at IS NOT NULL AND expired = 0)";
+}
 
 /// One step inside a transaction.
 struct Step {
@@ -39,18 +45,23 @@ struct Step {
   queue::MaintenanceResult result{};
 
   static bool is_due(Database& database, const Limits& limits) {
-    if (read_artifact_bytes(database) > limits.artifact_bytes && database.query(with_artifacts).row()) return true;
-    if (database.query(aged_jobs, limits.succeeded_before, limits.failed_before, std::int64_t{1}).row()) return true;
+    if (limits.has_artifact_bytes() && read_artifact_bytes(database) > limits.artifact_bytes &&
+        database.query(with_artifacts).row())
+      return true;
+    // Minima, since a planner that has seen few jobs would rather read all of them than an index for a range.
     Query any = database.query(
-        "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
+        "SELECT (SELECT min(not_before) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL) <= ?1"
+        " OR (SELECT min(deadline) FROM jobs INDEXED BY jobs_by_deadline"
+        "   WHERE state = 'queued' AND deadline IS NOT NULL) <= ?1"
         " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ?4)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
-        "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ?3)"
-        " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
-        limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before);
+        " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expiring"
+        "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL) <= ?1"
+        " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expired WHERE expired = 1) <= ?2"
+        " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0) <= ?3"
+        " OR (SELECT min(expires_at) FROM replies) <= ?1" +
+            oldest_of("succeeded") + " <= ?5" + oldest_of("failed") + " <= ?6" + oldest_of("cancelled") + " <= ?6",
+        limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before,
+        limits.succeeded_before, limits.failed_before);
     any.row();
     return any.integer(0) != 0;
   }
