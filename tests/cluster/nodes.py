@@ -1,4 +1,4 @@
-"""Nodes of one cluster: daemons on one PostgreSQL database."""
+"""Nodes of one cluster: daemons on one PostgreSQL database, with a directory of images that all share."""
 import pathlib
 import shutil
 import tempfile
@@ -13,8 +13,8 @@ class Node(Daemon):
     def __init__(self, cluster, role, *options, environment=None, wrapper=()):
         self.role = role
         self.cluster = cluster
-        super().__init__("--role", role, "--database", cluster.uri, *options, data=cluster.new_data(), environment=environment,
-                         wrapper=wrapper)
+        super().__init__("--role", role, "--database", cluster.uri, *cluster.files, *options, data=cluster.new_data(),
+                         environment=environment, wrapper=wrapper)
 
     def read_port(self, what):
         return None if what == "listening" and self.role == "worker" else super().read_port(what)
@@ -28,6 +28,8 @@ class Cluster:
         self.database = self.server.new_database()
         self.uri = self.server.uri(self.database)
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="whittle-cluster-"))
+        (self.directory / "files").mkdir()
+        self.files = ("--artifacts", self.directory / "files")
         self.nodes = []
 
     def __enter__(self):

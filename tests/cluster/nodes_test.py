@@ -1,10 +1,15 @@
 """Nodes that share a database: every route works on every node, wherever the job runs."""
+import hashlib
+import io
+import tarfile
 import time
 import unittest
 
 from tests.cluster.nodes import Cluster
 from tests.http.daemon import json_of, long_scene, scene, wait_until
 from tests.http.events_test import Stream
+from tests.http.keys_test import new_key
+from tests.http.uploads_test import TILE, hash_of, put, textured
 from tests.support.images import read_png
 
 SMALL = scene(32, 24)
@@ -92,6 +97,33 @@ class RolesTest(unittest.TestCase):
         preview = wait_until(lambda: (reply := self.other.get(f"/v1/jobs/{job}/preview?max=64")).status == 200 and reply, "a preview")
         self.assertEqual(read_png(preview.body).shape[:2], (64, 64))
 
+    def test_every_node_renders_in_one_request_and_has_the_image(self):
+        document = scene(160, 120, output={"formats": ["png", "exr"]})
+        reply = self.one.request("POST", "/v1/render", document, {"Accept": "image/png"})
+        self.assertEqual((reply.status, read_png(reply.body).shape[:2]), (200, (120, 160)))
+        path = reply.headers["Content-Location"]
+        for node in (self.one, self.other):
+            again = node.get(path)
+            self.assertEqual((again.status, again.body, again.headers["ETag"]), (200, reply.body, reply.headers["ETag"]))
+            self.assertEqual(node.get(path, Range="bytes=10-99").body, reply.body[10:100])
+            thumbnail = node.get(path.replace("image.png", "preview") + "?max=40")
+            self.assertEqual((thumbnail.status, read_png(thumbnail.body).shape[:2]), (200, (30, 40)))
+
+    def test_compares_images_of_jobs_that_were_submitted_to_different_nodes(self):
+        jobs = [node.submit(scene(64, 48, samples=samples)) for node, samples in ((self.one, 1), (self.other, 3))]
+        for job in jobs:
+            self.one.wait_for_end(job)
+        replies = [node.request("POST", "/v1/compare", {"a": jobs[0], "b": jobs[1]}) for node in (self.one, self.other)]
+        self.assertEqual([reply.status for reply in replies], [200, 200], replies)
+        self.assertGreater(json_of(replies[0])["rmse"], 0)
+        self.assertEqual(json_of(replies[0])["rmse"], json_of(replies[1])["rmse"])
+
+    def test_uploads_of_one_node_are_textures_on_another(self):
+        self.assertEqual(put(self.one, TILE).status, 201)
+        self.assertEqual(self.other.get(f"/v1/assets/{hash_of(TILE)}").body, TILE)
+        job = self.other.wait_for_end(self.other.submit(textured(TILE)))
+        self.assertEqual(job["state"], "succeeded", job["problem"])
+
     def test_cancel_reaches_the_other_node(self):
         job = self.running()
         start = time.monotonic()
@@ -105,6 +137,9 @@ class RolesTest(unittest.TestCase):
         submitted = json_of(self.one.request("POST", "/v1/batches", batch))["id"]
         wait_until(lambda: json_of(self.other.get(f"/v1/batches/{submitted}"))["jobs"]["succeeded"] == 3, "the batch")
         jobs = [job["id"] for job in json_of(self.other.get(f"/v1/jobs?batch={submitted}"))["items"]]
+        archive = tarfile.open(fileobj=io.BytesIO(self.one.get(f"/v1/batches/{submitted}/artifacts.tar").body))
+        images = {hashlib.sha256(archive.extractfile(each).read()).hexdigest() for each in archive}
+        self.assertEqual(images, {self.other.job(job)["artifacts"][0]["sha256"] for job in jobs})
         retried = json_of(self.other.request("POST", "/v1/jobs/bulk", {"action": "remove", "ids": jobs}))
         self.assertEqual(retried["done"], 3)
         self.assertEqual(self.one.get(f"/v1/jobs/{jobs[0]}").status, 404)
@@ -116,6 +151,45 @@ class RolesTest(unittest.TestCase):
         job = json_of(reply)["id"]
         ended = self.other.wait_for_end(job)
         self.assertEqual(ended["state"], "succeeded", ended["problem"])
+
+
+class OwnersTest(unittest.TestCase):
+    """Owners on two nodes for clients and two for renders."""
+
+    LIMIT = 30
+
+    def setUp(self):
+        self.cluster = self.enterContext(Cluster())
+        keys = self.cluster.directory / "keys"
+        self.keys = {owner: {"Authorization": f"Bearer {new_key(keys, owner)}"} for owner in ("ann", "bob")}
+        self.options = ("--keys", keys, "--key-queued-jobs", str(self.LIMIT))
+        self.apis = [self.cluster.node("api", *self.options) for _ in range(2)]
+
+    def submit(self, node, owner, jobs):
+        frames = [{"name": f"{owner} {i}"} for i in range(jobs)]
+        return self.apis[node].request("POST", "/v1/batches", {"scene": scene(), "frames": frames}, self.keys[owner])
+
+    def test_share_the_slots_of_all_nodes_equally(self):
+        for node, owner in ((0, "ann"), (1, "bob")):
+            self.assertEqual(self.submit(node, owner, self.LIMIT).status, 202)
+        for _ in range(2):
+            self.cluster.node("worker", "--jobs", "2", *self.options)
+        wait_until(lambda: self.cluster.sql("SELECT count(*) FROM jobs WHERE ended_at IS NULL") == "0", "the end of all jobs")
+        claims = self.cluster.sql("SELECT owner, worker FROM moves JOIN jobs ON id = job_id WHERE moves.state = 'running' "
+                                  f"ORDER BY at, job_id LIMIT {self.LIMIT}").splitlines()
+        of_ann = sum(claim.startswith("ann|") for claim in claims)
+        print(f"the first {self.LIMIT} claims of two nodes: {of_ann} of one owner, {self.LIMIT - of_ann} of the other")
+        # Up to four claims at once, which do not count each other.
+        self.assertLessEqual(abs(of_ann - self.LIMIT / 2), 4)
+        self.assertEqual(len({claim.partition("|")[2] for claim in claims}), 2, "both nodes render")
+
+    def test_have_one_quota_on_all_nodes(self):
+        self.assertEqual(self.submit(0, "ann", self.LIMIT - 1).status, 202)
+        refused = self.submit(1, "ann", 2)
+        self.assertEqual((refused.status, json_of(refused)["type"]), (429, "urn:whittle:problem:quota_exceeded"))
+        self.assertEqual(self.submit(1, "bob", 2).status, 202, "another owner has a quota of its own")
+        self.assertEqual(self.submit(1, "ann", 1).status, 202)
+        self.assertEqual(self.submit(0, "ann", 1).status, 429)
 
 
 class LeavingTest(unittest.TestCase):

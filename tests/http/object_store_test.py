@@ -7,13 +7,14 @@ import pathlib
 import subprocess
 import tarfile
 import tempfile
+import threading
 import time
 import unittest
 import urllib.parse
 
 from tests.http.daemon import Daemon, json_of, scene, wait_until
 from tests.http.uploads_test import TILE, hash_of, put, textured
-from tests.support.postgres import PostgresServer
+from tests.support.postgres import PostgresServer, programs
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
 from tests.support.whittle import BIN
 
@@ -177,6 +178,49 @@ class BucketTest(SharedFilesTest):
     def test_logs_no_credentials(self):
         node = self.node()
         self.assertNotIn(SECRET_KEY, node.log())
+
+
+class BackupTest(SharedFilesTest):
+    def test_a_dump_and_then_a_copy_of_the_bucket_have_every_image(self):
+        node = self.node()
+        deleted = node.wait_for_end(node.submit(scene(20, 10, name="deleted")))["id"]
+        ending = threading.Event()
+        jobs = []
+
+        def submit_until_end():
+            while not ending.is_set():
+                jobs.append(node.submit(scene(24 + len(jobs), 18)))  # each has an image of its own
+        load = threading.Thread(target=submit_until_end)
+        load.start()
+        try:
+            wait_until(lambda: sum(node.job(job)["state"] == "succeeded" for job in list(jobs)) > 5, "some images")
+            dump = subprocess.run([programs() / "pg_dump", self.server.uri(self.name)], check=True, capture_output=True).stdout
+            submitted = len(jobs)
+            self.assertEqual(node.request("DELETE", f"/v1/jobs/{deleted}").status, 204)
+            wait_until(lambda: len(jobs) > submitted + 5, "more jobs between the two copies")
+            copy = dict(self.bucket.objects.objects)
+        finally:
+            ending.set()
+            load.join()
+        node.kill()
+        self.bucket.objects.objects.clear()
+        self.bucket.objects.objects.update(copy)
+        self.name = self.server.new_database()
+        self.options = ("--database", self.server.uri(self.name), *self.options[2:])
+        subprocess.run([programs() / "psql", "-qX", "-v", "ON_ERROR_STOP=1", self.server.uri(self.name)], input=dump, check=True,
+                       stdout=subprocess.DEVNULL)
+        rows = self.server.sql(self.name, "SELECT id FROM jobs WHERE state = 'succeeded'").split()
+        restored = self.node("--lease-s", "2")
+        for job in rows:
+            image = restored.get(f"/v1/jobs/{job}/image.png")
+            self.assertEqual(image.status, 200, image.body)
+            self.assertEqual(hashlib.sha256(image.body).hexdigest(), restored.job(job)["artifacts"][0]["sha256"])
+        print(f"restored {len(rows)} images of {len(rows)} succeeded jobs; {len(jobs)} were submitted during the backup")
+        self.assertIn(deleted, rows)
+        self.assertGreater(len(rows), 5)
+        running = self.server.sql(self.name, "SELECT id FROM jobs WHERE ended_at IS NULL").split()
+        for job in running:
+            self.assertEqual(restored.wait_for_end(job)["state"], "succeeded", "it runs again")
 
 
 class BucketAwayTest(SharedFilesTest):
