@@ -5,6 +5,7 @@ import {getJson, mayWrite, postJson, Problem, request} from './api.js';
 const TYPING_PAUSE_MS = 150, REFINE_AFTER_MS = 600, POLL_MS = 500;
 const HISTORY_MAX = 24;
 const DRAFT_SIDE = 320, DRAFT_BUDGET_MS = 100, DRAG_BUDGET_MS = 40, PREVIEW_SIDE = 1024;
+const DRAG_IN_FLIGHT_MAX = 2;
 /** Above these a draft is made on request only. */
 const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
 
@@ -66,6 +67,7 @@ export class Drafts {
     /** @type {string | null} */
     this.refining = null;
     this.dragging = false;
+    this.inDrag = 0;
     this.waiting = false;
     this.closed = false;
   }
@@ -187,7 +189,7 @@ export class Drafts {
     this.history.value = [...history.slice(-HISTORY_MAX + 1), shown];
   }
 
-  // ---- dragging in the image: one draft in flight, and one waiting
+  // ---- dragging in the image: two drafts in flight, so that the service reads one while it traces the other, and one waiting
 
   beginDrag() {
     this.dragging = true;
@@ -199,13 +201,13 @@ export class Drafts {
 
   async drag() {
     this.waiting = true;
-    if (this.inDrag) return;
-    this.inDrag = true;
+    if (this.inDrag === DRAG_IN_FLIGHT_MAX) return;
+    ++this.inDrag;
     while (this.waiting && this.dragging) {
       this.waiting = false;
       await this.draft(this.latest, this.text, DRAG_BUDGET_MS).catch((error) => this.failed(error, this.latest));
     }
-    this.inDrag = false;
+    --this.inDrag;
   }
 
   endDrag() {
