@@ -10,7 +10,8 @@ import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
 import {documentOf} from './job-source.js';
-import {attempt, copy, Failure, NotModelled} from './parts.js';
+import {attempt, copy, Failure, NotModelled, say} from './parts.js';
+import {pick, placeIn} from './pick.js';
 import {applied, changesTo, wholeRangeOf} from './pointers.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
@@ -39,12 +40,16 @@ function store(value) {
   }
 }
 
+/** Pixels that a pointer moves in a click. */
+const CLICK_MOVE_MAX = 3;
+
 /** Turns drags and the wheel into changes of the camera, as one step of the editor's history. */
 class CameraDrag {
-  /** @param {Editor} editor @param {Drafts} drafts */
-  constructor(editor, drafts) {
+  /** @param {Editor} editor @param {Drafts} drafts @param {(event: PointerEvent) => void} onClick */
+  constructor(editor, drafts, onClick) {
     this.editor = editor;
     this.drafts = drafts;
+    this.onClick = onClick;
     /** @type {import('./orbit.js').View | null} */
     this.view = null;
     this.before = this.text = '';
@@ -96,17 +101,23 @@ class CameraDrag {
   /** @param {PointerEvent} down */
   pointer(down) {
     const box = /** @type {HTMLElement} */ (down.currentTarget);
-    if (down.button !== 0 || !this.begin()) return;
+    if (down.button !== 0) return;
     const pan = down.shiftKey;
-    const start = /** @type {import('./orbit.js').View} */ (this.view);
+    /** @type {import('./orbit.js').View | null} */
+    let start = null;
     box.setPointerCapture(down.pointerId);
     box.onpointermove = (event) => {
-      const dx = (event.clientX - down.clientX) / box.clientHeight, dy = (event.clientY - down.clientY) / box.clientHeight;
+      const x = event.clientX - down.clientX, y = event.clientY - down.clientY;
+      if (!start && Math.hypot(x, y) <= CLICK_MOVE_MAX) return;
+      if (!start && this.begin()) start = this.view;
+      if (!start) return;
+      const dx = x / box.clientHeight, dy = y / box.clientHeight;
       this.move(pan ? panned(start, dx, dy) : orbited(start, dx * Math.PI, dy * Math.PI));
     };
-    box.onpointerup = box.onpointercancel = () => {
+    box.onpointerup = box.onpointercancel = (event) => {
       box.onpointermove = box.onpointerup = box.onpointercancel = null;
-      this.end();
+      if (start) this.end();
+      else if (event.type === 'pointerup') this.onClick(event);
     };
   }
 
@@ -169,7 +180,18 @@ export function Playground({id}) {
         onDrop: (files, at) => attempt(() => nameFiles(edit, files, at)),
       });
       edit.setSchema(schema);
-      const camera = new CameraDrag(edit, made), box = canvas.current;
+      const box = canvas.current;
+      const goToObject = (/** @type {PointerEvent} */ event) => attempt(async () => {
+        const shown = made.shown.value, image = box.querySelector('img');
+        // An image of an earlier text, or of a window of the image, has other objects in its places.
+        if (!mayWrite.value || !shown || image?.src !== shown.url || !made.validation.value?.valid) return;
+        const scene = JSON.parse(edit.text()), place = placeIn(image, event);
+        if (!place || (scene.image?.crop && shown.kind !== 'draft')) return;
+        const pointer = await pick(scene, place, made.size);
+        if (pointer) edit.goTo(pointer);
+        else say(text.background);
+      });
+      const camera = new CameraDrag(edit, made, goToObject);
       const down = (/** @type {PointerEvent} */ event) => camera.pointer(event), wheel = (/** @type {WheelEvent} */ event) => camera.wheel(event);
       box.addEventListener('pointerdown', down);
       box.addEventListener('wheel', wheel, {passive: false});

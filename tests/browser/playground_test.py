@@ -3,6 +3,7 @@ import base64
 import hashlib
 import itertools
 import json
+import math
 import statistics
 import time
 import unittest
@@ -302,6 +303,35 @@ class Assistance(Playground):
         command = self.browser.until(lambda: self.browser.execute_script("return copied"), "the command")
         self.assertTrue(command.startswith("curl "))
         self.assertIn(f"http://127.0.0.1:{self.daemon.port}/v1/render", command)
+
+
+class ObjectsInTheImage(Playground):
+    def test_are_found_in_the_text_by_a_click(self):
+        """Objects, instances and visible lights; a click beside them, and one that is no drag, change nothing."""
+        ball = {"type": "sphere", "radius": 0.5, "material": "clay"}
+        document = {
+            "version": 1, "image": {"width": 160, "height": 120}, "camera": {"position": [0, 0, 10], "look_at": [0, 0, 0], "fov": 40},
+            "materials": {"clay": {"model": "lambert", "diffuse": 0.8}},
+            "lights": [{"type": "point", "position": [0, 5, 5]}, {"type": "sphere", "center": [0, 2.5, 0], "radius": 0.5, "visible": True}],
+            "prototypes": {"pair": [{**ball, "center": [0, 0.7, 0]}, {**ball, "center": [0, -0.7, 0]}]},
+            "objects": [{**ball, "center": [-3, 0, 0]}, {"type": "instance", "of": "pair"}, {**ball, "center": [3, 0, 0]},
+                        {"type": "instance", "of": "pair", "position": [0, -2, 0]}]}
+        self.set_document(document)
+        self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.canvas img')?.dataset.kind") == "refined", "the image")
+        before = self.document()
+        canvas = self.browser.one(".canvas")
+        unit = min(canvas.size["width"] / 160, canvas.size["height"] / 120) * 120 / (2 * 10 * math.tan(math.radians(20)))
+        for x, y, expected in ((-3, 0, document["objects"][0]), (0, 0.7, document["objects"][1]), (0, -0.7, document["objects"][1]),
+                               (3, 0, document["objects"][2]), (0, -2.7, document["objects"][3]), (0, 2.5, document["lights"][1])):
+            self.editor("view.dispatch({selection: {anchor: 0}})")
+            ActionChains(self.browser).move_to_element_with_offset(canvas, round(x * unit), round(-y * unit)).click().perform()
+            head = self.browser.until(lambda: self.editor("return view.state.selection.main.head"), "the cursor")
+            self.assertEqual(json.JSONDecoder().raw_decode(before[head:])[0], expected)
+        self.editor("view.dispatch({selection: {anchor: 0}})")
+        ActionChains(self.browser).move_to_element_with_offset(canvas, round(-1.5 * unit), 0).click().perform()
+        self.browser.until(lambda: "background" in self.browser.find_element(By.TAG_NAME, "body").text, "the words for the background")
+        self.assertEqual(self.editor("return view.state.selection.main.head"), 0)
+        self.assertEqual(self.document(), before)
 
 
 class Orbit(Playground):
