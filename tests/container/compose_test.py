@@ -2,7 +2,6 @@
 proxy."""
 import hashlib
 import http.client
-import os
 import pathlib
 import shutil
 import ssl
@@ -13,7 +12,7 @@ import unittest
 
 from tests.container import images, machine
 from tests.container.container import Running
-from tests.container.engine import STORE, podman, podman_environment
+from tests.container.engine import STORE, attempt, podman_environment
 from tests.http.daemon import BIN, PATIENCE_S, Served, json_of, long_scene, scene, wait_until
 from tests.support.sources import SOURCE
 
@@ -47,37 +46,44 @@ class Compose:
                                         env=podman_environment(), cwd=STORE, stderr=subprocess.DEVNULL)
         wait_until(self.address.exists, "podman's service")
 
-    def command(self, *arguments):
-        return ["docker-compose", "--host", f"unix://{self.address}", "--project-name", PROJECT,
-                "--file", str(self.folder / "compose.yaml"), "--profile", "tls", *arguments]
+    def run(self, lines, variables=None, checked=()):
+        """Runs commands in which `docker` is podman and docker-compose. Without systemd nobody checks the health of the `checked`
+        services but this."""
+        compose = f"docker-compose --host unix://{self.address} --project-name {PROJECT}"
+        docker = f'docker() {{ if [ "$1" = compose ]; then shift; {compose} "$@"; else podman "$@"; fi; }}'
+        environment = {**podman_environment(), "COMPOSE_INTERACTIVE_NO_CLI": "1", **(variables or {})}
+        with open(self.folder / "log", "w+", encoding="utf-8") as log:
+            with subprocess.Popen(["bash", "-euc", f"{docker}\n{lines}"], cwd=self.folder.parent, stdout=log, stderr=log,
+                                  env=environment) as running:
+                end = time.monotonic() + PATIENCE_S
+                while running.poll() is None and time.monotonic() < end:
+                    for service in checked:
+                        attempt("healthcheck", "run", f"{PROJECT}_{service}_1")
+                    time.sleep(0.2)
+                running.kill()
+            log.seek(0)
+            output = log.read()
+        if running.returncode != 0:
+            raise AssertionError(f"{lines}\n{output}")
+        return output
 
     def up(self):
-        """The proxy waits for a healthy daemon. Without systemd nobody asks for its health but this."""
-        environment = {**os.environ, "COMPOSE_INTERACTIVE_NO_CLI": "1"}
-        with open(self.folder / "up.log", "wb") as log:
-            with subprocess.Popen(self.command("up", "--detach", "--no-build"), stdout=log, stderr=log, env=environment) as starting:
-                end = time.monotonic() + PATIENCE_S
-                while starting.poll() is None and time.monotonic() < end:
-                    subprocess.run(["podman", "healthcheck", "run", f"{PROJECT}_whittle_1"], env=podman_environment(),
-                                   check=False, capture_output=True)
-                    time.sleep(0.2)
-                starting.kill()
-        if starting.returncode != 0:
-            raise AssertionError((self.folder / "up.log").read_text(encoding="utf-8"))
+        """The proxy waits for a healthy daemon."""
+        self.run("docker compose -f docker/compose.yaml --profile tls up --detach --no-build", checked=["whittle"])
 
     def down(self):
-        done = subprocess.run(self.command("down", "--volumes", "--timeout", "1"), check=False, capture_output=True, text=True,
-                              timeout=PATIENCE_S)
-        self.service.terminate()
-        self.service.wait(PATIENCE_S)
-        if done.returncode != 0:
-            raise AssertionError(done.stderr)
+        try:
+            self.run("docker compose -f docker/compose.yaml --profile tls --profile cluster down --volumes --timeout 1")
+        finally:
+            self.service.terminate()
+            self.service.wait(PATIENCE_S)
 
 
 class Proxied(Served):
     """The daemon through the proxy, over TLS; every request brings the key."""
 
-    def __init__(self, compose):
+    def __init__(self, compose, proxy="proxy"):
+        self.proxy = proxy
         self.port = 8443
         self.trust = ssl.create_default_context(cafile=compose.folder / "secrets" / "tls.crt")
         self.allowed = {"Authorization": f"Bearer {compose.key}"}
@@ -87,7 +93,7 @@ class Proxied(Served):
 
     def until_open(self):
         """The proxy listens some moments after it was started."""
-        proxy = Running(f"{PROJECT}_proxy_1")
+        proxy = Running(f"{PROJECT}_{self.proxy}_1")
 
         def answers():
             if not proxy.pid:

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 from tests.container import base_image, machine
-from tests.container.engine import has_image, podman
+from tests.container.engine import attempt, has_image, podman
 from tests.http.daemon import BIN
 from tests.support.sources import SOURCE
 
@@ -90,6 +90,18 @@ def proxy():
     return made("localhost/whittle-proxy")
 
 
+DATABASE = "docker.io/library/postgres:15-bookworm"
+
+
+@functools.cache
+def database():
+    """The name of PostgreSQL's image: the official one, or else one of Debian's packages."""
+    whittle()
+    if not MADE and not has_image(DATABASE) and attempt("pull", "--quiet", DATABASE).returncode != 0:
+        build(DATABASE, SOURCE / "tests" / "container" / "database")
+    return made(DATABASE)
+
+
 def made(name):
     """`name`, if there is such an image: where there is none, main said why."""
     if not has_image(name):
@@ -101,6 +113,7 @@ if __name__ == "__main__":
     try:
         whittle()
         proxy()
+        database()
         # Stages without a name: what the last programs were copied through, a gigabyte each time. The libraries have one.
         podman("image", "prune", "--force")
     except unittest.SkipTest as reason:
