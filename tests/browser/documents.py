@@ -17,7 +17,7 @@ CURSORS = [
     (ROOT + '"lights": [{{"type": "directional", "', {"direction"}), (ROOT + '"textures": {{"a": {{"', {"checker", "gradient", "noise", "file"}), (ROOT + '"textures": {{"a": {{"file": "a.png", "wrap": "', {"repeat", "clamp", "mirror"}),
     (ROOT + '"textures": {{"a": {{"file": "a.png", "filter": "', {"nearest", "bilinear", "mipmap"}), (ROOT + '"textures": {{"a": {{"file": "a.png", "color_space": "', {"srgb", "linear"}),
     (MATERIAL + '"', {"color", "diffuse", "specular", "reflection", "transmission", "ior", "emission"}), (MATERIAL + '"model": "', {"lambert", "phong", "blinn_phong"}),
-    (MATERIAL + '"transparency": "', {"refract", "interpolated", "filtered"}), (MATERIAL + '"shading": "', {"smooth", "flat", "gouraud"}), (MATERIAL + '"re', {"reflection", "reflection_color"}), (MATERIAL + '"fresnel": ', {"true", "false"}),
+    (MATERIAL + '"transparency": "', {"refract", "interpolated", "filtered"}), (MATERIAL + '"shading": "', {"smooth", "flat", "gouraud", "flat_polygon"}), (MATERIAL + '"re', {"reflection", "reflection_color"}), (MATERIAL + '"fresnel": ', {"true", "false"}),
     (MATERIAL + '"color": {{"', {"checker", "noise"}), (MATERIAL + '"color": 1, "', {"shininess", "absorption", "normal_map", "bump"}),
     (OBJECT + '"', {"type"}), (OBJECT + '"type": "', set(SHAPES_AND_FIELDS)), (OBJECT + '"type": "s', {"sphere"}), (OBJECT + '"type": "t', {"torus", "triangle"}),
     *((OBJECT + f'"type": "{shape}", "', fields) for shape, fields in SHAPES_AND_FIELDS.items()),

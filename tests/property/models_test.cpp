@@ -27,11 +27,14 @@ void require_everything(CompiledScene& scene) {
       scene.needs.*name.needed = true;
 }
 
-/// Without textures and glass: what the classic integrator takes, whatever else the scene has.
+/// Without textures, glass and light from behind: what the classic integrator takes, whatever else the scene has.
 Scene simplified(Scene scene) {
   for (Material& material : scene.materials) {
-    if (std::holds_alternative<TextureId>(material.color)) material.color = Color{0.3, 0.5, 0.7};
-    material.transmission = 0;
+    for (ColorOrTexture* color : {&material.color, &material.specular_color, &material.diffuse_transmission_color,
+                                  &material.emission, &material.reflection_color, &material.transmission_color})
+      if (std::holds_alternative<TextureId>(*color)) *color = Color{0.3, 0.5, 0.7};
+    material.opacity = Color{1, 1, 1};
+    material.transmission = material.diffuse_transmission = material.specular_transmission = 0;
   }
   return scene;
 }

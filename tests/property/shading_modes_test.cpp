@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "tests/support/pixel_ray.h"
@@ -97,6 +98,42 @@ TEST(FlatShading, UsesTheFacesNormal) {
   const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
   expect_shading(lit_triangle(Material::Shading::flat),
                  [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), face); });
+}
+
+TEST(FlatPolygonShading, UsesTheLightAtTheCentroid) {
+  const Vec centroid = place_of({1.0L / 3, 1.0L / 3, 1.0L / 3});
+  const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
+  const auto light_of_centroid = [&](const Scene& scene, const auto&) { return local(scene, centroid, face); };
+  Scene scene = lit_triangle(Material::Shading::flat_polygon);
+  expect_shading(scene, light_of_centroid);
+  scene.camera.position = {2, 1, 40};
+  scene.camera.type = Camera::Type::orthographic;
+  scene.camera.height = 2.2;
+  expect_shading(scene, light_of_centroid);
+}
+
+TEST(FlatPolygonShading, HasOneColorForEachTriangleWithItsShadow) {
+  Scene scene = scenes::empty(96);
+  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.lights = {scenes::point_light({1, 2, 5})};
+  Material material = scenes::matte({0.9, 0.9, 0.9});
+  material.shading = Material::Shading::flat_polygon;
+  const Mesh ball = scenes::icosphere(1, true);
+  scenes::add(scene, ball, material);
+  const auto lit_values = [&] {
+    const Image image = scenes::render(scene).image;
+    std::set<float> values;
+    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+      if (image.rgb[i] > 0) values.insert(image.rgb[i]);
+    return values;
+  };
+  const std::set<float> open = lit_values();
+  EXPECT_LE(open.size(), ball.triangles.size());
+  EXPECT_GT(open.size(), 20U);
+  scenes::add(scene, Sphere{{0.7, 1.4, 3.5}, 0.3}, scenes::matte({0, 0, 0}));  // shades a part of the ball
+  const std::set<float> shaded = lit_values();
+  EXPECT_LT(shaded.size(), open.size());
+  EXPECT_TRUE(std::includes(open.begin(), open.end(), shaded.begin(), shaded.end()));
 }
 
 TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {

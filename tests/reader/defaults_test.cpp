@@ -80,6 +80,9 @@ TEST(DefaultValues, OfMaterialMatchTheSceneHeader) {
   EXPECT_EQ(seen.specular, 0);
   EXPECT_EQ(seen.shininess, 32);
   EXPECT_EQ(std::get<Color>(seen.specular_color), (Color{1, 1, 1}));
+  EXPECT_EQ(seen.diffuse_transmission, 0);
+  EXPECT_EQ(std::get<Color>(seen.diffuse_transmission_color), (Color{1, 1, 1}));
+  EXPECT_EQ(seen.specular_transmission, 0);
   EXPECT_EQ(std::get<Color>(seen.emission), Color{});
   EXPECT_EQ(seen.reflection, 0);
   EXPECT_EQ(std::get<Color>(seen.reflection_color), (Color{1, 1, 1}));

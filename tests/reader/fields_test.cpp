@@ -150,6 +150,9 @@ TEST(SceneReader, ReadsTexturesAndMaterials) {
   EXPECT_EQ(glass.specular, 0.75);
   EXPECT_EQ(glass.shininess, 8);
   EXPECT_EQ(std::get<Color>(glass.specular_color), (Color{0.5, 0.5, 0.5}));
+  EXPECT_EQ(glass.diffuse_transmission, 0.25);
+  EXPECT_EQ(std::get<Color>(glass.diffuse_transmission_color), (Color{0.5, 1, 0.25}));
+  EXPECT_EQ(glass.specular_transmission, 2);
   EXPECT_EQ(std::get<Color>(glass.emission), (Color{1, 2, 3}));
   EXPECT_EQ(glass.reflection, 0.375);
   EXPECT_EQ(std::get<Color>(glass.reflection_color), (Color{0.25, 0.25, 0.25}));

@@ -95,6 +95,7 @@ TEST(Report, HasEveryMember) {
       {"image.exr", {.estimate = 1.5, .proven = std::numeric_limits<double>::infinity()}}};
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
+      R"("transmitted_light":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
       R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
       R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"approximations":false},)"

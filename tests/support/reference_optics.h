@@ -22,7 +22,8 @@ inline Real fade(const tracer::Attenuation& attenuation, Real d) {
 
 inline Real power(Real cosine, Real exponent) {
   if (exponent == 0) return 1;
-  return cosine <= 0 ? 0 : std::pow(std::fmin(cosine, 1.0L), exponent);
+  const Real power = cosine <= 0 ? 0 : std::pow(std::fmin(cosine, 1.0L), exponent);
+  return power < 0x1p-1022L ? 0 : power;  // black for a tracer in double: it has no shadow ray
 }
 
 inline Real highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v) {
@@ -37,6 +38,17 @@ inline Real highlight(const tracer::Material& material, const Vec& n, const Vec&
     }
   }
   return 0;
+}
+
+/// Light from l behind the surface, where n.l < 0, bent by Snell's law; eta is the index of refraction there over that
+/// in front. The part of a direction along the surface is the sine of its angle.
+inline Real transmitted_highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v,
+                                  Real eta) {
+  const Vec along = eta * (dot(l, n) * n - l);
+  const Real cos2 = 1 - dot(along, along);
+  if (cos2 <= 0 || material.model == tracer::Material::Model::lambert) return 0;
+  const Real exponent = material.shininess / (material.model == tracer::Material::Model::blinn_phong ? 4 : 1);
+  return power(dot(along + std::sqrt(cos2) * n, v), exponent);
 }
 
 /// Fresnel's amplitudes as Born & Wolf print them (eq. 1.5.21), squared and averaged.

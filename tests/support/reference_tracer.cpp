@@ -41,9 +41,9 @@ struct ReferenceTracer::Hit {
 
 struct ReferenceTracer::Point {
   Vec position;
-  Vec shadow_start;  // on the curved surface of the interpolated normals
-  Vec face_normal;   // on the ray's side
-  Vec normal;        // interpolated
+  Vec curved;       // on the curved surface of the interpolated normals
+  Vec face_normal;  // on the ray's side
+  Vec normal;       // interpolated
   bool back = false;
   Hit hit;
 };
@@ -74,6 +74,16 @@ const ReferenceTracer::Body* ReferenceTracer::current_medium(const Inside& insid
   return best;
 }
 
+ReferenceTracer::Interface ReferenceTracer::interface_at(const Ray& ray, const Point& point) {
+  const auto index = [](const Body* body) -> Real { return body != nullptr ? body->material->ior : 1; };
+  const tracer::Material& material = *point.hit.body->material;
+  Interface found{beyond(ray.inside, point), index(current_medium(ray.inside)), material.ior};
+  if (material.transmission == 0) return found;
+  found.n_to = index(current_medium(found.after));
+  if (point.back && found.after == ray.inside) found.n_from = material.ior;  // the back of a body never entered
+  return found;
+}
+
 struct ReferenceTracer::Path {
   tracer::RenderStatistics& counted;
   Real margin = 1;
@@ -85,7 +95,7 @@ ReferenceTracer::ReferenceTracer(const tracer::Scene& scene) : scene_(scene) {
     Body body{&object.shape, &scene.materials[object.material.index], {}};
     if (const auto* triangle = std::get_if<tracer::Triangle>(&object.shape)) {
       const auto& p = triangle->vertices;
-      Face face{p[0], p[1], p[2], {}, {}, {}, {0, 0}, {1, 0}, {0, 1}};
+      Face face{p[0], p[1], p[2]};
       if (const auto& n = triangle->normals) face.na = unit((*n)[0]), face.nb = unit((*n)[1]), face.nc = unit((*n)[2]);
       if (const auto& uv = triangle->uvs) face.ta = (*uv)[0], face.tb = (*uv)[1], face.tc = (*uv)[2];
       body.faces.push_back(face);
@@ -103,15 +113,7 @@ ReferenceTracer::ReferenceTracer(const tracer::Scene& scene) : scene_(scene) {
           if (length(n) > 0) n = unit(n);
       }
       for (const auto& [a, b, c] : mesh->triangles) {
-        Face face{mesh->positions[a],
-                  mesh->positions[b],
-                  mesh->positions[c],
-                  normals[a],
-                  normals[b],
-                  normals[c],
-                  {0, 0},
-                  {1, 0},
-                  {0, 1}};
+        Face face{mesh->positions[a], mesh->positions[b], mesh->positions[c], normals[a], normals[b], normals[c]};
         if (!mesh->uvs.empty()) face.ta = mesh->uvs[a], face.tb = mesh->uvs[b], face.tc = mesh->uvs[c];
         body.faces.push_back(face);
       }
@@ -232,8 +234,8 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
     if (dot(point.normal, point.face_normal) < 0) point.normal = -point.normal;
   }
   point.back = dot(ray.direction, point.face_normal) > 0;
-  point.shadow_start = point.position;
-  if (hit.face != nullptr && !point.back) {
+  point.curved = point.position;
+  if (hit.face != nullptr) {
     // Onto the mean of the corners' tangent planes, where these lie outside.
     const Face& f = *hit.face;
     const Real weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
@@ -242,7 +244,7 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
       for (int i = 0; i < 3; ++i) {
         const Vec n = dot(normals[i], point.face_normal) < 0 ? -normals[i] : normals[i];
         const Real below = std::fmin(0.0L, dot(point.position - corners[i], n));
-        point.shadow_start = point.shadow_start + (-below * weights[i]) * n;
+        point.curved = point.curved + (-below * weights[i]) * n;
       }
   }
   if (point.back) point.normal = -point.normal, point.face_normal = -point.face_normal;
@@ -296,39 +298,39 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
   const Vec to_eye = -ray.direction;
   const tracer::Material& material = *point.hit.body->material;
   const Light3 color = color_at(material.color, point, path);
-  const Light3 specular = material.specular * color_at(material.specular_color, point, path);
+  const Light3 specular = color_at(material.specular_color, point, path);
+  const Light3 through = material.diffuse_transmission * color_at(material.diffuse_transmission_color, point, path);
+  const Interface side = interface_at(ray, point);
+  const Real eta = material.transmission > 0 ? side.n_to / side.n_from : 1;
   Light3 sum = color_at(material.emission, point, path) + material.ambient * (color * Light3(scene_.ambient));
   for (const tracer::Light& light : scene_.lights) {
-    Vec to_light, shadow;
-    Real f = 1;
-    const auto* const directional = std::get_if<tracer::DirectionalLight>(&light.source);
-    if (directional != nullptr) {
-      to_light = shadow = -unit(directional->direction);
-    } else {
-      const Vec place = std::get<tracer::PointLight>(light.source).position, offset = place - point.position;
-      to_light = unit(offset);
-      f = fade(light.attenuation, length(offset));
-      shadow = place - point.shadow_start;
-    }
-    const Real n_l = dot(point.normal, to_light);
-    if (material.specular > 0) path.near_miss(n_l);  // the highlight is discontinuous there
-    if (n_l <= 0) continue;
+    const auto* const lamp = std::get_if<tracer::PointLight>(&light.source);
+    const Vec offset = lamp != nullptr ? Vec(lamp->position) - point.position
+                                       : -unit(std::get<tracer::DirectionalLight>(light.source).direction);
+    const Vec to_light = unit(offset);
+    const Real f = lamp != nullptr ? fade(light.attenuation, length(offset)) : 1, n_l = dot(point.normal, to_light);
+    if (material.specular + material.specular_transmission > 0) path.near_miss(n_l);  // highlights are discontinuous
+    if (material.specular_transmission > 0) path.near_miss(1 - (1 - n_l * n_l) * eta * eta);
+    const Real shine = material.specular * highlight(material, point.normal, to_light, to_eye);
+    const Real bent =
+        material.specular_transmission * transmitted_highlight(material, point.normal, to_light, to_eye, eta);
     const Light3 reflected =
-        (material.diffuse * n_l) * color + highlight(material, point.normal, to_light, to_eye) * specular;
+        n_l > 0 ? (material.diffuse * n_l) * color + shine * specular : -n_l * through + bent * specular;
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
-    if (largest(weight * unshadowed) == 0) continue;
-    const Real distance = directional != nullptr ? infinity : length(shadow);
-    sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, unit(shadow), distance, path) : unshadowed);
+    if (n_l == 0 || largest(weight * unshadowed) == 0) continue;
+    const Vec start = (n_l < 0) == point.back ? point.curved : point.position;
+    Ray shadow{start, to_light, point.hit.body, point.hit.face, infinity, n_l < 0 ? side.after : ray.inside};
+    if (lamp != nullptr)
+      shadow.direction = unit(Vec(lamp->position) - start), shadow.end = length(Vec(lamp->position) - start);
+    sum = sum + (light.shadows ? unshadowed * visible(shadow, path) : unshadowed);
   }
   return color_at(material.opacity, point, path) * sum;
 }
 
 /// S: the product over every surface along the shadow ray.
-Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
-                                Path& path) const {
+Light3 ReferenceTracer::visible(Ray ray, Path& path) const {
   ++path.counted.rays.shadow;
   Light3 through{1, 1, 1};
-  Ray ray{point.shadow_start, to_light, point.hit.body, point.hit.face, distance, around};
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
     const Point crossed = point_at(ray, hit);
@@ -336,7 +338,7 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
     const Light3 passed = material.transmission * color_at(material.transmission_color, crossed, path) +
                           Light3{1, 1, 1} + -1 * color_at(material.opacity, crossed, path);
     if (after == ray.inside || current_medium(after) != current_medium(ray.inside)) through = through * passed;
-    ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
+    ray = {ray.origin + hit.t * ray.direction, ray.direction, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;
 }
@@ -348,13 +350,7 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Vec d = ray.direction;
   const Vec n = dot(d, point.normal) < 0 ? point.normal : point.face_normal;
   const Real cos_i = -dot(d, n);
-  const auto index = [](const Body* body) -> Real { return body != nullptr ? body->material->ior : 1; };
-  const Inside after = beyond(ray.inside, point);
-  Real n_from = index(current_medium(ray.inside)), n_to = material.ior;
-  if (material.transmission > 0) {
-    n_to = index(current_medium(after));
-    if (point.back && after == ray.inside) n_from = material.ior;  // the back of a body that was never entered
-  }
+  const auto [after, n_from, n_to] = interface_at(ray, point);
   // Snell's law by the part of d along the surface: sin_t / sin_i = n_from / n_to.
   const Vec along = (n_from / n_to) * (d + cos_i * n);
   const Real cos2_t = 1 - dot(along, along);

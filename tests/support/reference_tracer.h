@@ -39,9 +39,9 @@ class ReferenceTracer {
   struct Point;
   struct Path;
   struct Face {
-    Vec a, b, c;     // corners
-    Vec na, nb, nc;  // normals; zero: the face's
-    tracer::Vec2 ta, tb, tc;
+    Vec a, b, c;           // corners
+    Vec na{}, nb{}, nc{};  // normals; zero: the face's
+    tracer::Vec2 ta{0, 0}, tb{1, 0}, tc{0, 1};
   };
   struct Body;
   using Inside = std::vector<const Body*>;
@@ -52,7 +52,13 @@ class ReferenceTracer {
     float size = 0;           // diagonal of the bounding box
   };
 
+  struct Interface {
+    Inside after;  // the media of a ray that passes
+    Real n_from, n_to;
+  };
+
   [[nodiscard]] static Inside beyond(Inside inside, const Point& point);
+  [[nodiscard]] static Interface interface_at(const Ray& ray, const Point& point);
   [[nodiscard]] static const Body* current_medium(const Inside& inside);
   [[nodiscard]] Inside around_camera(Path& path) const;
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
@@ -60,8 +66,7 @@ class ReferenceTracer {
   [[nodiscard]] Light3 color_at(const tracer::ColorOrTexture& color, const Point& point, Path& path) const;
   [[nodiscard]] Light3 trace(const Ray& ray, const Light3& weight, std::uint32_t depth, Path& path) const;
   [[nodiscard]] Light3 local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const;
-  [[nodiscard]] Light3 visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
-                               Path& path) const;
+  [[nodiscard]] Light3 visible(Ray ray, Path& path) const;
   [[nodiscard]] Light3 bounced(const Ray& ray, const Point& point, const Light3& weight, std::uint32_t depth,
                                Path& path) const;
   [[nodiscard]] Light3 follow(const Point& point, const Vec& direction, const Inside& inside, const Light3& weight,

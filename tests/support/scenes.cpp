@@ -162,6 +162,9 @@ class Draw : public oracle::Random {
     m.fresnel = chance(0.5);
     for (ColorOrTexture* other : {&m.specular_color, &m.emission, &m.reflection_color, &m.transmission_color})
       if (chance(0.1)) *other = checker(scene);
+    if (chance(0.2)) m.diffuse_transmission = in(0, 1);
+    m.diffuse_transmission_color = chance(0.3) ? ColorOrTexture(checker(scene)) : color();
+    if (chance(0.2)) m.specular_transmission = in(0, 1);
     if (m.transmission == 0 && !m.fresnel && chance(0.2))
       m.opacity = chance(0.5) ? checker(scene) : ColorOrTexture(color());
     return m;

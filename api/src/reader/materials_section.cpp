@@ -43,8 +43,10 @@ inline constexpr Word<Transparency> words<Transparency>[] = {{"refract", Transpa
                                                              {"interpolated", Transparency::interpolated},
                                                              {"filtered", Transparency::filtered}};
 template <>
-inline constexpr Word<Shading> words<Shading>[] = {
-    {"smooth", Shading::smooth}, {"flat", Shading::flat}, {"gouraud", Shading::gouraud}};
+inline constexpr Word<Shading> words<Shading>[] = {{"smooth", Shading::smooth},
+                                                   {"flat", Shading::flat},
+                                                   {"gouraud", Shading::gouraud},
+                                                   {"flat_polygon", Shading::flat_polygon}};
 
 namespace {
 
@@ -174,6 +176,9 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   fields.optional("specular", material.specular);
   fields.optional("shininess", material.shininess);
   fields.optional("specular_color", material.specular_color);
+  fields.optional("diffuse_transmission", material.diffuse_transmission);
+  fields.optional("diffuse_transmission_color", material.diffuse_transmission_color);
+  fields.optional("specular_transmission", material.specular_transmission);
   fields.optional("emission", material.emission);
   read_reflection(fields, material);
   fields.optional("reflection_color", material.reflection_color);

@@ -164,6 +164,9 @@ class Draw : public oracle::Random {
     m.specular_color = color();
     if (chance(0.15)) m.emission = color();
     if (chance(0.1)) m.emission = texture();
+    if (chance(0.1)) m.diffuse_transmission = in(0, 1);
+    if (chance(0.1)) m.specular_transmission = in(0, 1);
+    m.diffuse_transmission_color = chance(0.2) ? ColorOrTexture(texture()) : color();
     if (plain_) return m;
     if (chance(0.4)) m.reflection = in(0, 1);
     m.reflection_color = color(0.5);
@@ -176,7 +179,7 @@ class Draw : public oracle::Random {
     m.fresnel = chance(0.4);
     for (ColorOrTexture* other : {&m.specular_color, &m.reflection_color, &m.transmission_color})
       if (chance(0.15)) *other = texture();
-    m.shading = static_cast<Material::Shading>(below(3));
+    m.shading = static_cast<Material::Shading>(below(4));
     const bool refracts = m.transmission > 0 && m.transparency == Material::Transparency::refract;
     if (!refracts && !m.fresnel && chance(0.3)) m.opacity = chance(0.5) ? texture() : ColorOrTexture(color());
     if (chance(0.08)) m.normal_map = texture();

@@ -15,11 +15,12 @@ struct Requirements {
   bool fresnel = false;
   bool shadows = false;               ///< a light casts shadows and there is a surface
   bool transmissive_shadows = false;  ///< an occluder transmits light, or the outside absorbs it
+  bool transmitted_light = false;     ///< a surface is lit from behind
   bool soft_lights = false;           ///< a light has a length, an area or a surface
   bool many_lights = false;           ///< so many lights that negligible ones are culled
   bool absorption = false;            ///< a solid or the outside absorbs light
   bool overlapping_media = false;     ///< transmissive solids may overlap
-  bool gouraud = false;               ///< shading is evaluated at the vertices of triangles
+  bool gouraud = false;               ///< shading is evaluated at the vertices or centroids of triangles
   bool lens = false;                  ///< camera rays start on a lens
   bool depth_cue = false;
   bool layers = false;             ///< the output has layers or alpha
@@ -48,6 +49,7 @@ inline constexpr RequirementName requirement_names[] = {
     {"fresnel", &Requirements::fresnel},
     {"shadows", &Requirements::shadows},
     {"transmissive_shadows", &Requirements::transmissive_shadows},
+    {"transmitted_light", &Requirements::transmitted_light},
     {"soft_lights", &Requirements::soft_lights},
     {"many_lights", &Requirements::many_lights},
     {"absorption", &Requirements::absorption},

@@ -185,16 +185,24 @@ struct Bump {
 /// Reflectance and transmittance of a surface (Whitted 1980; Phong 1975; Blinn 1977):
 ///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
 ///   I = I_local + K_r C_r I(reflected) + K_t C_t I(transmitted)
-/// N is on the side of the ray: a back-face hit uses -N.
+/// N is on the side of the ray: a back-face hit uses -N. Lights on the other side, where N.L < 0, add (Hall & Greenberg
+/// 1983, "A Testbed for Realistic Image Synthesis")
+///   sum_i f_i S_i I_i [ K_dt C_dt |N.L| + K_st C_s max(0,T.V)^n' ]
+/// with the direction T of the light's ray after it is refracted at the point, from the index of refraction of the far
+/// side to that of the near side (none at total internal reflection; straight on unless the material refracts), and
+/// n' = n, or n/4 for blinn_phong, which has the same width. `lambert` has no K_st.
 struct Material {
   enum class Model { lambert, phong, blinn_phong };
   Model model = Model::phong;
-  ColorOrTexture color = Color{0.8, 0.8, 0.8};     ///< C
-  double ambient = 1;                              ///< K_a
-  double diffuse = 1;                              ///< K_d
-  double specular = 0;                             ///< K_s
-  double shininess = 32;                           ///< n >= 0
-  ColorOrTexture specular_color = Color{1, 1, 1};  ///< C_s
+  ColorOrTexture color = Color{0.8, 0.8, 0.8};                 ///< C
+  double ambient = 1;                                          ///< K_a
+  double diffuse = 1;                                          ///< K_d
+  double specular = 0;                                         ///< K_s
+  double shininess = 32;                                       ///< n >= 0
+  ColorOrTexture specular_color = Color{1, 1, 1};              ///< C_s
+  double diffuse_transmission = 0;                             ///< K_dt in [0,1]
+  double specular_transmission = 0;                            ///< K_st
+  ColorOrTexture diffuse_transmission_color = Color{1, 1, 1};  ///< C_dt
   ColorOrTexture emission = Color{};
   double reflection = 0;                             ///< K_r in [0,1]
   ColorOrTexture reflection_color = Color{1, 1, 1};  ///< C_r
@@ -219,7 +227,9 @@ struct Material {
   /// after a bounce at infinity along the ray; on other shapes the same as smooth. Shadow rays of smooth front faces
   /// start at the surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator"); lights are evaluated
   /// at the hit.
-  enum class Shading { smooth, flat, gouraud };
+  /// flat_polygon: face normals, and local shading is evaluated once for each triangle, at its centroid, with
+  /// highlights for the same eye as gouraud; on other shapes the same as smooth.
+  enum class Shading { smooth, flat, gouraud, flat_polygon };
   Shading shading = Shading::smooth;
   /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the
   /// front. An image without an explicit color space is linear here, for every format.

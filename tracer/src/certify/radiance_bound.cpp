@@ -37,9 +37,14 @@ double albedo_bound(const CompiledScene& scene, const Material& material) {
 double local_radiance_bound(const CompiledScene& scene, const Material& material, double lights) {
   const double color = color_bound(scene, material.color);
   const double diffuse = color * material.diffuse;
-  const double specular = color_bound(scene, material.specular_color) * material.specular;
+  const double specular = color_bound(scene, material.specular_color);
+  // A light is on one side of the surface.
+  const double reflected = diffuse + specular * material.specular;
+  const double transmitted = color_bound(scene, material.diffuse_transmission_color) * material.diffuse_transmission +
+                             specular * material.specular_transmission;
+  const double lit = std::max(reflected, transmitted);
   return color_bound(scene, material.emission) + max_component(scene.ambient) * color * material.ambient +
-         (diffuse + specular > 0 && lights > 0 ? lights * (diffuse + specular) : 0);
+         (lit > 0 && lights > 0 ? lights * lit : 0);
 }
 
 }  // namespace

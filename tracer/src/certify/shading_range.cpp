@@ -11,7 +11,7 @@ std::array<double, 3> channels_of(const Color& c) { return {c.r, c.g, c.b}; }
 /// Coefficients of a material over ranges of its colors, with which they grow. `range_of` returns the range of a
 /// ColorOrTexture.
 struct CoefficientRanges {
-  ColorInterval emitted_ambient, diffuse, specular;
+  ColorInterval emitted_ambient, diffuse, specular, diffuse_transmission, specular_transmission;
 
   template <class RangeOf>
   CoefficientRanges(const CompiledScene& scene, std::uint32_t material, const RangeOf& range_of) {
@@ -34,6 +34,8 @@ struct CoefficientRanges {
     emitted_ambient = hull(interval_of(low.emitted_ambient), interval_of(high.emitted_ambient));
     diffuse = hull(interval_of(low.diffuse), interval_of(high.diffuse));
     specular = hull(interval_of(low.specular), interval_of(high.specular));
+    diffuse_transmission = hull(interval_of(low.diffuse_transmission), interval_of(high.diffuse_transmission));
+    specular_transmission = hull(interval_of(low.specular_transmission), interval_of(high.specular_transmission));
   }
 };
 
@@ -44,9 +46,10 @@ AffineForm scaled(const AffineForm& form, const Interval& factor) {
 
 /// Fractions of one light at a patch.
 struct LightForms {
-  AffineForm cosine{};     ///< N.L, or 0 from behind
-  AffineForm strength{};   ///< attenuation and spot cone
-  AffineForm highlight{};  ///< specular term
+  AffineForm cosine{};      ///< N.L, or 0 from behind
+  AffineForm far_cosine{};  ///< -N.L, or 0 from the front
+  AffineForm strength{};    ///< attenuation and spot cone
+  AffineForm highlight{};   ///< specular term
 };
 
 /// Largest value of the attenuation, if the light is at least `distance` away.
@@ -143,12 +146,13 @@ class LightAtPatch {
       if (has_normal_) forms.cosine = height(points, offset) * scale;
     }
     if (!has_normal_) {
-      forms.cosine = form_of({0, 1});
+      forms.cosine = forms.far_cosine = form_of({0, 1});
       forms.highlight = form_of({0, has_specular_ ? 1.0 : 0.0});
       return forms;
     }
     forms.cosine.error += cosine_slack;
     if (has_specular_) forms.highlight = highlight(forms.cosine, to_light);
+    if (material_.transmits_light) forms.far_cosine = positive_part(-forms.cosine);
     forms.cosine = positive_part(forms.cosine);
     return forms;
   }
@@ -184,6 +188,29 @@ class LightAtPatch {
   AffineVec to_eye_;
   bool has_specular_ = false, has_normal_ = false;
 };
+
+/// A light at one side of a patch.
+struct LitSide {
+  AffineForm arriving, highlight;  ///< both with the strength of the light
+  const ColorInterval &diffuse, &specular;
+  Interval visible;
+};
+
+void add_light(const CompiledLight& light, const LitSide& side, LocalRadiance& sum) {
+  sum.any_light = true;
+  const std::array<double, 3> radiance = channels_of(light.radiance);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Interval &diffuse = side.diffuse[c], &specular = side.specular[c];
+    AffineForm lit = scaled(side.arriving, diffuse);
+    if (specular.high > 0) lit = lit + scaled(side.highlight, specular);
+    lit = lit * radiance[c];
+    const double reflected = diffuse.high + specular.high;
+    const double largest = radiance[c] * attenuation_bound(light.attenuation) * side.visible.high * reflected;
+    if (radiance[c] > 0 && reflected > 0) sum.light_max[c] += largest;
+    if (side.visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * side.visible.high});
+    sum.light[c] = sum.light[c] + lit;
+  }
+}
 
 /// Adds emitted and ambient light, and what the integrator may cull or round.
 ColorInterval finish(const SceneBounds& bounds, const ColorInterval& emitted_ambient, const ColorInterval& light) {
@@ -224,24 +251,21 @@ LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
   for (std::size_t number = 0; number < scene.lights.size(); ++number) {
     const CompiledLight& light = scene.lights[number];
     const Interval visible = visible_lights[number];
-    if (visible.high == 0) continue;
+    if (visible.high == 0 && !material.transmits_light) continue;
     const LightForms forms = at_patch.forms(light);
-    if (!(forms.cosine.range().high > 0)) continue;
-    sum.any_light = true;
-    const std::array<double, 3> radiance = channels_of(light.radiance);
-    const AffineForm arriving = forms.cosine * forms.strength, shining = forms.highlight * forms.strength;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Interval& specular = coefficients.specular[c];
-      const Interval& diffuse = coefficients.diffuse[c];
-      AffineForm lit = scaled(arriving, diffuse);
-      if (specular.high > 0) lit = lit + scaled(shining, specular);
-      lit = lit * radiance[c];
-      const double reflected = diffuse.high + specular.high;
-      const double largest = radiance[c] * attenuation_bound(light.attenuation) * visible.high * reflected;
-      if (radiance[c] > 0 && reflected > 0) sum.light_max[c] += largest;
-      if (visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * visible.high});
-      sum.light[c] = sum.light[c] + lit;
-    }
+    if (visible.high > 0 && forms.cosine.range().high > 0)
+      add_light(light,
+                {forms.cosine * forms.strength, forms.highlight * forms.strength, coefficients.diffuse,
+                 coefficients.specular, visible},
+                sum);
+    if (!material.transmits_light || !(forms.far_cosine.range().high > 0)) continue;
+    // The shadows of the far side are not bounded.
+    const Interval beyond{light.shadows || bounds.approximate.any() ? 0.0 : 1.0,
+                          light.shadows ? bounds.transmittance_max : 1.0};
+    add_light(light,
+              {forms.far_cosine * forms.strength, form_of({0, 1}) * forms.strength, coefficients.diffuse_transmission,
+               coefficients.specular_transmission, beyond},
+              sum);
   }
   return sum;
 }
@@ -266,7 +290,10 @@ ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, 
     const double visible = light.shadows ? bounds.transmittance_max : 1;
     const double strength = attenuation_max(light.attenuation, distance);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double reflected = radiance[c] * (coefficients.diffuse[c].high + coefficients.specular[c].high);
+      // A light is on one side of the surface.
+      const double near = coefficients.diffuse[c].high + coefficients.specular[c].high;
+      const double far = coefficients.diffuse_transmission[c].high + coefficients.specular_transmission[c].high;
+      const double reflected = radiance[c] * std::max(near, far);
       if (reflected > 0) sum[c].high += reflected * strength * visible;
     }
   }

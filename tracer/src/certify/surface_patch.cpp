@@ -90,14 +90,14 @@ void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, con
   patch.face = exactly(patch.flat_normal);
   patch.normal = patch.face;
   const Material::Shading shading = scene.terms[patch.material].shading;
-  const bool at_vertices = approximate != Approximations::Shading::exact || shading == Material::Shading::gouraud;
+  const bool at_vertices = approximate != Approximations::Shading::exact || is_lit_by_triangle(shading);
   if (at_vertices) {
     const Bounds box = bounds_of(scene.geometry(), primitive);
     patch.position = {form_of({box.low.x, box.high.x}), form_of({box.low.y, box.high.y}),
                       form_of({box.low.z, box.high.z})};
   }
   patch.shadow_start = patch.position;
-  if (!mesh.normals.empty() && shading != Material::Shading::flat) set_smooth(mesh, primitive.primitive, patch);
+  if (!mesh.normals.empty() && !has_face_normals(shading)) set_smooth(mesh, primitive.primitive, patch);
   if (!at_vertices) return;
   patch.has_normal = patch.flat = patch.convex = false;
   patch.offset = true;

@@ -168,6 +168,15 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
   return corners;
 }
 
+std::optional<Corner> centroid_at(const CompiledScene& scene, const Hit& hit) {
+  const std::optional<Corners> corners = corners_at(scene, hit);
+  if (!corners) return std::nullopt;
+  const auto& [a, b, c] = *corners;
+  const Vec3 pa = a.point.position, pb = b.point.position, pc = c.point.position;
+  const Vec3 largest = (abs(pa) + abs(pb) + abs(pc)) / 3;
+  return Corner{{(pa + pb + pc) / 3, largest * rounding_bound(12)}, normalize(cross(pb - pa, pc - pa)), 1};
+}
+
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading) {
   const ShapeHit local = shape_hit(scene.geometry(), hit, origin + direction * hit.t);
@@ -177,7 +186,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.back = dot(direction, local.geometric_normal) > 0;
   surface.object = local.object;
   surface.material = scene.objects.material[local.object];
-  const bool flat = shading_of(scene.materials[surface.material].shading, shading) == Material::Shading::flat;
+  const bool flat = has_face_normals(shading_of(scene.materials[surface.material].shading, shading));
   const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
   surface.normal = surface.back ? -outward : outward;
   // At a back-face hit the curved surface is on the other side of the facet: no offset is needed.

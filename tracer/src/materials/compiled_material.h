@@ -29,8 +29,26 @@ inline Material::Shading shading_of(Material::Shading own, Approximations::Shadi
   return own;
 }
 
+inline bool has_face_normals(Material::Shading shading) {
+  return shading == Material::Shading::flat || shading == Material::Shading::flat_polygon;
+}
+
+/// True if triangles are lit at their vertices or centroids instead of the hit.
+inline bool is_lit_by_triangle(Material::Shading shading) {
+  return shading == Material::Shading::gouraud || shading == Material::Shading::flat_polygon;
+}
+
 inline bool has_specular(const Material& material) {
   return material.model != Material::Model::lambert && material.specular > 0;
+}
+
+inline bool has_specular_transmission(const Material& material) {
+  return material.model != Material::Model::lambert && material.specular_transmission > 0;
+}
+
+/// True if lights on the far side of the surface brighten it.
+inline bool transmits_light(const Material& material) {
+  return material.diffuse_transmission > 0 || has_specular_transmission(material);
 }
 
 /// True if a part of the surface may be missing.
@@ -44,11 +62,13 @@ inline bool lets_light_pass(const Material& material) { return material.transmis
 
 /// Factors of light at a point, before the Fresnel factors.
 struct Coefficients {
-  Color emitted_ambient;  ///< emission and ambient term
-  Color diffuse;          ///< factor of N.L
-  Color specular;         ///< factor of the specular term; black: none
-  Color reflectance;      ///< K_r C_r
-  Color transmittance;    ///< K_t C_t, and the share of the surface that is missing
+  Color emitted_ambient;        ///< emission and ambient term
+  Color diffuse;                ///< factor of N.L
+  Color specular;               ///< factor of the specular term; black: none
+  Color diffuse_transmission;   ///< factor of |N.L| for lights on the far side
+  Color specular_transmission;  ///< factor of their specular term
+  Color reflectance;            ///< K_r C_r
+  Color transmittance;          ///< K_t C_t, and the share of the surface that is missing
 };
 
 /// Share of the surface that is there.
@@ -78,12 +98,19 @@ Coefficients coefficients(const Material& material, const Color& ambient, const 
       .emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * share),
       .diffuse = color * (material.diffuse * share),
       .specular = has_specular(material) ? color_of(material.specular_color) * material.specular : Color{},
+      .diffuse_transmission = material.diffuse_transmission > 0
+                                  ? color_of(material.diffuse_transmission_color) * material.diffuse_transmission
+                                  : Color{},
+      .specular_transmission = has_specular_transmission(material)
+                                   ? color_of(material.specular_color) * material.specular_transmission
+                                   : Color{},
       .reflectance = material.reflection > 0 ? color_of(material.reflection_color) * material.reflection : Color{},
       .transmittance = transmittance(material, color_of)};
   if (!is_cut_out(material)) return surface;
   const Color there = opacity(material, color_of);
   for (Color Coefficients::*factor :
-       {&Coefficients::emitted_ambient, &Coefficients::diffuse, &Coefficients::specular, &Coefficients::reflectance})
+       {&Coefficients::emitted_ambient, &Coefficients::diffuse, &Coefficients::specular,
+        &Coefficients::diffuse_transmission, &Coefficients::specular_transmission, &Coefficients::reflectance})
     surface.*factor = surface.*factor * there;
   return surface;
 }
@@ -102,13 +129,14 @@ void for_each_color_texture(const Material& material, const Visit& visit) {
 struct CompiledMaterial : Coefficients {
   double shininess = 0;
   double ior = 1;
-  bool blinn = false;           ///< specular model of Blinn, else of Phong
-  bool refracts = false;        ///< transmission by Snell's law
-  bool fresnel = false;         ///< reflectance and transmittance are multiplied by the Fresnel factors
-  bool textured = false;        ///< a color is a texture
-  bool has_normal_map = false;  ///< a normal map or bump map perturbs the normals
-  bool transmits = false;       ///< K_t > 0
-  bool cut_out = false;         ///< is_cut_out()
+  bool blinn = false;            ///< specular model of Blinn, else of Phong
+  bool refracts = false;         ///< transmission by Snell's law
+  bool fresnel = false;          ///< reflectance and transmittance are multiplied by the Fresnel factors
+  bool textured = false;         ///< a color is a texture
+  bool has_normal_map = false;   ///< a normal map or bump map perturbs the normals
+  bool transmits = false;        ///< K_t > 0
+  bool transmits_light = false;  ///< transmits_light()
+  bool cut_out = false;          ///< is_cut_out()
   Material::Shading shading = Material::Shading::smooth;
 };
 
@@ -120,6 +148,7 @@ inline CompiledMaterial compiled_material(const Material& material, const Color&
     return plain != nullptr ? *plain : Color{1, 1, 1};
   });
   compiled.transmits = material.transmission > 0;
+  compiled.transmits_light = transmits_light(material);
   compiled.cut_out = is_cut_out(material);
   compiled.shininess = material.shininess;
   compiled.ior = material.ior;
@@ -136,6 +165,22 @@ inline std::vector<CompiledMaterial> compiled_materials(const std::vector<Materi
   terms.reserve(materials.size());
   for (const Material& material : materials) terms.push_back(compiled_material(material, ambient));
   return terms;
+}
+
+/// True if light at the far side of a surface is totally reflected there. `cosine`: of its direction and the normal of
+/// that side. `eta`: index of refraction there over that on the near side.
+WHITTLE_INLINE bool is_totally_reflected(double cosine, double eta) {
+  return !((1 - eta * eta) + eta * eta * (cosine * cosine) > 0);
+}
+
+/// Base of the specular power of such light: t.v for the unit direction t that light from the unit direction l has
+/// after it is refracted to the near side, and the unit direction v to the eye. n: normal of the far side, n.l > 0.
+/// Precondition: it is not totally reflected.
+WHITTLE_INLINE double transmitted_cosine(const Vec3& n, const Vec3& l, const Vec3& v, double eta) {
+  const double cosine = n.x * l.x + n.y * l.y + n.z * l.z;
+  const double straight = l.x * v.x + l.y * v.y + l.z * v.z, along = n.x * v.x + n.y * v.y + n.z * v.z;
+  const double refracted = std::sqrt((1 - eta * eta) + eta * eta * (cosine * cosine));
+  return -eta * straight - (refracted - eta * cosine) * along;
 }
 
 /// Base of the specular power (math/power.h) at unit normal n, unit directions l to the light and v to the eye, n.l >

@@ -89,13 +89,16 @@ class Finder {
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);
     need(&Requirements::overlapping_media,
          (branches || exact_shadows()) && transmits && std::exchange(solid_seen_, true), where);
-    need(&Requirements::gouraud, shading_of(material.shading, approximate_.shading) == Material::Shading::gouraud,
+    need(&Requirements::gouraud, is_lit_by_triangle(shading_of(material.shading, approximate_.shading)),
          approximate_.shading == Approximations::Shading::exact ? where : "/accuracy/approximate/shading");
     for_each_color_texture(material, [&](TextureId texture) { add(&Requirements::textures, texture, where); });
     if (material.bump) add(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
-    if (caster_) need(&Requirements::shadows, material.diffuse > 0 || material.specular > 0, "/lights/", *caster_);
+    const bool from_behind = transmits_light(material) && !scene_.lights.empty();
+    need(&Requirements::transmitted_light, from_behind, where);
+    const bool is_lit = material.diffuse > 0 || material.specular > 0 || from_behind;
+    if (caster_) need(&Requirements::shadows, is_lit, "/lights/", *caster_);
     if (passes && !transmissive_) transmissive_ = where;
     need(&Requirements::transmissive_shadows, needs_.shadows && transmissive_, transmissive_.value_or(where));
     need(&Requirements::transmissive_shadows, needs_.shadows && absorbs_, "/medium/absorption");

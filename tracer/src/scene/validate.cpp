@@ -198,6 +198,9 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.not_negative({where, "specular"}, material.specular);
   const DocumentPath shininess(where, "shininess");  // no upper bound
   if (checks.finite(shininess, material.shininess)) checks.at_least_0(shininess, material.shininess);
+  checks.within({where, "diffuse_transmission"}, material.diffuse_transmission, 0, 1);
+  check_color("diffuse_transmission_color", material.diffuse_transmission_color);
+  checks.not_negative({where, "specular_transmission"}, material.specular_transmission);
   check_color("specular_color", material.specular_color);
   check_color("emission", material.emission);
   checks.within({where, "reflection"}, material.reflection, 0, 1);

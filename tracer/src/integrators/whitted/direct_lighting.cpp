@@ -58,13 +58,24 @@ WHITTLE_INLINE void eval_reflection_vector(const ShadingPointPacket& f, LightSam
 WHITTLE_INLINE void eval_half_vector(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) {
     const double cosine = blinn_cosine(f.normal[i], a.to_light[i], f.to_eye[i]);
-    a.highlight[i] = f.blinn[i] != 0 ? cosine : a.highlight[i];
+    a.highlight[i] = f.specular_model[i] == 2 ? cosine : a.highlight[i];
+  }
+}
+
+/// Specular terms of light that comes through the surface.
+WHITTLE_INLINE void eval_transmitted_highlight(const ShadingPointPacket& f, LightSamplePacket& a) {
+  for (int i = 0; i < lanes; ++i)
+    a.highlight[i] = transmitted_cosine(f.normal[i], a.to_light[i], f.to_eye[i], f.eta[i]);
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = power_of(a.highlight[i], f.shininess[i]);
+  for (int i = 0; i < lanes; ++i) {
+    const bool passes = (a.cosine[i] > 0) & !is_totally_reflected(a.cosine[i], f.eta[i]);
+    a.highlight[i] = (f.specular_model[i] != 0) & passes ? a.highlight[i] : 0;
   }
 }
 
 WHITTLE_INLINE void eval_highlight(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) a.highlight[i] = power_of(a.highlight[i], f.shininess[i]);
-  for (int i = 0; i < lanes; ++i) a.highlight[i] = (f.has_specular[i] != 0) & (a.cosine[i] > 0) ? a.highlight[i] : 0;
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = (f.specular_model[i] != 0) & (a.cosine[i] > 0) ? a.highlight[i] : 0;
 }
 
 WHITTLE_INLINE void eval_diffuse(const ShadingPointPacket& f, const Color& radiance, LightSamplePacket& a) {
@@ -140,9 +151,13 @@ WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const C
   sample.lit = eval_cosine(shading_points, sample);
   if (sample.lit == 0) return;  // common: neighbors share their orientation
   if (shading_points.any_specular) {
-    eval_reflection_vector(shading_points, sample);
-    if (shading_points.any_blinn) eval_half_vector(shading_points, sample);
-    eval_highlight(shading_points, sample);
+    if (shading_points.far_side) {
+      eval_transmitted_highlight(shading_points, sample);
+    } else {
+      eval_reflection_vector(shading_points, sample);
+      if (shading_points.any_blinn) eval_half_vector(shading_points, sample);
+      eval_highlight(shading_points, sample);
+    }
     eval_diffuse_and_specular(shading_points, light.radiance, sample);
   } else {
     eval_diffuse(shading_points, light.radiance, sample);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -147,6 +148,7 @@ class DirectLighting {
   void reset() {
     shading_points_.clear();
     corner_points_.clear();
+    far_points_.clear();
     position_.clear();
     if (state_.template needs<&Requirements::bump>()) unperturbed_normal_.assign(state_.hit_rays.size(), {});
   }
@@ -162,16 +164,54 @@ class DirectLighting {
     for (int i = 0; i < state_.hit.count; ++i) position_.push_back(state_.hit.points.position[i]);
   }
 
-  /// Gouraud shading: moves the lanes that need it to the vertices of their triangles. `depth`: that of the rays.
+  /// Moves the lanes that are lit by triangle to its vertices or its centroid. `depth`: that of the rays.
   void move_to_vertices(const RayQueue& rays, std::uint32_t depth, ShadingPointPacket& shading_points) {
     if (!state_.template needs<&Requirements::gouraud>()) return;
-    // Only these rays begin at the eye; any other could begin elsewhere on its line.
-    const bool from_eye = depth == 0 && !state_.scene.camera.has_parallel_rays();
     for (int i = 0; i < state_.hit.count; ++i) {
-      if (!push_vertices(rays, from_eye, shading_points, i)) continue;
+      const ShadingPoint near{.face = shading_points.face[i],
+                              .diffuse = shading_points.diffuse[i],
+                              .specular = shading_points.any_specular ? shading_points.specular[i] : Color{},
+                              .shininess = state_.material_of_lane(i).shininess,
+                              .blinn = state_.material_of_lane(i).blinn,
+                              .hit = shading_points.hit[i],
+                              .sample = shading_points.sample[i],
+                              .media = shading_points.media[i],
+                              .from = shading_points.from[i]};
+      if (!push_vertices(rays, depth, near, i, corner_points_)) continue;
+      // Textures do not perturb the normals of vertices.
+      if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[i]] = {};
       shading_points.diffuse.set(i, {});
       shading_points.specular.set(i, {});
     }
+  }
+
+  /// Adds the far sides of the lanes that light comes through. `far_side_of(lane)`: SecondaryRays::FarSide. Must be
+  /// called before move_to_vertices().
+  template <class FarSideOf>
+  void add_far_sides(const RayQueue& rays, std::uint32_t depth, const ShadingPointPacket& near,
+                     const FarSideOf& far_side_of) {
+    const HitPacket& hit = state_.hit;
+    for_each_lane(hit.coefficients.transmits_light & first_lanes(hit.count), [&](int i) {
+      const CompiledMaterial& material = state_.material_of_lane(i);
+      const auto [media, eta] = far_side_of(i);
+      const bool smooth_front = hit.points.smooth && hit.back_face[i] > 0;
+      const ShadingPoint far{.point = {near.position[i], hit.points.error[i]},
+                             .face = near.face[i],
+                             .normal = -near.normal[i],
+                             .to_eye = near.to_eye[i],
+                             .diffuse = hit.throughput[i] * hit.coefficients.diffuse_transmission[i],
+                             .specular = hit.throughput[i] * hit.coefficients.specular_transmission[i],
+                             .shininess = material.blinn ? material.shininess / 4 : material.shininess,
+                             .far_side = true,
+                             .eta = eta,
+                             .hit = near.hit[i],
+                             .shadow_offset = smooth_front ? hit.points.offset[i] : Vec3{},
+                             .sample = near.sample[i],
+                             .media = media,
+                             .from = near.from[i]};
+      if (state_.template needs<&Requirements::gouraud>() && push_vertices(rays, depth, far, i, far_points_)) return;
+      far_points_.push(far);
+    });
   }
 
   /// Adds the light of all lights to the samples. Area lights have the batch's number of points at hits of camera rays
@@ -199,38 +239,37 @@ class DirectLighting {
   }
 
  private:
-  /// Returns false unless the lane is Gouraud-shaded.
-  bool push_vertices(const RayQueue& rays, bool from_eye, const ShadingPointPacket& shading_points, int lane) {
+  /// Pushes `at_hit`, moved to the vertices or the centroid. Returns false unless the lane is lit by triangle.
+  bool push_vertices(const RayQueue& rays, std::uint32_t depth, const ShadingPoint& at_hit, int lane,
+                     ShadingPointQueue& to) {
     const HitPacket& hit = state_.hit;
-    const CompiledMaterial& material = state_.material_of_lane(lane);
-    if (shading_of(material.shading, state_.approximate().shading) != Material::Shading::gouraud) return false;
+    const Material::Shading shading = shading_of(state_.material_of_lane(lane).shading, state_.approximate().shading);
+    if (!is_lit_by_triangle(shading)) return false;
     const auto ray = static_cast<std::size_t>(hit.ray[lane]);
     const std::optional<Corners> corners = corners_at(state_.scene, state_.hits.at(ray));
     if (!corners) return false;
-    // Textures do not perturb the normals of vertices.
-    if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[lane]] = {};
-    const Color specular = shading_points.any_specular ? shading_points.specular[lane] : Color{};
-    for (const Corner& corner : *corners)
-      corner_points_.push(
-          {.point = corner.point,
-           .face = shading_points.face[lane],
-           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
-           .to_eye = from_eye ? normalize(rays.origin(ray) - corner.point.position) : -rays.direction(ray),
-           .diffuse = shading_points.diffuse[lane] * corner.weight,
-           .specular = specular * corner.weight,
-           .shininess = material.shininess,
-           .blinn = material.blinn,
-           .hit = shading_points.hit[lane],
-           .sample = shading_points.sample[lane],
-           .media = shading_points.media[lane],
-           .from = shading_points.from[lane]});
+    const std::optional<Corner> centroid =
+        shading == Material::Shading::flat_polygon ? centroid_at(state_.scene, state_.hits.at(ray)) : std::nullopt;
+    // Only these rays begin at the eye; any other could begin elsewhere on its line.
+    const bool from_eye = depth == 0 && !state_.scene.camera.has_parallel_rays();
+    const bool reverses = (hit.back_face[lane] > 0) != at_hit.far_side;
+    for (const Corner& corner : centroid ? std::span(&*centroid, 1) : std::span<const Corner>(*corners)) {
+      ShadingPoint vertex = at_hit;
+      vertex.point = corner.point;
+      vertex.normal = reverses ? -corner.normal : corner.normal;
+      vertex.to_eye = from_eye ? normalize(rays.origin(ray) - corner.point.position) : -rays.direction(ray);
+      vertex.diffuse = at_hit.diffuse * corner.weight;
+      vertex.specular = at_hit.specular * corner.weight;
+      vertex.shadow_offset = {};
+      to.push(vertex);
+    }
     return true;
   }
 
   void shade_light(const RayQueue& rays, const LightPass& pass, Coherence coherence) {
     shadow_.clear();
     if (!pass.light.is_area_light()) set_light_points(lanes, [&](int) { return pass.light.position; });
-    for (const ShadingPointQueue* queue : {&shading_points_, &corner_points_})
+    for (const ShadingPointQueue* queue : {&shading_points_, &corner_points_, &far_points_})
       for (std::size_t i = 0; i < queue->packets(); ++i) shade_packet(rays, pass, queue->packet(i));
     state_.statistics.rays.shadow += shadow_.size();
     shadow_.add_unoccluded(state_.radiance, state_.media, coherence);
@@ -274,7 +313,9 @@ class DirectLighting {
     const std::size_t hit = packet.hit[lane];
     const Vec3 to_light = light_sample_.to_light[lane];
     if (state_.approximate().nearest_lights != 0 && !nearest_.includes(hit, pass.number)) return false;
-    if (state_.template needs<&Requirements::bump>() && dot(unperturbed_normal_[hit], to_light) < 0) return false;
+    if (state_.template needs<&Requirements::bump>() &&
+        dot(unperturbed_normal_[hit], packet.far_side ? -to_light : to_light) < 0)
+      return false;
     const bool exact = state_.approximate().shadows == Approximations::Shadows::exact;
     if (pass.light.shadows && exact)
       return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.radiance[lane]);
@@ -307,7 +348,8 @@ class DirectLighting {
 
   WavefrontState<Features>& state_;
   ShadingPointQueue shading_points_;      ///< the hits, packet by packet
-  ShadingPointQueue corner_points_;       ///< vertices of Gouraud-shaded triangles, three for a hit
+  ShadingPointQueue corner_points_;       ///< vertices or centroids of triangles, three or one for a hit
+  ShadingPointQueue far_points_;          ///< far sides of hits that light comes through, or of their vertices
   std::vector<Vec3> unperturbed_normal_;  ///< by hit; empty in scenes without bump and normal maps
   std::vector<Vec3> position_;            ///< by hit; empty unless only the nearest lights count
   std::vector<double> culled_radiance_;   ///< by hit; empty unless the scene has many lights

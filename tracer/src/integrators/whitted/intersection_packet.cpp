@@ -48,6 +48,11 @@ WHITTLE_INLINE void put_split(const CompiledMaterial& material, int i, Coefficie
   to.fresnel[i] = material.fresnel ? 1 : 0;
 }
 
+WHITTLE_INLINE void put_far_side(const CompiledMaterial& material, int i, CoefficientPacket& to) {
+  to.diffuse_transmission.set(i, material.diffuse_transmission);
+  to.specular_transmission.set(i, material.specular_transmission);
+}
+
 WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, CoefficientPacket& to) {
   const bool has_specular = !is_black(material.specular);
   to.any_specular |= has_specular;
@@ -57,6 +62,7 @@ WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, Coefficie
   to.any_normal_map |= material.has_normal_map;
   to.reflects |= lane_bit(i, !is_black(material.reflectance));
   to.splits |= lane_bit(i, material.transmits || material.fresnel || material.cut_out);
+  to.transmits_light |= lane_bit(i, material.transmits_light);
 }
 
 WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
@@ -120,13 +126,15 @@ void gather_coefficients(const std::vector<CompiledMaterial>& materials, HitPack
   if (!differ(packet.material, gathered.material)) return;
   gathered.any_specular = gathered.any_blinn = gathered.any_emitted = false;
   gathered.any_normal_map = false;
-  gathered.reflects = gathered.splits = gathered.textured = 0;
+  gathered.reflects = gathered.splits = gathered.textured = gathered.transmits_light = 0;
   for (int i = 0; i < lanes; ++i) {
     const CompiledMaterial& material = materials[packet.material[i]];
     put(material, i, gathered);
     set_flags(material, i, gathered);
   }
   for (int i = 0; gathered.splits != 0 && i < lanes; ++i) put_split(materials[packet.material[i]], i, gathered);
+  for (int i = 0; gathered.transmits_light != 0 && i < lanes; ++i)
+    put_far_side(materials[packet.material[i]], i, gathered);
   std::copy_n(packet.material, lanes, gathered.material);
 }
 
@@ -139,8 +147,7 @@ WHITTLE_WIDE void apply_throughput(HitPacket& p, ShadingPointPacket& f) {
     multiply(p.throughput, c.specular, f.specular);
     for (int i = 0; i < lanes; ++i) {
       f.shininess[i] = c.shininess[i];
-      f.blinn[i] = c.blinn[i];
-      f.has_specular[i] = is_black(f.specular[i]) ? 0 : 1;
+      f.specular_model[i] = is_black(f.specular[i]) ? 0 : 1 + c.blinn[i];
     }
   }
   multiply(p.throughput, c.emitted_ambient, p.emitted);
@@ -153,13 +160,17 @@ void set_textured_coefficients(const Coefficients& coefficients, int lane, HitPa
   shading_points.diffuse.set(lane, throughput * coefficients.diffuse);
   if (shading_points.any_specular) {
     shading_points.specular.set(lane, throughput * coefficients.specular);
-    shading_points.has_specular[lane] = is_black(shading_points.specular[lane]) ? 0 : 1;
+    shading_points.specular_model[lane] =
+        is_black(shading_points.specular[lane]) ? 0 : 1 + packet.coefficients.blinn[lane];
   }
   CoefficientPacket& gathered = packet.coefficients;
   gathered.reflectance.set(lane, coefficients.reflectance);
   gathered.reflects &= ~lane_bit(lane);
   gathered.reflects |= lane_bit(lane, !is_black(coefficients.reflectance));
   if (gathered.splits != 0) gathered.transmittance.set(lane, coefficients.transmittance);
+  if (gathered.transmits_light == 0) return;
+  gathered.diffuse_transmission.set(lane, coefficients.diffuse_transmission);
+  gathered.specular_transmission.set(lane, coefficients.specular_transmission);
 }
 
 }  // namespace tracer

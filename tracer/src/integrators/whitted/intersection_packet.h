@@ -1,7 +1,8 @@
 #pragma once
 /// Packets of 16 hits, from the accelerator's intersections to shading points and secondary rays. Shading points are
 /// SoA packets of position, normals and BRDF coefficients that do not depend on the light. A hit has one shading point;
-/// on a Gouraud-shaded triangle it has three, the vertices.
+/// on a Gouraud-shaded triangle it has three, the vertices, and for light that comes through the surface as many more
+/// on the far side.
 
 #include <cstdint>
 #include <vector>
@@ -24,7 +25,10 @@ struct ShadingPoint {
   Color specular{};  ///< factor of the highlight: throughput times K_s C_s
   double shininess = 0;
   bool blinn = false;     ///< Blinn's highlight instead of Phong's
+  bool far_side = false;  ///< the side that the ray does not arrive at: its light comes through the surface
+  double eta = 1;         ///< far side: index of refraction there over that on the near side, 1 unless refracted
   std::uint32_t hit = 0;  ///< index of the hit
+  Vec3 shadow_offset{};   ///< from the point to the start of shadow rays
 
   // Copied from the ray to the shadow rays.
   std::uint32_t sample = 0, media = 0;
@@ -37,13 +41,14 @@ struct alignas(64) ShadingPointPacket {
   VecLanes face, normal, to_eye;
   ColorLanes diffuse, specular;
   double shininess[lanes];
-  int has_specular[lanes];  ///< 0 or 1
-  int blinn[lanes];         ///< 0 or 1
+  int specular_model[lanes];  ///< 0: none, 1: Phong's, 2: Blinn's
+  double eta[lanes];          ///< undefined unless `far_side`
   std::uint32_t hit[lanes];
   std::uint32_t sample[lanes], media[lanes];
   PrimitiveRef from[lanes];
   int count;                     ///< lanes in use; the others are unspecified
   bool any_specular, any_blinn;  ///< over the lanes in use
+  bool far_side;                 ///< the lanes in use are those of the other side of the surfaces
   bool smooth;                   ///< false: `shadow_offset` is undefined and counts as zero
   VecLanes shadow_offset;        ///< from the position to the start of shadow rays
 
@@ -63,10 +68,11 @@ class ShadingPointQueue {
     if (packets_in_use_ == packets_.size()) packets_.emplace_back();
     ShadingPointPacket& packet = packets_[packets_in_use_++];
     packet.count = 0;
-    packet.any_specular = packet.any_blinn = packet.smooth = false;
+    packet.any_specular = packet.any_blinn = packet.far_side = packet.smooth = false;
     return packet;
   }
 
+  /// The points of a queue are all on the same side.
   void push(const ShadingPoint& shading_point) {
     const bool full = packets_in_use_ == 0 || packets_[packets_in_use_ - 1].count == lanes;
     ShadingPointPacket& packet = full ? append_packet() : packets_[packets_in_use_ - 1];
@@ -80,8 +86,11 @@ class ShadingPointQueue {
     packet.specular.set(lane, shading_point.specular);
     const bool has_specular = !is_black(shading_point.specular);
     packet.shininess[lane] = shading_point.shininess;
-    packet.has_specular[lane] = has_specular ? 1 : 0;
-    packet.blinn[lane] = shading_point.blinn ? 1 : 0;
+    packet.specular_model[lane] = !has_specular ? 0 : shading_point.blinn ? 2 : 1;
+    packet.far_side = shading_point.far_side;
+    packet.eta[lane] = shading_point.eta;
+    packet.shadow_offset.set(lane, shading_point.shadow_offset);
+    packet.smooth |= !(shading_point.shadow_offset == Vec3{});
     packet.hit[lane] = shading_point.hit;
     packet.any_specular |= has_specular;
     packet.any_blinn |= has_specular && shading_point.blinn;
@@ -105,7 +114,8 @@ struct alignas(64) CoefficientPacket {
   ColorLanes emitted_ambient, diffuse, specular, reflectance;
   double shininess[lanes];
   int blinn[lanes];
-  LaneMask reflects;  ///< lanes whose reflectance is not black
+  LaneMask reflects;         ///< lanes whose reflectance is not black
+  LaneMask transmits_light;  ///< lanes that lights on the far side brighten
   LaneMask textured;
   LaneMask splits;  ///< lanes that let light pass or split it by Fresnel's equations
   bool any_emitted, any_specular, any_blinn, any_normal_map;
@@ -113,6 +123,9 @@ struct alignas(64) CoefficientPacket {
   // Valid if `splits` is not empty.
   ColorLanes transmittance;
   double refracts[lanes], fresnel[lanes];  ///< 0 or 1
+
+  // Valid if `transmits_light` is not empty.
+  ColorLanes diffuse_transmission, specular_transmission;
 
   CoefficientPacket() { std::fill_n(material, lanes, none); }
 

@@ -73,6 +73,19 @@ class SecondaryRays {
     for_each_lane(nested_boundary_, [&](int i) { hit.throughput.set(i, {}); });
   }
 
+  /// Media behind a lane's surface, and the index of refraction there over that in front of it: 1 unless it refracts.
+  /// Precondition: cross_media() was called for the packet.
+  struct FarSide {
+    MediumStack::List media;
+    double eta;
+  };
+  [[nodiscard]] FarSide far_side(const ShadingPointPacket& shading_points, int lane) const {
+    const CoefficientPacket& coefficients = state_.hit.coefficients;
+    if ((coefficients.splits >> lane & 1) == 0) return {shading_points.media[lane], 1};
+    return {medium_after_[lane],
+            coefficients.refracts[lane] > 0 ? interfaces_.n_to[lane] / interfaces_.n_from[lane] : 1};
+  }
+
   /// Lanes on surfaces within a solid of higher priority.
   [[nodiscard]] LaneMask nested_boundary() const { return nested_boundary_; }
 

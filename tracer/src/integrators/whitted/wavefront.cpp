@@ -166,6 +166,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
   const std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   HitPacket& hit = state_.hit;
   const CoefficientPacket& coefficients = hit.coefficients;
+  const bool transmits_light = state_.template needs<&Requirements::transmitted_light>();
   const bool spawns = state_.spawns_secondary_rays(), writes = state_.writes_gbuffer() && depth == 0;
   lighting_.reset();
   for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
@@ -181,7 +182,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (hit.points.smooth) flatten_normals();
     orient_normals(hit, shading_points);
     gather_coefficients(state_.scene.terms, hit);
-    if (spawns) secondary_.cross_media(shading_points);
+    if (spawns || transmits_light) secondary_.cross_media(shading_points);
     apply_throughput(hit, shading_points);
     if (state_.template needs<&Requirements::textures>() && coefficients.textured != 0)
       textures_.apply_colors(rays, shading_points);
@@ -192,6 +193,9 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (writes) write_gbuffer(shading_points);
     lighting_.add_positions();
     if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
+    if (transmits_light && coefficients.transmits_light != 0)
+      lighting_.add_far_sides(rays, depth, shading_points,
+                              [&](int lane) { return secondary_.far_side(shading_points, lane); });
     lighting_.move_to_vertices(rays, depth, shading_points);
   }
 }
@@ -210,7 +214,7 @@ void Wavefront<Features>::flatten_normals() {
   const Approximations::Shading shading = state_.approximate().shading;
   if (shading == Approximations::Shading::flat) p.smooth = false;
   for (int i = 0; i < lanes; ++i) {
-    if (shading_of(state_.material_of_lane(i).shading, shading) != Material::Shading::flat) continue;
+    if (!has_face_normals(shading_of(state_.material_of_lane(i).shading, shading))) continue;
     p.normal.set(i, p.face[i]);
     p.offset.set(i, {});
   }
