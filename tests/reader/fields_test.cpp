@@ -51,6 +51,33 @@ TEST(SceneReader, ReadsCropOrthographicCameraAndDepthCue) {
   EXPECT_EQ(scene.depth_cue->color, (Color{0.5, 0.25, 1}));
 }
 
+TEST(SceneReader, ReadsStereoPairs) {
+  using Layout = tracer::Camera::Layout;
+  const auto camera = [](const std::string& fields) {
+    return accepted(R"({"version": 1, "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0])" + fields + "}}")
+        .scene.camera;
+  };
+  EXPECT_EQ(camera("").layout, Layout::single);
+  EXPECT_EQ(camera("").eye_separation, 0);
+  EXPECT_EQ(camera(R"(, "eye_separation": 0)").layout, Layout::single);
+  EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").layout, Layout::side_by_side);
+  EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").eye_separation, 0.25);
+  EXPECT_EQ(camera(R"(, "layout": "side_by_side")").layout, Layout::side_by_side);
+  EXPECT_EQ(camera(R"(, "eye_separation": 0.25, "layout": "anaglyph")").layout, Layout::anaglyph);
+}
+
+TEST(SceneReader, ReadsEveryShading) {
+  using Shading = tracer::Material::Shading;
+  const std::vector<std::pair<std::string, Shading>> words{{"smooth", Shading::smooth},
+                                                           {"flat", Shading::flat},
+                                                           {"gouraud", Shading::gouraud},
+                                                           {"flat_polygon", Shading::flat_polygon}};
+  for (const auto& [word, shading] : words) {
+    const std::string text = reader_tests::document_with(R"("materials": {"m": {"shading": ")" + word + "\"}}");
+    EXPECT_EQ(accepted(text).scene.materials.at(0).shading, shading);
+  }
+}
+
 TEST(SceneReader, ReadsOutput) {
   using enum tracer::Format;
   using tracer::Layer;

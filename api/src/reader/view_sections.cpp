@@ -17,6 +17,10 @@ template <>
 inline constexpr Word<Camera::Type> words<Camera::Type>[] = {{"perspective", Camera::Type::perspective},
                                                              {"orthographic", Camera::Type::orthographic},
                                                              {"panorama", Camera::Type::panorama}};
+using Layout = tracer::Camera::Layout;
+template <>
+inline constexpr Word<Layout> words<Layout>[] = {{"side_by_side", Layout::side_by_side},
+                                                 {"anaglyph", Layout::anaglyph}};
 template <>
 inline constexpr Word<Overflow> words<Overflow>[] = {
     {"clamp", Overflow::clamp}, {"scale", Overflow::scale}, {"reinhard", Overflow::reinhard}};
@@ -178,6 +182,9 @@ void read_camera(Reading& reading, const Cursor& at) {
   }
   fields.optional("aperture", camera.aperture);
   fields.optional("focus_distance", camera.focus_distance);
+  if (fields.optional("eye_separation", camera.eye_separation) && camera.eye_separation > 0)
+    camera.layout = Layout::side_by_side;
+  fields.optional("layout", camera.layout);
   fields.finish();
 }
 

@@ -47,6 +47,7 @@ class Draw : public oracle::Random {
     const std::uint32_t objects = below(7);
     for (std::uint32_t i = 0; i < objects; ++i) add(scene, shape());
     if (chance(0.1)) scene.medium.absorption = {in(0, 0.3) / scale_, 0, in(0, 1) / scale_};
+    if (scene.camera.layout == Camera::Layout::anaglyph) return random;
     if (chance(0.1)) scene.depth_cue = DepthCue{in(0, 2) * scale_, in(2, 8) * scale_, in(0.5, 1), in(0, 0.5), color()};
     if (chance(0.1)) scene.output.alpha = true;
     return random;
@@ -70,6 +71,10 @@ class Draw : public oracle::Random {
       camera.type = Camera::Type::panorama;
     }
     if (chance(0.15)) camera.aperture = size(0.0005, 0.3);
+    if (camera.type != Camera::Type::panorama && chance(0.1)) {
+      camera.layout = chance(0.5) ? Camera::Layout::side_by_side : Camera::Layout::anaglyph;
+      camera.eye_separation = size(0.01, 1);
+    }
     return camera;
   }
 

@@ -62,6 +62,13 @@ struct Camera {
   /// rays pass the center of the lens.
   double aperture = 0;
   std::optional<double> focus_distance{};  ///< unset: distance of `look_at`
+  /// Two eyes at `eye_separation` from each other across the view, around `position`, with parallel axes. Their windows
+  /// coincide at the focus distance: what is there has no parallax. The left eye decides which solids are around both.
+  /// side_by_side: the left and right halves of the image are those of the left and right eye, for an even width.
+  /// anaglyph: red is that of the left eye, green and blue are those of the right eye; a sample has a ray for each.
+  enum class Layout { single, side_by_side, anaglyph };
+  Layout layout = Layout::single;  ///< perspective and orthographic, without crop; anaglyph without layers or depth cue
+  double eye_separation = 0;       ///< world, >= 0; without effect on a single eye
 };
 
 /// nadir for directions opposite to the camera's `up`, zenith along it, linear in the cosine between.

@@ -28,15 +28,17 @@ WHITTLE_WIDE void rays_through_lens(const Window& w, const double* x, const doub
 
 }  // namespace
 
-void CompiledCamera::generate_rays(const double* x, const double* y, std::size_t count, const CameraRaySpan& to) const {
-  if (type_ != Camera::Type::perspective) {
-    for (std::size_t i = 0; i < count; ++i) to.put(i, generate_ray(x[i], y[i]));
+void CompiledCamera::generate_rays(const double* x, const double* y, std::size_t count, const CameraRaySpan& to,
+                                   std::size_t eye) const {
+  if (type_ != Camera::Type::perspective || layout_ == Camera::Layout::side_by_side) {
+    for (std::size_t i = 0; i < count; ++i) to.put(i, generate_ray(x[i], y[i], eye));
     return;
   }
-  std::fill_n(to.ox, count, position_.x);
-  std::fill_n(to.oy, count, position_.y);
-  std::fill_n(to.oz, count, position_.z);
-  rays_through_lens({forward_, right_, up_, left_, top_, pixel_}, x, y, count, to.dx, to.dy, to.dz);
+  const Eye& at = eyes_[eye];
+  std::fill_n(to.ox, count, at.position.x);
+  std::fill_n(to.oy, count, at.position.y);
+  std::fill_n(to.oz, count, at.position.z);
+  rays_through_lens({at.axis, right_, up_, left_, top_, pixel_}, x, y, count, to.dx, to.dy, to.dz);
 }
 
 }  // namespace tracer

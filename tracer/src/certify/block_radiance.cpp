@@ -55,8 +55,8 @@ double SurfaceRays::nonlinear_width(double dark, double side) const {
 }
 
 BlockRadiance::BlockRadiance(const CompiledScene& compiled, const Approximations& approximate,
-                             const RenderControl& control)
-    : bounds_(compiled, approximate, control), scene_(compiled) {
+                             const RenderControl& control, std::size_t eye)
+    : bounds_(compiled, approximate, control), scene_(compiled), eye_(eye) {
   rays_ = rays(0, 0).value_or(CompiledCamera::LinearRays{});
   for (std::uint32_t material = 0; material < compiled.materials.size(); ++material)
     materials_.push_back(with_secondary_rays(bounds_, material, local_radiance(bounds_, material, 0)));

@@ -28,13 +28,14 @@ struct SurfaceRays {
 
 class BlockRadiance {
  public:
-  /// The scene must outlive it. Throws std::bad_alloc.
-  BlockRadiance(const CompiledScene& compiled, const Approximations& approximate, const RenderControl& control);
+  /// The scene must outlive it. `eye`: of an anaglyph. Throws std::bad_alloc.
+  BlockRadiance(const CompiledScene& compiled, const Approximations& approximate, const RenderControl& control,
+                std::size_t eye);
 
   [[nodiscard]] const SceneBounds& bounds() const { return bounds_; }
   /// Rays about an image position. None for a panorama with a lens: all pixels then have the range anything().
   [[nodiscard]] std::optional<CompiledCamera::LinearRays> rays(double x, double y) const {
-    return scene_.camera.linear_rays(x, y, scene_.needs.lens);
+    return scene_.camera.linear_rays(x, y, scene_.needs.lens, eye_);
   }
 
   /// Rays that hit nothing.
@@ -55,6 +56,7 @@ class BlockRadiance {
 
   SceneBounds bounds_;
   const CompiledScene& scene_;
+  std::size_t eye_;
   CompiledCamera::LinearRays rays_;       ///< at the image's corner
   std::vector<ColorInterval> materials_;  ///< radiance of any of their points, by material
 };

@@ -212,22 +212,42 @@ class TileBounds {
   double dark_;                                           ///< radiance below which widths count as if it were this
 };
 
+/// Bounds of the rays of one eye of an anaglyph, or of all rays.
+std::vector<RadianceInterval> bound_eye(const CompiledScene& scene, const Approximations& approximate, std::size_t eye,
+                                        const InParallel& in_parallel, const RenderControl& control) {
+  const PixelWindow window = scene.image.window();
+  const BlockRadiance radiance(scene, approximate, control, eye);
+  std::vector<RadianceInterval> pixels(static_cast<std::size_t>(window.pixels()));
+  // No tile has pixels of two images that are side by side. There is no crop then.
+  const std::uint32_t width = std::min(window.width(), scene.camera.columns());
+  const std::uint64_t columns = (width + tile_side - 1) / tile_side;
+  const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;
+  in_parallel(columns * rows * (window.width() / width), [&](std::uint64_t tile) {
+    if (control.cancelled()) return;
+    const auto left = window.x0 + static_cast<std::uint32_t>(tile / (columns * rows)) * width;
+    const auto x = left + static_cast<std::uint32_t>(tile % columns) * tile_side;
+    const auto y = window.y0 + static_cast<std::uint32_t>(tile / columns % rows) * tile_side;
+    TileBounds(radiance, pixels).run({x, y, std::min(x + tile_side, left + width), std::min(y + tile_side, window.y1)});
+  });
+  return pixels;
+}
+
 }  // namespace
 
 std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const Approximations& approximate,
                                            const InParallel& in_parallel, const RenderControl& control) {
-  const PixelWindow window = scene.image.window();
   if (control.cancelled()) return {};
-  const BlockRadiance radiance(scene, approximate, control);
-  std::vector<RadianceInterval> pixels(static_cast<std::size_t>(window.pixels()));
-  const std::uint64_t columns = (window.width() + tile_side - 1) / tile_side;
-  const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;
-  in_parallel(columns * rows, [&](std::uint64_t tile) {
-    if (control.cancelled()) return;
-    const auto x = window.x0 + static_cast<std::uint32_t>(tile % columns) * tile_side;
-    const auto y = window.y0 + static_cast<std::uint32_t>(tile / columns) * tile_side;
-    TileBounds(radiance, pixels).run({x, y, std::min(x + tile_side, window.x1), std::min(y + tile_side, window.y1)});
-  });
+  std::vector<RadianceInterval> pixels = bound_eye(scene, approximate, 0, in_parallel, control);
+  if (scene.camera.is_anaglyph() && !control.cancelled()) {
+    const std::vector<RadianceInterval> right = bound_eye(scene, approximate, 1, in_parallel, control);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      for (const std::size_t channel : {1, 2}) {
+        pixels[i].low[channel] = right[i].low[channel];
+        pixels[i].high[channel] = right[i].high[channel];
+      }
+      pixels[i].edge = pixels[i].edge || right[i].edge;
+    }
+  }
   if (control.cancelled()) return {};
   return pixels;
 }

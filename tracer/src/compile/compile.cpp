@@ -140,7 +140,7 @@ std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const R
 /// the camera; a disc or an inverted hollow has one on one side at most. A plane has one side only. The center of an
 /// orthographic window or of a lens decides for all of it.
 std::vector<std::uint32_t> media_enclosing_camera(const CompiledScene& scene, const RenderControl& control) {
-  const auto [origin, ahead] = scene.camera.generate_ray(0.5 * scene.image.width, 0.5 * scene.image.height);
+  const auto [origin, ahead] = scene.camera.generate_ray(0.5 * scene.camera.columns(), 0.5 * scene.image.height);
   std::vector<BackFaceHit> outermost_first = find_back_face_hits(scene, control, origin, ahead);
   std::reverse(outermost_first.begin(), outermost_first.end());
   const std::vector<BackFaceHit> after = find_back_face_hits(scene, control, origin, -ahead);

@@ -90,7 +90,8 @@ class RayQueue {
   }
   void set_cone(const RayCone& cone) { set_cone(size_ - 1, cone); }
 
-  /// Resets the queue to `count` camera rays, one per sample. The caller writes origins and directions to the result.
+  /// Resets the queue to `count` camera rays, one for each of as many samples. The caller writes origins and directions
+  /// to the result.
   CompiledCamera::CameraRaySpan reset_to_camera_rays(std::size_t count, std::uint32_t media) {
     if (sample_.size() < count) grow(count);
     size_ = count;
@@ -100,6 +101,15 @@ class RayQueue {
     std::fill_n(path_.begin(), count, 0u);
     std::fill_n(media_.begin(), count, media);
     return {ox_.data(), oy_.data(), oz_.data(), dx_.data(), dy_.data(), dz_.data()};
+  }
+
+  /// The first half of the camera rays keeps red. The second half has the same samples and keeps green and blue.
+  void split_channels() {
+    const std::size_t half = size_ / 2;
+    for (std::size_t i = 0; i < half; ++i) {
+      g_[i] = b_[i] = r_[half + i] = 0;
+      sample_[half + i] = sample_[i];
+    }
   }
 
   /// Empties the queue and keeps its memory.

@@ -56,34 +56,35 @@ class FeatureFinder {
   /// Adds the features of every n-th capsule.
   template <class MakeCapsule>
   void add_one_of(const MakeCapsule& make_capsule) {
-    if (candidates_++ % stride_ == 0) add(make_capsule());
+    if (candidates_++ % stride_ != 0) return;
+    for (std::size_t eye = 0; eye < scene_.camera.eyes(); ++eye) add(make_capsule(), eye);
   }
 
   std::vector<SubpixelFeature> take() { return std::move(features_); }
 
  private:
-  void add(const Capsule& capsule) {
-    const double pixels = length(capsule.axis) / pixel_side(capsule.center);
+  void add(const Capsule& capsule, std::size_t eye) {
+    const double pixels = length(capsule.axis) / pixel_side(capsule.center, eye);
     // The projected thickness of a long capsule varies, so it is sampled in steps.
     const double longest = 2.0 * (scene_.image.width + scene_.image.height);
     const auto steps = static_cast<std::uint32_t>(std::clamp(std::ceil(2 * pixels), 1.0, longest));
     for (std::uint32_t step = 0; step < steps && features_.size() < count_max_; ++step) {
       const double along = (2 * step + 1.0) / steps - 1;
-      add_step(capsule.center + capsule.axis * along, capsule.radius, 2 * length(capsule.axis) / steps);
+      add_step(capsule.center + capsule.axis * along, capsule.radius, 2 * length(capsule.axis) / steps, eye);
     }
   }
 
-  [[nodiscard]] double pixel_side(const Vec3& point) const {
-    const Vec3 offset = point - scene_.camera.position();
+  [[nodiscard]] double pixel_side(const Vec3& point, std::size_t eye) const {
+    const Vec3 offset = point - scene_.camera.position(eye);
     const CompiledCamera::Footprint footprint = scene_.camera.pixel_footprint(normalize(offset));
     return footprint.width + std::abs(footprint.spread) * length(offset);
   }
 
-  void add_step(const Vec3& point, double radius, double step_length) {
-    const double side = pixel_side(point);
+  void add_step(const Vec3& point, double radius, double step_length, std::size_t eye) {
+    const double side = pixel_side(point, eye);
     if (!(radius < side)) return;
-    const auto pixel = scene_.camera.project(point);
-    if (!pixel) return;
+    const auto pixel = scene_.camera.project(point, eye);
+    if (!pixel || !scene_.camera.is_in_image(*pixel, eye)) return;
     const double thickness = radius / side;
     const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
     if (thickness < 0.1) return add_feature(*pixel, share);

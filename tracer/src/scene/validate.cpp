@@ -63,6 +63,26 @@ void check_camera(Checks& checks, const Camera& camera) {
   const DocumentPath aperture(where, "aperture");
   if (checks.coordinate(aperture, camera.aperture)) checks.at_least_0(aperture, camera.aperture);
   if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
+  const DocumentPath separation(where, "eye_separation");
+  if (checks.coordinate(separation, camera.eye_separation)) checks.at_least_0(separation, camera.eye_separation);
+}
+
+/// Rules of stereo pairs with other parts of the scene.
+void check_layout(Checks& checks, const Scene& scene) {
+  using Layout = Camera::Layout;
+  const Camera& camera = scene.camera;
+  if (camera.layout == Layout::single) return;
+  // The document may leave out the layout where there is a distance.
+  const DocumentPath where(camera.eye_separation > 0 ? "/camera/eye_separation" : "/camera/layout");
+  if (camera.type == Camera::Type::panorama)
+    checks.add_issue(where, "conflict", "a stereo pair needs a perspective or an orthographic camera");
+  if (scene.image.crop) checks.add_issue(where, "conflict", "a stereo pair has no \"crop\"");
+  if (camera.layout == Layout::side_by_side && scene.image.width % 2 != 0)
+    checks.add_issue(DocumentPath("/image/width"), "conflict",
+                     "must be even for two images side by side, got " + std::to_string(scene.image.width));
+  if (camera.layout == Layout::anaglyph && (scene.depth_cue || scene.output.alpha || !scene.output.layers.empty()))
+    checks.add_issue(where, "conflict",
+                     "an anaglyph has two surfaces at each pixel: it has no \"depth_cue\", \"layers\" or \"alpha\"");
 }
 
 bool check_texture(Checks& checks, const DocumentPath& where, TextureId texture, std::size_t texture_count) {
@@ -296,6 +316,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits,
   Checks checks(limits, is_reported);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
+  check_layout(checks, scene);
   check_background(checks, scene.background, scene.textures.size());
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(DocumentPath("/medium/absorption"), scene.medium.absorption);

@@ -15,7 +15,8 @@
 namespace tracer {
 namespace {
 
-/// The directions or lines that camera rays may take, as a cone or a cylinder around the image.
+/// The directions or lines that camera rays may take, as a cone or a cylinder around the image; all for a panorama or a
+/// stereo pair.
 class View {
  public:
   explicit View(const Scene& scene) : camera_(scene.camera), axis_(normalize(camera_.look_at - camera_.position)) {
@@ -34,7 +35,7 @@ class View {
 
   /// False if no camera ray meets the sphere around the box.
   [[nodiscard]] bool may_hit(const Bounds& box) const {
-    if (camera_.type == Camera::Type::panorama) return true;
+    if (camera_.type == Camera::Type::panorama || camera_.layout != Camera::Layout::single) return true;
     const Vec3 half = (box.high - box.low) / 2, to = box.low + half - camera_.position;
     const double radius = length(half) + camera_.aperture, distance = length(to), depth = dot(to, axis_);
     if (camera_.type == Camera::Type::orthographic)
@@ -45,7 +46,7 @@ class View {
 
   /// False if the plane is on the side of the camera to which no ray goes.
   [[nodiscard]] bool may_hit(const Vec3& point, const Vec3& normal) const {
-    if (camera_.type != Camera::Type::perspective) return true;
+    if (camera_.type != Camera::Type::perspective || camera_.layout != Camera::Layout::single) return true;
     const Vec3 n = normalize(dot(camera_.position - point, normal) < 0 ? -normal : normal);
     return std::acos(std::clamp(dot(axis_, n), -1.0, 1.0)) + angle_ > std::numbers::pi / 2;
   }

@@ -42,7 +42,7 @@ bool Wavefront<Features>::trace() {
   std::vector<BounceQueues> pending;
   pending.push_back(acquire_queues(0));
   generate_camera_rays(pending.back().camera);
-  std::size_t pending_rays = count;
+  std::size_t pending_rays = pending.back().size();
   while (!pending.empty()) {
     if (state_.control.cancelled()) return false;
     BounceQueues bounce = std::move(pending.back());
@@ -93,14 +93,20 @@ void Wavefront<Features>::generate_camera_rays(RayQueue& rays) const {
   const auto& [samples, x, y, lens, share, light_points] = state_.batch;
   const CompiledScene& scene = state_.scene;
   const std::size_t count = samples.size();
-  const CompiledCamera::CameraRaySpan to = rays.reset_to_camera_rays(count, MediumStack::camera(scene));
-  if (state_.template needs<&Requirements::lens>()) {
-    for (std::size_t i = 0; i < count; ++i) to.put(i, scene.camera.generate_ray(x[i], y[i], lens[i]));
-  } else {
-    scene.camera.generate_rays(x.data(), y.data(), count, to);
+  const std::size_t eyes = scene.camera.is_anaglyph() ? 2 : 1;
+  const CompiledCamera::CameraRaySpan all = rays.reset_to_camera_rays(eyes * count, MediumStack::camera(scene));
+  if (eyes == 2) rays.split_channels();
+  for (std::size_t eye = 0; eye < eyes; ++eye) {
+    const CompiledCamera::CameraRaySpan to = all.from(eye * count);
+    if (state_.template needs<&Requirements::lens>()) {
+      for (std::size_t i = 0; i < count; ++i) to.put(i, scene.camera.generate_ray(x[i], y[i], lens[i], eye));
+    } else {
+      scene.camera.generate_rays(x.data(), y.data(), count, to, eye);
+    }
   }
   if (state_.template needs<&Requirements::filtered_textures>())
-    for (std::size_t i = 0; i < count; ++i) rays.set_cone(i, camera_cone(scene, rays.direction(i), share[i]));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      rays.set_cone(i, camera_cone(scene, rays.direction(i), share[rays.sample(i)]));
 }
 
 template <class Features>
