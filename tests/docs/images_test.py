@@ -39,7 +39,8 @@ class Images(unittest.TestCase):
         of = lambda prefix: {name.removeprefix(prefix) for name in SCENES if name.startswith(prefix)}
         self.assertEqual(of("shape_"), types("object"))
         self.assertEqual(of("light_"), types("light"))
-        self.assertEqual(of("recipe_"), {"a_glass_of_water", "a_lamp", "a_mirror", "fog", "a_label_on_a_bottle"})
+        self.assertEqual(of("recipe_"), {"a_glass_of_water", "a_lamp", "a_mirror", "fog", "a_label_on_a_bottle",
+                                          "a_paper_screen", "a_stereo_pair"})
         self.assertGreaterEqual(len(of("material_")), 16)
 
     def test_are_all_on_the_page(self):
