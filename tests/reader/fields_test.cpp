@@ -63,7 +63,10 @@ TEST(SceneReader, ReadsStereoPairs) {
   EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").layout, Layout::side_by_side);
   EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").eye_separation, 0.25);
   EXPECT_EQ(camera(R"(, "layout": "side_by_side")").layout, Layout::side_by_side);
-  EXPECT_EQ(camera(R"(, "eye_separation": 0.25, "layout": "anaglyph")").layout, Layout::anaglyph);
+  const tracer::Camera anaglyph =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_stereo.json")).scene.camera;
+  EXPECT_EQ(anaglyph.layout, Layout::anaglyph);
+  EXPECT_EQ(anaglyph.eye_separation, 0.25);
 }
 
 TEST(SceneReader, ReadsEveryShading) {
