@@ -67,6 +67,7 @@ class MediumStack {
   /// exp(-absorption s) over `distance` in render space (Lambert 1760).
   [[nodiscard]] Color transmittance(List list, double distance) const {
     const std::uint32_t object = current_medium(list);
+    if (object == nothing && scene_.media.outside.absorption == Color{}) return {1, 1, 1};
     const Color& a = object == nothing ? scene_.media.outside.absorption : scene_.material_of(object).absorption;
     const double s = scene_.frame.world_from_render(distance);
     // Avoids 0 times infinity.

@@ -89,14 +89,24 @@ Color transmittance(const Material& material, const ColorOf& color_of) {
   return surface * there + Color{1 - there.r, 1 - there.g, 1 - there.b};
 }
 
+/// Emission and ambient term, before the opacity.
+inline Color emitted_ambient(const Material& material, const Color& emission, const Color& color,
+                             const Color& ambient) {
+  return emission + ambient * color * (material.ambient * opaque_share(material));
+}
+
+/// Factor of N.L, before the opacity.
+inline Color diffuse_coefficient(const Material& material, const Color& color) {
+  return color * (material.diffuse * opaque_share(material));
+}
+
 /// `color_of` returns the color of a ColorOrTexture at the point. It is called for the colors that have an effect only.
 template <class ColorOf>
 Coefficients coefficients(const Material& material, const Color& ambient, const ColorOf& color_of) {
-  const double share = opaque_share(material);
   const Color color = color_of(material.color);
   Coefficients surface{
-      .emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * share),
-      .diffuse = color * (material.diffuse * share),
+      .emitted_ambient = emitted_ambient(material, color_of(material.emission), color, ambient),
+      .diffuse = diffuse_coefficient(material, color),
       .specular = has_specular(material) ? color_of(material.specular_color) * material.specular : Color{},
       .diffuse_transmission = material.diffuse_transmission > 0
                                   ? color_of(material.diffuse_transmission_color) * material.diffuse_transmission
@@ -129,14 +139,15 @@ void for_each_color_texture(const Material& material, const Visit& visit) {
 struct CompiledMaterial : Coefficients {
   double shininess = 0;
   double ior = 1;
-  bool blinn = false;            ///< specular model of Blinn, else of Phong
-  bool refracts = false;         ///< transmission by Snell's law
-  bool fresnel = false;          ///< reflectance and transmittance are multiplied by the Fresnel factors
-  bool textured = false;         ///< a color is a texture
-  bool has_normal_map = false;   ///< a normal map or bump map perturbs the normals
-  bool transmits = false;        ///< K_t > 0
-  bool transmits_light = false;  ///< transmits_light()
-  bool cut_out = false;          ///< is_cut_out()
+  bool blinn = false;                ///< specular model of Blinn, else of Phong
+  bool refracts = false;             ///< transmission by Snell's law
+  bool fresnel = false;              ///< reflectance and transmittance are multiplied by the Fresnel factors
+  bool textured = false;             ///< a color is a texture
+  bool only_color_textured = false;  ///< it is `color` alone, on a surface without holes
+  bool has_normal_map = false;       ///< a normal map or bump map perturbs the normals
+  bool transmits = false;            ///< K_t > 0
+  bool transmits_light = false;      ///< transmits_light()
+  bool cut_out = false;              ///< is_cut_out()
   Material::Shading shading = Material::Shading::smooth;
 };
 
@@ -147,6 +158,10 @@ inline CompiledMaterial compiled_material(const Material& material, const Color&
     compiled.textured = compiled.textured || plain == nullptr;
     return plain != nullptr ? *plain : Color{1, 1, 1};
   });
+  std::size_t textures = 0;
+  for_each_color_texture(material, [&](TextureId) { ++textures; });
+  compiled.only_color_textured =
+      textures == 1 && std::holds_alternative<TextureId>(material.color) && !is_cut_out(material);
   compiled.transmits = material.transmission > 0;
   compiled.transmits_light = transmits_light(material);
   compiled.cut_out = is_cut_out(material);

@@ -247,13 +247,11 @@ void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media)
 }
 
 /// Transmittance of the surface that a lane crosses.
-Color ShadowRays::transmittance_of_lane(int lane) const {
+Color ShadowRays::textured_transmittance(int lane) const {
   const PointPacket& points = intersections_.points;
   Surface surface;
   surface.object = points.object[lane];
   surface.material = scene_.objects.material[surface.object];
-  const CompiledMaterial& compiled = scene_.terms[surface.material];
-  if (!compiled.textured) return compiled.transmittance;
   surface.point = {points.position[lane], points.error[lane]};
   surface.geometric_normal = points.face[lane];
   const Vec2 uv = uv_at(scene_, crossed_.at(static_cast<std::size_t>(intersections_.ray[lane])), surface);
@@ -276,11 +274,12 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
     const std::uint32_t object = points.object[i];
     MediumStack::Crossing crossing{.after = from.rays.media(ray)};
     const bool shadowless = scene_.objects.shadowless[object] != 0;
-    const bool has_medium = !shadowless && scene_.terms[scene_.objects.material[object]].transmits;
-    if (has_medium && (needs_.absorption || needs_.overlapping_media))
+    const CompiledMaterial& material = scene_.terms[scene_.objects.material[object]];
+    if (!shadowless && (needs_.absorption || needs_.overlapping_media) && material.transmits)
       crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
-    if (!shadowless && !crossing.hidden) transmittance = transmittance * transmittance_of_lane(i);
+    if (!shadowless && !crossing.hidden)
+      transmittance = transmittance * (material.textured ? textured_transmittance(i) : material.transmittance);
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];

@@ -64,7 +64,7 @@ class ShadowRays {
   void attenuate_transmissive(MediumStack& media);
   void cross_next_surface(const RaySegments& from, MediumStack& media);
   void cross_packet(const RaySegments& from, MediumStack& media);
-  [[nodiscard]] Color transmittance_of_lane(int lane) const;
+  [[nodiscard]] Color textured_transmittance(int lane) const;
 
   const CompiledScene& scene_;
   const RenderControl& control_;

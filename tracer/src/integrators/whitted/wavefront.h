@@ -39,9 +39,16 @@ class TextureLookup {
     if (filters()) compute_footprints(hit.points, footprint_);
     for_each_lane(textured, [&](int i) {
       const Material& material = state_.scene.materials[hit.material[i]];
+      const Color& ambient = state_.scene.ambient;
+      if (state_.material_of_lane(i).only_color_textured) {  // by far the most frequent
+        const Color color = at_lane(material.color, i), throughput = hit.throughput[i];
+        hit.emitted.set(i, throughput * emitted_ambient(material, std::get<Color>(material.emission), color, ambient));
+        shading_points.diffuse.set(i, throughput * diffuse_coefficient(material, color));
+        return;
+      }
       set_textured_coefficients(
-          coefficients(material, state_.scene.ambient, [&](const ColorOrTexture& color) { return at_lane(color, i); }),
-          i, hit, shading_points);
+          coefficients(material, ambient, [&](const ColorOrTexture& color) { return at_lane(color, i); }), i, hit,
+          shading_points);
     });
   }
 
