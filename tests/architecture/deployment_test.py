@@ -56,7 +56,8 @@ class BillOfMaterials(unittest.TestCase):
 
 class Dockerfiles(unittest.TestCase):
     def test_are_all_checked(self):
-        self.assertEqual([str(path) for path in DOCKERFILES], ["docker/Dockerfile", "docker/proxy/Dockerfile"])
+        self.assertEqual([str(path) for path in DOCKERFILES], ["docker/Dockerfile", "docker/proxy/Dockerfile",
+                                                                   "tests/container/database/Dockerfile"])
 
     def test_use_no_outdated_instruction(self):
         known = {"ARG", "COPY", "ENTRYPOINT", "ENV", "EXPOSE", "FROM", "HEALTHCHECK", "LABEL", "RUN", "STOPSIGNAL", "USER",
