@@ -39,7 +39,7 @@ class RadosgwTest(unittest.TestCase):
                    "--s3-path-style", "on")
         with Daemon(*options, environment={"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY}) as node:
             put(node, TILE)
-            jobs = [node.submit(document) for document in (textured(TILE), scene(2600, 1800, output={"formats": ["exr"]}))]
+            jobs = [node.submit(document) for document in (textured(TILE), scene(4800, 3300, output={"formats": ["exr"]}))]
             for job in jobs:
                 ended = node.wait_for_end(job)
                 self.assertEqual(ended["state"], "succeeded")
