@@ -1,12 +1,18 @@
 #include "api/load_assets.h"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <new>
+#include <set>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <variant>
 
 #include "api/src/gltf/gltf.h"
+#include "api/src/reader/cursor.h"
+#include "api/src/reader/issue_text.h"
 #include "tracer/mesh_file.h"
 
 namespace api {
@@ -14,14 +20,13 @@ namespace {
 
 constexpr std::size_t issues_max = 1000;  // as for the other kinds of issues
 
-/// Calls visit(mesh, pointer of its file) for each mesh with a file, in objects and prototypes.
+/// Calls visit(object, its mesh, its pointer) for each object that is a mesh, in objects and prototypes.
 template <class Scene, class Visit>
-void for_each_mesh_file(Scene& scene, const Visit& visit) {
+void for_each_mesh(Scene& scene, const Visit& visit) {
   const auto visit_list = [&](auto& objects, const std::string& pointer) {
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      auto* mesh = std::get_if<tracer::Mesh>(&objects[i].shape);
-      if (mesh != nullptr && mesh->file) visit(*mesh, pointer + "/" + std::to_string(i) + "/file");
-    }
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (auto* mesh = std::get_if<tracer::Mesh>(&objects[i].shape))
+        visit(objects[i], *mesh, pointer + "/" + std::to_string(i));
   };
   visit_list(scene.objects, "/objects");
   for (auto& prototype : scene.prototypes) visit_list(prototype.objects, prototype.path);
@@ -46,17 +51,91 @@ bool assign(tracer::Mesh mesh, const std::vector<tracer::Mesh*>& uses, std::uint
             const tracer::Limits& limits) {
   triangles += mesh.triangles.size() * uses.size();
   if (triangles > limits.triangles) return false;
-  for (std::size_t i = 0; i + 1 < uses.size(); ++i) *uses[i] = mesh;
-  *uses.back() = std::move(mesh);
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    auto materials = std::move(uses[i]->part_materials);
+    *uses[i] = i + 1 < uses.size() ? mesh : std::move(mesh);
+    uses[i]->part_materials = std::move(materials);
+  }
   return true;
 }
+
+/// The materials that a file names, as the end of a sentence.
+std::string text_of_names(const std::set<std::string_view>& names) {
+  constexpr std::size_t names_max = 10;
+  if (names.empty()) return "it names none";
+  const std::vector<std::string_view> first(
+      names.begin(), std::next(names.begin(), static_cast<std::ptrdiff_t>(std::min(names.size(), names_max))));
+  return "it names " + list_of(first) + (names.size() > names_max ? " and others" : "");
+}
+
+/// Splits the meshes that have materials for parts of their files: each becomes an instance of a prototype with an
+/// object for each material, or takes the only material that it has.
+class PartSplitter {
+ public:
+  PartSplitter(tracer::Scene& scene, const tracer::Limits& limits) : scene_(scene), limits_(limits) {}
+
+  std::vector<tracer::Issue> run() {
+    for_each_mesh(scene_, [&](tracer::Object& object, tracer::Mesh& mesh, const std::string& pointer) {
+      if (mesh.part_materials.empty()) {
+        mesh.parts = {};
+      } else if (has_all_parts(mesh, pointer + "/materials")) {
+        split(object, pointer);
+      }
+    });
+    for (tracer::Prototype& prototype : prototypes_) scene_.prototypes.push_back(std::move(prototype));
+    return std::move(issues_);
+  }
+
+ private:
+  bool has_all_parts(const tracer::Mesh& mesh, const std::string& pointer) {
+    std::set<std::string_view> names;
+    for (const tracer::MeshPart& part : mesh.parts)
+      if (!part.name.empty()) names.insert(part.name);
+    bool all = true;
+    for (const auto& [name, material] : mesh.part_materials) {
+      if (names.contains(name)) continue;
+      all = false;
+      if (issues_.size() < issues_max)
+        issues_.push_back({pointer + pointer_to_member({}, name), "unknown_reference",
+                           "the file has no part of the material " + api::quoted(name) + ": " + text_of_names(names)});
+    }
+    return all;
+  }
+
+  void split(tracer::Object& object, const std::string& pointer) {
+    auto& mesh = std::get<tracer::Mesh>(object.shape);
+    const std::map<std::string, tracer::MaterialId> materials = std::move(mesh.part_materials);
+    auto parts = tracer::split_by_material(
+        std::move(mesh),
+        [&](const std::string& name) {
+          const auto found = materials.find(name);
+          return found != materials.end() ? found->second : object.material;
+        },
+        limits_);
+    if (parts.size() == 1) {
+      object.material = parts[0].material;
+      object.shape = std::move(parts[0].mesh);
+      return;
+    }
+    tracer::Prototype prototype{{}, pointer};
+    for (auto& [material, part] : parts) prototype.objects.push_back({std::move(part), material, {}});
+    object.shape = tracer::Instance{{static_cast<std::uint32_t>(scene_.prototypes.size() + prototypes_.size())}, {}};
+    prototypes_.push_back(std::move(prototype));
+  }
+
+  tracer::Scene& scene_;
+  const tracer::Limits& limits_;
+  std::vector<tracer::Prototype> prototypes_;
+  std::vector<tracer::Issue> issues_;
+};
 
 std::vector<tracer::Issue> read_meshes(tracer::Scene& scene, const tracer::Assets& assets,
                                        const tracer::Limits& limits) {
   std::map<std::pair<std::uint32_t, bool>, Uses> uses_of;  // by asset and `smooth`
-  for_each_mesh_file(scene, [&](tracer::Mesh& mesh, const std::string& pointer) {
+  for_each_mesh(scene, [&](const tracer::Object&, tracer::Mesh& mesh, const std::string& pointer) {
+    if (!mesh.file) return;
     Uses& uses = uses_of[{mesh.file->index, mesh.smooth}];
-    if (uses.meshes.empty()) uses.pointer = pointer;
+    if (uses.meshes.empty()) uses.pointer = pointer + "/file";
     uses.meshes.push_back(&mesh);
   });
   if (uses_of.empty()) return {};
@@ -76,6 +155,7 @@ std::vector<tracer::Issue> read_meshes(tracer::Scene& scene, const tracer::Asset
       break;
     }
   }
+  if (issues.empty()) issues = PartSplitter(scene, limits).run();
   return issues.empty() ? tracer::validate(scene, limits) : issues;
 }
 
@@ -111,7 +191,9 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
   std::vector<bool> is_image(scene.assets.size()), is_mesh(scene.assets.size());
   for (const tracer::Texture& texture : scene.textures)
     if (const auto* image = std::get_if<tracer::ImageTexture>(&texture.pattern)) is_image[image->file.index] = true;
-  for_each_mesh_file(scene, [&](const tracer::Mesh& mesh, const std::string&) { is_mesh[mesh.file->index] = true; });
+  for_each_mesh(scene, [&](const tracer::Object&, const tracer::Mesh& mesh, const std::string&) {
+    if (mesh.file) is_mesh[mesh.file->index] = true;
+  });
   tracer::Assets assets;
   std::vector<tracer::Issue> issues = check_assets(scene, [&](const std::string& name) {
     const std::size_t index = assets.bytes.size();

@@ -85,6 +85,15 @@ TEST(SceneCache, StoresNothingOfFilesWithUnknownContent) {
   EXPECT_EQ(cache.memory_bytes().all(), 0u);
 }
 
+TEST(SceneCache, StoresNothingOfMeshesWithMaterialsForTheirParts) {
+  SceneCache cache(plenty);
+  const Scene whole = still_life();
+  Scene parted = with_file(whole);
+  mesh_of(parted).part_materials = {{"lid", parted.objects[0].material}};
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(frame(parted, whole, "a", cache).reads_file);
+  EXPECT_EQ(cache.memory_bytes().geometry, 0u);
+}
+
 TEST(SceneCache, AvoidsReadingMeshFilesOfPrototypes) {
   SceneCache cache(plenty);
   Scene whole = still_life();

@@ -2,9 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
 #include "api/load_assets.h"
 #include "tests/reader/gltf_files.h"
 #include "tests/reader/reading.h"
+#include "tracer/mesh_file.h"
 
 namespace {
 
@@ -50,6 +56,10 @@ TEST(SceneReader, ReadsMeshFiles) {
   EXPECT_TRUE(smooth.smooth);
   EXPECT_FALSE(plain.smooth);
   EXPECT_EQ(scene.objects[0].transform.value().rows[1][1], 2);
+  EXPECT_TRUE(smooth.part_materials.empty());
+  ASSERT_EQ(plain.part_materials.size(), 2u);
+  EXPECT_EQ(scene.materials.at(plain.part_materials.at("handle").index).diffuse, 0.5);
+  EXPECT_EQ(scene.materials.at(plain.part_materials.at("a/b").index).diffuse, 0.25);
 }
 
 TEST(LoadMeshes, RecognizesFormatsByContent) {
@@ -101,6 +111,106 @@ TEST(LoadMeshes, EnforcesTheLimitsOfTheScene) {
   tracer::Scene far = scene_of({"a"});
   far.objects[0].transform = tracer::Transform{{{{1e60, 0, 0, 0}, {0, 1e60, 0, 0}, {0, 0, 1e60, 0}}}};
   EXPECT_NE(lines_of(api::load_meshes(far, assets, {})).find("coordinate_max"), std::string::npos);
+}
+
+/// Four triangles in a row, of which the materials name the second and the fourth; a smooth mesh and a transform.
+constexpr std::string_view strip =
+    "v 0 0 0\nv 1 0 0\nv 0 1 1\nv 1 1 0\nv 0 2 0\nv 1 2 2\n"
+    "f 1 2 3\nusemtl red  paint # shiny\nf 2 4 3\nusemtl\nf 3 4 5\nusemtl blue\nf 4 6 5\n";
+
+tracer::Scene strip_with(const std::string& materials) {
+  return reader_tests::accepted(
+             reader_tests::document_with(
+                 R"("materials": {"red": {"diffuse": 0.5}, "blue": {"diffuse": 0.25}}, "objects": [{"type": "mesh",
+                     "file": "strip.obj", "smooth": true, "scale": 2, "material": {"diffuse": 0.125}, "materials": )" +
+                 materials + "}]"))
+      .scene;
+}
+
+TEST(LoadMeshes, GivesThePartsOfAFileTheirMaterials) {
+  tracer::Scene scene = strip_with(R"({"red paint": "red", "blue": "blue"})");
+  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})), "");
+  tracer::Scene whole = strip_with("{}");
+  ASSERT_EQ(lines_of(api::load_meshes(whole, {{bytes_of(strip)}}, {})), "");
+  const tracer::Mesh& one = mesh_of(whole.objects.at(0));
+  EXPECT_TRUE(one.parts.empty());
+  ASSERT_EQ(scene.prototypes.size(), 1u);
+  EXPECT_EQ(scene.prototypes[0].path, "/objects/0");
+  EXPECT_EQ(std::get<tracer::Instance>(scene.objects.at(0).shape).of.index, 0u);
+  EXPECT_TRUE(scene.objects[0].transform);
+  const auto& parts = scene.prototypes[0].objects;
+  ASSERT_EQ(parts.size(), 3u);
+  const std::vector<std::vector<std::size_t>> triangles{{0, 2}, {1}, {3}};
+  const double diffuse[] = {0.125, 0.5, 0.25};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const tracer::Mesh& part = mesh_of(parts[i]);
+    EXPECT_EQ(scene.materials.at(parts[i].material.index).diffuse, diffuse[i]);
+    EXPECT_EQ(mesh_files::broken_promise(part, {}), "");
+    EXPECT_TRUE(part.parts.empty() && part.part_materials.empty() && part.smooth);
+    ASSERT_EQ(part.triangles.size(), triangles[i].size());
+    for (std::size_t t = 0; t < part.triangles.size(); ++t)
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        EXPECT_EQ(part.positions[part.triangles[t][corner]], one.positions[one.triangles[triangles[i][t]][corner]]);
+  }
+}
+
+TEST(LoadMeshes, KeepsSmoothNormalsAcrossTheBordersOfParts) {
+  tracer::Scene scene = strip_with(R"({"red paint": "red", "blue": "blue"})");
+  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})), "");
+  tracer::Scene whole = strip_with("{}");
+  ASSERT_EQ(lines_of(api::load_meshes(whole, {{bytes_of(strip)}}, {})), "");
+  const tracer::Mesh& one = mesh_of(whole.objects.at(0));
+  const std::vector<tracer::Vec3> expected = tracer::area_weighted_normals(one);
+  for (const tracer::Object& object : scene.prototypes.at(0).objects) {
+    const tracer::Mesh& part = mesh_of(object);
+    ASSERT_EQ(part.normals.size(), part.positions.size());
+    for (std::size_t i = 0; i < part.positions.size(); ++i) {
+      const auto place = std::find(one.positions.begin(), one.positions.end(), part.positions[i]);
+      const tracer::Vec3 sum = expected[static_cast<std::size_t>(place - one.positions.begin())], n = part.normals[i];
+      const double length = std::hypot(sum.x, sum.y, sum.z);
+      EXPECT_NEAR(n.x, sum.x / length, 1e-15);
+      EXPECT_NEAR(n.y, sum.y / length, 1e-15);
+      EXPECT_NEAR(n.z, sum.z / length, 1e-15);
+    }
+  }
+}
+
+TEST(LoadMeshes, GivesAFileOfOneMaterialThatMaterial) {
+  tracer::Scene scene = strip_with(R"({"it": "red"})");
+  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of("usemtl it\n" + mesh_files::obj(pyramid()))}}, {})), "");
+  EXPECT_TRUE(scene.prototypes.empty());
+  EXPECT_EQ(scene.materials.at(scene.objects.at(0).material.index).diffuse, 0.5);
+  EXPECT_EQ(positions_of(mesh_of(scene.objects[0])), positions_of(pyramid()));
+}
+
+TEST(LoadMeshes, ReportsMaterialsThatNoPartHas) {
+  tracer::Scene scene = strip_with(R"({"red paint": "red", "blu": "blue", "a/b": "blue"})");
+  EXPECT_EQ(
+      lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})),
+      "/objects/0/materials/a~1b unknown_reference the file has no part of the material \"a/b\": it names \"blue\", "
+      "\"red paint\"\n"
+      "/objects/0/materials/blu unknown_reference the file has no part of the material \"blu\": it names \"blue\", "
+      "\"red paint\"\n");
+  tracer::Scene plain = strip_with(R"({"it": "red"})");
+  EXPECT_EQ(lines_of(api::load_meshes(plain, {{mesh_files::binary_stl(pyramid())}}, {})),
+            "/objects/0/materials/it unknown_reference the file has no part of the material \"it\": it names none\n");
+}
+
+TEST(LoadMeshes, FindsTheNamesOfGltfMaterials) {
+  const auto glb = [](const std::string& material) {
+    std::string json = gltf_files::pyramid_gltf(R"(, "materials": [{"name": "gold"}, {}])");
+    const std::size_t at = json.find("\"attributes\"");
+    return bytes_of(json.insert(at, "\"material\": " + material + ", "));
+  };
+  for (const auto& [name, index] : {std::pair{"gold", "0"}, {"#1", "1"}}) {
+    tracer::Scene scene = strip_with(std::string(R"({")") + name + R"(": "blue"})");
+    ASSERT_EQ(lines_of(api::load_meshes(scene, {{glb(index)}}, {})), "");
+    EXPECT_EQ(scene.materials.at(scene.objects.at(0).material.index).diffuse, 0.25);
+  }
+  tracer::Scene scene = strip_with("{}");
+  const std::string issues = lines_of(api::load_meshes(scene, {{glb("2")}}, {}));
+  EXPECT_NE(issues.find("/objects/0/file bad_asset strip.obj: /meshes/0/primitives/0/material"), std::string::npos)
+      << issues;
 }
 
 TEST(Validate, RejectsMeshFilesWithoutAssetAndTooMany) {

@@ -161,6 +161,10 @@ std::string broken_promise(const Mesh& mesh, const tracer::Limits& limits) {
     if (!within(n, limits.coordinate_max) || within(n, limits.length_min / 2)) return "normals with a direction";
   for (const tracer::Vec2& uv : mesh.uvs)
     if (!within({uv.x, uv.y, 0}, limits.value_max)) return "uvs within their limit";
+  for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
+    const std::size_t end = i + 1 < mesh.parts.size() ? mesh.parts[i + 1].first : mesh.triangles.size();
+    if (mesh.parts[i].first >= end) return "parts with triangles, in order";
+  }
   return "";
 }
 

@@ -37,10 +37,11 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
 
 /// Reads the file of each mesh of `scene` (objects and prototypes) that has one: OBJ, PLY, STL, glTF or GLB, recognised
 /// by content (tracer/mesh_file.h, api/src/gltf/gltf.h). Each file is read once for all smooth meshes and once for the
-/// others. Returns no issue if `scene` then has no meshes of files and passes `validate`, counts included. Otherwise
-/// all issues: "bad_asset" at the first mesh of each file that cannot be read (the sentence begins with the file's name
-/// and the place in it), else those of `validate`; the scene must then be discarded. Precondition: `validate` accepts
-/// `scene`. Never throws; any bytes.
+/// others. A mesh with materials for parts of its file becomes an instance of a prototype with an object for each
+/// material; a name that no part has is an "unknown_reference". Returns no issue if `scene` then has no meshes of files
+/// and passes `validate`, counts included. Otherwise all issues: "bad_asset" at the first mesh of each file that cannot
+/// be read (the sentence begins with the file's name and the place in it), else those of `validate`; the scene must
+/// then be discarded. Precondition: `validate` accepts `scene`. Never throws; any bytes.
 std::vector<tracer::Issue> load_meshes(tracer::Scene& scene, const tracer::Assets& assets,
                                        const tracer::Limits& limits);
 

@@ -117,6 +117,7 @@ void File::open() {
   accessors_.resize(accessor_list_.size());
   meshes_ = list(root_, "meshes");
   nodes_ = list(root_, "nodes");
+  materials_ = list(root_, "materials");
   for (std::size_t i = 0; i < buffers.size() && !failed(); ++i) read_buffer(buffers[i]);
   for (std::size_t i = 0; i < views.size() && !failed(); ++i) read_view(views[i]);
 }

@@ -69,6 +69,7 @@ class File {
   [[nodiscard]] const Cursor& root() const { return root_; }
   [[nodiscard]] const std::vector<Cursor>& meshes() const { return meshes_; }
   [[nodiscard]] const std::vector<Cursor>& nodes() const { return nodes_; }
+  [[nodiscard]] const std::vector<Cursor>& materials() const { return materials_; }
 
   std::optional<Cursor> member(const Cursor& at, std::string_view name);
   std::optional<Cursor> required_member(const Cursor& at, std::string_view name);
@@ -98,7 +99,7 @@ class File {
   std::optional<Bytes> binary_;
   Cursor root_;
   std::deque<Cursor> arrays_;  ///< parents of elements
-  std::vector<Cursor> meshes_, nodes_, accessor_list_;
+  std::vector<Cursor> meshes_, nodes_, materials_, accessor_list_;
   std::deque<std::vector<std::uint8_t>> decoded_;  ///< contents of data: URIs
   std::vector<Bytes> buffers_;
   std::vector<BufferView> views_;

@@ -16,13 +16,13 @@ bool is_gltf(std::span<const std::uint8_t> bytes);
 
 /// All triangles of the file's scene (else of all nodes, else of all meshes), transformed by its nodes, as one mesh:
 /// positions, normals, and the first texture coordinates, with v = 0 at the lower edge of an image (in glTF it is the
-/// upper). The mesh satisfies `validate`. If only some parts have normals, the others get those of their faces.
-/// Omitted: points and lines, materials, colors, animations; skins and morph targets keep their rest pose. Buffers are
-/// the GLB's own chunk or base64 in `data:` URIs: no other file is opened.
-/// Fails with a sentence that begins with the position or the JSON pointer of the error within the file: no glTF,
-/// truncated, out of range, not finite, beyond `limits`, or in need of an extension or sparse accessors.
-/// Time is linear in the file and its triangles (except for sorting); memory is a small multiple of both. Trees of
-/// nodes may have any depth: there is no recursion.
+/// upper). The names of materials make parts; one without a name is "#" and its index. The mesh satisfies `validate`.
+/// If only some parts have normals, the others get those of their faces. Omitted: points and lines, the materials
+/// themselves, colors, animations; skins and morph targets keep their rest pose. Buffers are the GLB's own chunk or
+/// base64 in `data:` URIs: no other file is opened. Fails with a sentence that begins with the position or the JSON
+/// pointer of the error within the file: no glTF, truncated, out of range, not finite, beyond `limits`, or in need of
+/// an extension or sparse accessors. Time is linear in the file and its triangles (except for sorting); memory is a
+/// small multiple of both. Trees of nodes may have any depth: there is no recursion.
 tracer::Result<tracer::Mesh, std::string> read_gltf(std::span<const std::uint8_t> bytes, const tracer::Limits& limits);
 
 }  // namespace api::gltf

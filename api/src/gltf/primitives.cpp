@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "tracer/mesh_file.h"
+
 namespace api::gltf {
 namespace {
 
@@ -34,6 +36,15 @@ const Accessor* read_indices(File& file, const Cursor& at) {
   return indices;
 }
 
+std::string read_material_name(File& file, const Cursor& at) {
+  if (file.materials().empty()) file.refuse(at, "there are no materials");
+  if (file.failed()) return {};
+  const std::uint64_t index = file.integer(at, file.materials().size() - 1);
+  const auto name = file.member(file.materials()[index], "name");
+  const bool is_named = name && name->node->kind == json::Kind::string && !name->node->string().empty();
+  return is_named ? std::string(name->node->string()) : "#" + std::to_string(index);
+}
+
 void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primitives) {
   const std::uint64_t mode = file.integer_or(at, "mode", 6, 4);
   if (mode < 4) return;  // points and lines have no surface
@@ -47,6 +58,7 @@ void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primit
   primitive.normals = read_attribute(file, *attributes, "NORMAL", 3, primitive.positions);
   primitive.uvs = read_attribute(file, *attributes, "TEXCOORD_0", 2, primitive.positions);
   if (const auto indices = file.member(at, "indices")) primitive.indices = read_indices(file, *indices);
+  if (const auto material = file.member(at, "material")) primitive.material = read_material_name(file, *material);
   primitives.push_back(primitive);
 }
 
@@ -169,6 +181,7 @@ bool append_primitive(File& file, const Primitive& primitive, const tracer::Tran
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
+  if (!triangles.empty()) tracer::begin_part(mesh, primitive.material);
   const VertexTransform transform(world_from_node);
   const std::size_t first = mesh.positions.size();
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);

@@ -18,7 +18,8 @@ struct Primitive {
   const Accessor* normals = nullptr;  ///< null: none; the same for the following ones
   const Accessor* uvs = nullptr;
   const Accessor* indices = nullptr;
-  Cursor at{};  ///< for errors in its values
+  std::string material;  ///< its name, or "#3" for the one at index 3 if it has none; empty: there is no material
+  Cursor at{};           ///< for errors in its values
 
   [[nodiscard]] std::uint64_t triangles() const;
 };

@@ -126,9 +126,24 @@ void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   }
 }
 
+void read_part_materials(Reading& reading, const Cursor& at, std::map<std::string, tracer::MaterialId>& materials) {
+  for_each_member(
+      reading, at,
+      [&](const Cursor& member) {
+        const auto [place, is_new] = materials.emplace(member.key, tracer::MaterialId{});
+        if (is_new) {
+          read(reading, member, place->second);
+        } else {
+          add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+        }
+      },
+      R"(an object of materials by their names in the file: {"NAME": MATERIAL})");
+}
+
 /// The fields that the file contains must not be written in the document too.
 void read_file(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   if (tracer::AssetId asset; fields.optional("file", asset)) mesh.file = asset;
+  if (const auto materials = fields.take("materials")) read_part_materials(reading, *materials, mesh.part_materials);
   for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"})
     if (const auto field = fields.take(name))
       add_issue(reading, *field, "conflict", "must not be written: the mesh's file contains it");

@@ -262,7 +262,9 @@ void add_visible_lights(Reading& reading) {
                                .path = path});
     const tracer::PrototypeId prototype{static_cast<std::uint32_t>(scene.prototypes.size())};
     scene.prototypes.push_back({.objects = {{.shape = surface_of(source), .material = material}}, .path = path});
-    scene.objects.push_back({.shape = tracer::Instance{prototype, {}}, .shadow = false});
+    tracer::Object& object = scene.objects.emplace_back();
+    object.shape = tracer::Instance{prototype, {}};
+    object.shadow = false;
   }
 }
 

@@ -10,8 +10,9 @@
 /// The key of geometry is the SHA-256 of everything it is made from: shapes, transforms, prototypes and instances of
 /// the scene and the contents of its mesh files. Scenes that differ in camera, image, lights, background, accuracy,
 /// output or materials share it, as long as the same materials are transmissive (opaque and transmissive surfaces are
-/// stored apart). Images are bit-identical with and without a cache. The key of a texture image is the content of its
-/// file and the color space; it is stored with its mip maps.
+/// stored apart). Geometry of a scene with materials for parts of mesh files is not stored. Images are bit-identical
+/// with and without a cache. The key of a texture image is the content of its file and the color space; it is stored
+/// with its mip maps.
 
 #include <cstdint>
 #include <memory>

@@ -2,8 +2,11 @@
 /// Shapes of a scene document. Each lists its fields; tracer/src/shapes implements its geometry.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -142,8 +145,15 @@ struct Triangle {
   }
 };
 
+/// Triangles of a mesh file for which the file names a material: from `first` to the `first` of the next part.
+struct MeshPart {
+  std::string name;
+  std::size_t first = 0;
+};
+
 /// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
-/// A mesh with a `file` has no other content but `smooth` until the file is read into it, before `compile`.
+/// A mesh with a `file` has no other content but `smooth` and `part_materials` until the file is read into it, before
+/// `compile`, which ignores parts: a mesh with several materials must be split before.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -151,6 +161,8 @@ struct Mesh {
   std::vector<Vec2> uvs;
   bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
   std::optional<AssetId> file{};
+  std::vector<MeshPart> parts{};                       ///< in order; triangles before the first one have no name
+  std::map<std::string, MaterialId> part_materials{};  ///< by the name of the part; others have that of the object
 
   static constexpr std::string_view type = "mesh", noun = "a mesh";
 };

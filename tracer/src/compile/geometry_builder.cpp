@@ -1,22 +1,10 @@
+#include "tracer/mesh_file.h"
 #include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
-
-/// Area-weighted vertex normals: the cross product of two edges is twice the area times the unit normal
-/// (Gouraud 1971; weights compared by Max 1999). Vertices whose sum vanishes stay zero: shading falls back to the face.
-std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
-  std::vector<Vec3> normals(mesh.positions.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3 weighted = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
-    normals[a] += weighted;
-    normals[b] += weighted;
-    normals[c] += weighted;
-  }
-  return normals;
-}
 
 /// True if a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is treated
 /// as an ellipsoid of equal axes, with the same image.)

@@ -47,8 +47,9 @@ class HashWriter {
     for_each_field<S>([&](const auto& field) { add(shape.*field.member); });
   }
   void operator()(const Mesh& mesh) {
-    const auto& [positions, triangles, normals, uvs, smooth, file] = mesh;
+    const auto& [positions, triangles, normals, uvs, smooth, file, parts, part_materials] = mesh;
     all(positions, triangles, normals, uvs, smooth, file.has_value());
+    is_known_ = is_known_ && part_materials.empty();  // its objects are known after the file is read
     if (!file) return;
     has_files_ = true;
     const std::string content = file->index < contents_.size() ? contents_[file->index] : std::string();

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "tracer/mesh_file.h"
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
 
@@ -33,13 +34,14 @@ class ObjReader {
   }
 
  private:
-  /// Skips everything but geometry, including material files.
+  /// Skips everything but geometry and the names of materials, including material files.
   void read_line() {
     const std::string_view keyword = tokens_.next_token();
     if (keyword == "v") read_vector(positions_);
     if (keyword == "vt") read_uv();
     if (keyword == "vn") read_vector(normals_);
     if (keyword == "f") read_face();
+    if (keyword == "usemtl") read_material_name();
   }
 
   /// Next token of this line; empty at its end and at a comment.
@@ -65,7 +67,17 @@ class ObjReader {
     check_vector(uv, limits_);
   }
 
+  /// Blanks within the name count as one.
+  void read_material_name() {
+    material_.clear();
+    for (std::string_view word; !(word = next_token()).empty();) {
+      if (!material_.empty()) material_ += ' ';
+      material_ += word;
+    }
+  }
+
   void read_face() {
+    begin_part(mesh_, material_);
     polygon_.clear();
     polygon_positions_.clear();
     for (std::string_view word; !(word = next_token()).empty();) {
@@ -140,6 +152,7 @@ class ObjReader {
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<Corner> corner_points_;  ///< corners of all faces; triangles index them until they are welded
+  std::string material_;               ///< the name for the faces that follow
   std::vector<std::uint32_t> polygon_;
   std::vector<Vec3> polygon_positions_;
   bool has_uvs_ = false, has_normals_ = false;

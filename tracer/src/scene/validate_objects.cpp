@@ -82,6 +82,12 @@ bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& w
     const auto* mesh = std::get_if<Mesh>(&object.shape);
     if (mesh != nullptr && mesh->file && mesh->file->index >= scene.assets.size())
       checks.add_issue({place, "file"}, "unknown_reference", "there is no asset " + std::to_string(mesh->file->index));
+    if (mesh != nullptr) {
+      const DocumentPath materials(place, "materials");
+      for (const auto& [name, id] : mesh->part_materials)
+        if (id.index >= scene.materials.size())
+          checks.add_issue({materials, name}, "unknown_reference", "there is no material " + std::to_string(id.index));
+    }
     if (object.transform) transforms_well &= check_transform(checks, place, *object.transform);
     const auto* instance = std::get_if<Instance>(&object.shape);
     const std::optional<MaterialId> material = instance != nullptr ? instance->material : object.material;
