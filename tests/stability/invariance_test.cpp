@@ -21,6 +21,7 @@ constexpr ColorOrTexture Material::*colors[] = {&Material::color,
                                                 &Material::emission,
                                                 &Material::reflection_color,
                                                 &Material::transmission_color,
+                                                &Material::diffuse_transmission_color,
                                                 &Material::opacity};
 
 /// Applies `point` to every point and `direction` to every direction; `length` scales radii and distances.

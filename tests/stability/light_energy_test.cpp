@@ -97,6 +97,8 @@ TEST(Light, IsLinearInIntensityAndBitForBitInPowersOfTwo) {
       const std::vector<float> image = stability::render(brighter).image.rgb;
       for (std::size_t i = 0; i < image.size(); ++i) {
         const auto expected = static_cast<float>(once[i] * factor);
+        // These have fewer digits.
+        if (std::fpclassify(once[i]) == FP_SUBNORMAL || std::fpclassify(expected) == FP_SUBNORMAL) continue;
         if (factor == 2 || factor == 0x1p-20) {
           bits.expect(image[i] == expected);
         } else {
