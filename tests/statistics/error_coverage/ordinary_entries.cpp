@@ -70,6 +70,15 @@ CorpusScene penumbra(Canvas canvas, Random& random) {
   return result;
 }
 
+/// A disc of paper before the light, which comes through it.
+CorpusScene lit_paper(Canvas canvas, Random& random) {
+  CorpusScene result = penumbra(canvas, random);
+  Material paper = scenes::matte({0.5, 0.45, 0.4});
+  paper.diffuse_transmission = random.in(0.2, 0.5);
+  scenes::add(result.scene, Disc{{random.in(-1, 1), 1.5, 1.5}, {0, 0, 1}, 0.8, 0, {}}, paper);
+  return result;
+}
+
 Material random_material(Random& random) {
   const double kind = random.in(0, 1);
   if (kind < 0.15) return scenes::glass();
@@ -155,6 +164,7 @@ std::vector<CorpusEntry> ordinary_entries() {
       {"ordinary, closed form", "shapes on a gradient", budgets, shapes_on_gradient},
       {"ordinary, closed form", "checker", targets, checker},
       {"ordinary, sampled", "penumbra", budgets, penumbra, false},
+      {"ordinary, sampled", "lit paper", targets, lit_paper, false},
       {"ordinary, sampled", "random solids", targets, random_solids, false},
   };
 }
