@@ -138,9 +138,10 @@ Answer get_status(const Request& request, Readiness& readiness, const ApiContext
   const bool has_history = query.empty() || query.front().second == "true";
   if (!has_history && query.front().second != "false")
     return Problem{failures::invalid_query, "history must be true or false"};
+  const bool draining = context.draining();  // before the reason, which is it from then on
   Reply reply =
       json_reply(200, resources::write_status({.not_ready = readiness.reason(),
-                                               .draining = context.draining(),
+                                               .draining = draining,
                                                .sandbox = context.sandbox(),
                                                .gauges = context.gauges(),
                                                .queue = context.queue.queries.state(),
