@@ -127,11 +127,15 @@ tracer::Scene strip_with(const std::string& materials) {
       .scene;
 }
 
+tracer::Scene loaded_strip_with(const std::string& materials) {
+  tracer::Scene scene = strip_with(materials);
+  EXPECT_EQ(lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})), "");
+  return scene;
+}
+
 TEST(LoadMeshes, GivesThePartsOfAFileTheirMaterials) {
-  tracer::Scene scene = strip_with(R"({"red paint": "red", "blue": "blue"})");
-  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})), "");
-  tracer::Scene whole = strip_with("{}");
-  ASSERT_EQ(lines_of(api::load_meshes(whole, {{bytes_of(strip)}}, {})), "");
+  const tracer::Scene scene = loaded_strip_with(R"({"red paint": "red", "blue": "blue"})");
+  const tracer::Scene whole = loaded_strip_with("{}");
   const tracer::Mesh& one = mesh_of(whole.objects.at(0));
   EXPECT_TRUE(one.parts.empty());
   ASSERT_EQ(scene.prototypes.size(), 1u);
@@ -155,10 +159,8 @@ TEST(LoadMeshes, GivesThePartsOfAFileTheirMaterials) {
 }
 
 TEST(LoadMeshes, KeepsSmoothNormalsAcrossTheBordersOfParts) {
-  tracer::Scene scene = strip_with(R"({"red paint": "red", "blue": "blue"})");
-  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of(strip)}}, {})), "");
-  tracer::Scene whole = strip_with("{}");
-  ASSERT_EQ(lines_of(api::load_meshes(whole, {{bytes_of(strip)}}, {})), "");
+  const tracer::Scene scene = loaded_strip_with(R"({"red paint": "red", "blue": "blue"})");
+  const tracer::Scene whole = loaded_strip_with("{}");
   const tracer::Mesh& one = mesh_of(whole.objects.at(0));
   const std::vector<tracer::Vec3> expected = tracer::area_weighted_normals(one);
   for (const tracer::Object& object : scene.prototypes.at(0).objects) {

@@ -138,7 +138,7 @@ Answer get_status(const Request& request, Readiness& readiness, const ApiContext
   const bool has_history = query.empty() || query.front().second == "true";
   if (!has_history && query.front().second != "false")
     return Problem{failures::invalid_query, "history must be true or false"};
-  const bool draining = context.draining();  // before the reason, which is it from then on
+  const bool draining = context.draining();  // read first: as soon as it is true, it is the reason too
   Reply reply =
       json_reply(200, resources::write_status({.not_ready = readiness.reason(),
                                                .draining = draining,
