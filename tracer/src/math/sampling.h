@@ -25,8 +25,8 @@ constexpr std::uint64_t mix(std::uint64_t x) {
 
 /// Owen scrambling of a 32-bit fraction: each bit is flipped by a hash of the bits above it
 /// (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4); hash of Laine & Karras 2011).
-constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
-  x = reverse_bits(x);
+constexpr std::uint32_t owen_scrambled_reverse(std::uint32_t reversed, std::uint32_t seed) {
+  std::uint32_t x = reversed;
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1u;
@@ -34,20 +34,26 @@ constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x53a22864u;
   return reverse_bits(x);
 }
+constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
+  return owen_scrambled_reverse(reverse_bits(x), seed);
+}
 
-/// Second dimension of Sobol's sequence (the first is reverse_bits). Together they are a (0,2)-sequence: every
-/// aligned 2^m points fall one into each elementary interval (Sobol 1967; Kollig & Keller 2002, fig. 4).
-constexpr std::uint32_t sobol_second(std::uint32_t index) {
-  std::uint32_t result = 0;
-  for (std::uint32_t v = 1u << 31; index != 0; index >>= 1, v ^= v >> 1)
-    if (index & 1u) result ^= v;
-  return result;
+/// Second dimension of Sobol's sequence, bits reversed (the first is the index itself). Together they are a
+/// (0,2)-sequence: every aligned 2^m points fall one into each elementary interval (Sobol 1967; Kollig & Keller 2002,
+/// fig. 4). The generator matrix is Pascal's triangle modulo 2: bit i is the sum of the bits whose numbers contain the
+/// bits of the number i.
+constexpr std::uint32_t sobol_second_reverse(std::uint32_t index) {
+  index ^= (index >> 1) & 0x55555555u;
+  index ^= (index >> 2) & 0x33333333u;
+  index ^= (index >> 4) & 0x0f0f0f0fu;
+  index ^= (index >> 8) & 0x00ff00ffu;
+  return index ^ (index >> 16);
 }
 
 /// Point `index` of the Owen-scrambled (0,2)-sequence of `key`, in [0,1)^2. Any first n points are stratified.
 inline Vec2 sequence_point(std::uint32_t index, std::uint64_t key) {
-  const std::uint32_t x = owen_scrambled(reverse_bits(index), static_cast<std::uint32_t>(key));
-  const std::uint32_t y = owen_scrambled(sobol_second(index), static_cast<std::uint32_t>(key >> 32));
+  const std::uint32_t x = owen_scrambled_reverse(index, static_cast<std::uint32_t>(key));
+  const std::uint32_t y = owen_scrambled_reverse(sobol_second_reverse(index), static_cast<std::uint32_t>(key >> 32));
   return {x * 0x1p-32, y * 0x1p-32};
 }
 
