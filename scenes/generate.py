@@ -16,7 +16,7 @@ from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 from views import haze, isometric, lens as lens_scene, panorama, shading, tone
-from worlds import cube, environment, evening, relief, studs
+from worlds import cornell_box, cube, environment, evening, relief, studs
 
 
 # ---- writing -------------------------------------------------------------------------------------------------------
@@ -380,7 +380,7 @@ def textures():
     }
 
 
-SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, torus, instances, lights,
+SCENES = (tiny, whitted, sphereflake, cornell, cornell_box, mountain, glass, local_models, shapes, torus, instances, lights,
           transparency, textures, lens_scene, haze, isometric, panorama, shading, tone,
           environment, cube, relief, mesh_files)
 

@@ -1,4 +1,4 @@
-"""Scenes of textures that are not colours of surfaces: environments, cube maps, bump maps and normal maps."""
+"""Scenes of environments, cube maps, bump maps and normal maps, and of light between surfaces."""
 import math
 
 from terrain import gradient_noise
@@ -113,4 +113,41 @@ def relief():
             {"type": "sphere", "center": [1.0, 0.95, 0], "radius": 0.95, "material": "glazed"},
             {"type": "sphere", "center": [2.95, 0.85, 0.2], "radius": 0.85, "material": "studded"}],
         "accuracy": {"samples": [9, 9]},
+    }
+
+
+def cornell_box():
+    """The Cornell box with its measured geometry (Cornell University Program of Computer Graphics, 1998), in millimetres,
+    under the rendering equation: its lamp is the only light. Reflectances and the lamp's radiance in linear RGB are those
+    of Mitsuba's scene cbox-rgb, with white blocks."""
+    def face(material, *corners):
+        return {"type": "mesh", "positions": corners, "triangles": [[0, 1, 2], [0, 2, 3]], "material": material}
+
+    def block(corners, height):
+        """The sides and the top of a block on four corners of the floor."""
+        at = lambda corner, y: [corner[0], y, corner[1]]
+        sides = [face("white", at(a, 0), at(b, 0), at(b, height), at(a, height))
+                 for a, b in zip(corners, corners[1:] + corners[:1])]
+        return [*sides, face("white", *(at(corner, height) for corner in corners))]
+
+    lamp = 548.79   # just below the ceiling
+    return {
+        "version": 1, "name": "Cornell box",
+        "image": {"width": 256, "height": 256},
+        "camera": {"position": [278, 273, -800], "look_at": [278, 273, 0], "fov": 39.3077},
+        "materials": {
+            "white": {"model": "lambert", "color": [0.885809, 0.698859, 0.666422]},
+            "red": {"model": "lambert", "color": [0.570068, 0.0430135, 0.0443706]},
+            "green": {"model": "lambert", "color": [0.105421, 0.37798, 0.076425]},
+            "lamp": {"model": "lambert", "diffuse": 0, "emission": [18.387, 10.9873, 2.75357]}},
+        "objects": [
+            face("lamp", [343, lamp, 227], [343, lamp, 332], [213, lamp, 332], [213, lamp, 227]),
+            face("white", [552.8, 0, 0], [0, 0, 0], [0, 0, 559.2], [549.6, 0, 559.2]),
+            face("white", [556, 548.8, 0], [556, 548.8, 559.2], [0, 548.8, 559.2], [0, 548.8, 0]),
+            face("white", [549.6, 0, 559.2], [0, 0, 559.2], [0, 548.8, 559.2], [556, 548.8, 559.2]),
+            face("green", [0, 0, 559.2], [0, 0, 0], [0, 548.8, 0], [0, 548.8, 559.2]),
+            face("red", [552.8, 0, 0], [549.6, 0, 559.2], [556, 548.8, 559.2], [556, 548.8, 0]),
+            *block([(130, 65), (82, 225), (240, 272), (290, 114)], 165),
+            *block([(423, 247), (265, 296), (314, 456), (472, 406)], 330)],
+        "accuracy": {"model": "global", "samples": [100, 100]},
     }

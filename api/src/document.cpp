@@ -32,6 +32,16 @@ bool read_version(Reading& reading, Fields& fields) {
 
 constexpr std::string_view camera_form = R"({"position": [x, y, z], "look_at": [x, y, z]})";
 
+/// Surfaces that glow light the scene under global light.
+void check_visible_lights(Reading& reading) {
+  if (reading.scene().accuracy.model != tracer::Accuracy::Model::global) return;
+  for (const std::uint32_t light : reading.visible_lights)
+    if (reading.can_add_issue())
+      reading.issues.push_back({"/lights/" + std::to_string(light) + "/visible", "conflict",
+                                "would light the scene twice where /accuracy/model is global: use an object whose "
+                                "material has \"emission\""});
+}
+
 /// Reads all sections. Returns false if the meaning of the document is unknown (no object, another version).
 bool read_document(Reading& reading, const Cursor& at) {
   tracer::Scene& scene = reading.scene();
@@ -57,6 +67,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("objects", read_objects);
   section("output", read_output);
   read_accuracy(reading, fields.take("accuracy"));  // depends on the image's size
+  check_visible_lights(reading);
   reading.document.job.name = scene.name;
   section("job", read_job);
   fields.finish();

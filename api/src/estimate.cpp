@@ -44,7 +44,8 @@ std::optional<double> expected_error(const tracer::Adaptive& adaptive) {
 
 /// Mean samples per pixel.
 std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
-  constexpr double at_one_level = 22, power = 1.26;
+  const bool paths = accuracy.model == tracer::Accuracy::Model::global;  // as in a Cornell box
+  const double at_one_level = paths ? 900 : 22, power = paths ? 1.9 : 1.26;
   if (!accuracy.adaptive) return accuracy.samples;
   const tracer::Adaptive& adaptive = *accuracy.adaptive;
   const std::optional<double> error = expected_error(adaptive);
@@ -68,7 +69,9 @@ double rays_per_sample(const tracer::Scene& scene) {
   const tracer::Requirements needs = tracer::requirements(scene);
   const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
   const double samples = expected_samples(scene.accuracy).value_or(scene.accuracy.samples);
-  return (1 + (needs.shadows ? shadow_rays(scene, samples) : 0)) * bounces;
+  // Paths by diffuse surfaces have about two bounces, each with a ray toward an emitter.
+  const double paths = needs.global_light ? 3 + (needs.emitters ? 2 : 0) : 1;
+  return (1 + (needs.shadows ? shadow_rays(scene, samples) : 0)) * bounces * paths;
 }
 
 double work_of_samples(const tracer::Scene& scene, double samples, const SceneContent& content) {

@@ -79,7 +79,8 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
   for (const double value : {claimed.worst_tile, claimed.sampling, claimed.depth, claimed.cutoff, claimed.approximation,
                              claimed.tone, point.samples_mean})
     line << ',' << value;
-  for (const std::uint64_t count : {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction})
+  for (const std::uint64_t count :
+       {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction, point.rays.diffuse})
     line << ',' << count;
   line << ',' << in_front << ',' << measurement.reference_error << ',' << tracer::is_broken(measurement, point) << ','
        << point.runs.size() << '\n';
@@ -118,7 +119,8 @@ std::string write_measurement_csv(const tracer::Measurement& measurement) {
   const std::vector<std::size_t> front = tracer::pareto_front(measurement);
   std::string text =
       "parameter,value,preset,seconds,error,claimed,proven,confidence,met,worst_tile,sampling,depth,cutoff,"
-      "approximation,tone,samples_mean,camera,shadow,reflection,refraction,pareto_front,reference_error,broken,runs\n";
+      "approximation,tone,samples_mean,camera,shadow,reflection,refraction,diffuse,pareto_front,reference_error,broken,"
+      "runs\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     text += csv_line(measurement, measurement.points[i], in_front);

@@ -25,7 +25,8 @@ constexpr std::array<const char*, 6> limit_names{nullptr,       "target",      "
 constexpr std::pair<const char*, std::uint64_t RayCounts::*> ray_kinds[] = {{"camera", &RayCounts::camera},
                                                                             {"shadow", &RayCounts::shadow},
                                                                             {"reflection", &RayCounts::reflection},
-                                                                            {"refraction", &RayCounts::refraction}};
+                                                                            {"refraction", &RayCounts::refraction},
+                                                                            {"diffuse", &RayCounts::diffuse}};
 
 Json approximations_json(const Approximations& approximate) {
   Json json = Json::object();
@@ -61,6 +62,7 @@ std::optional<double> number_or_none(const Json& json) {
 Json accuracy_json(const tracer::Accuracy& accuracy) {
   const tracer::Accuracy usual;
   Json json = Json::object();
+  if (accuracy.model == tracer::Accuracy::Model::global) json["model"] = "global";
   if (const auto target = accuracy.target()) json["target_error"] = *target;
   if (const auto target = accuracy.tile_target()) json["tile_error"] = *target;
   if (!accuracy.adaptive) {

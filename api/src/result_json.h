@@ -26,7 +26,7 @@ Json error_json(const tracer::ErrorEstimate& error);
 /// Its inverse; throws nlohmann::json::exception if a member is missing or has another type.
 tracer::ErrorEstimate error_of_json(const Json& json);
 
-/// {camera, shadow, reflection, refraction}
+/// {camera, shadow, reflection, refraction, diffuse}
 Json rays_json(const tracer::RayCounts& rays);
 tracer::RayCounts rays_of_json(const Json& json);  ///< throws as error_of_json()
 

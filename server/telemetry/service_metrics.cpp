@@ -153,7 +153,7 @@ void JobMetrics::create_series() {
     run_seconds_.Add({{"state", state}}, duration_buckets_s);
   }
   for (const char* reason : {"expires_at", "age", "artifact_bytes"}) expired_.Add({{"reason", reason}});
-  for (const char* kind : {"camera", "shadow", "reflection", "refraction"}) rays_.Add({{"kind", kind}});
+  for (const char* kind : {"camera", "shadow", "reflection", "refraction", "diffuse"}) rays_.Add({{"kind", kind}});
   for (const bool value : {false, true}) {
     targets_.Add(yes_or_no("met", value));
     geometry_.Add(yes_or_no("reused", value));
@@ -206,10 +206,9 @@ void JobMetrics::count_end(const queue::EndedJob& job) {
   rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
   rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));
   rays_.Add({{"kind", "refraction"}}).Increment(static_cast<double>(figures->rays.refraction));
+  rays_.Add({{"kind", "diffuse"}}).Increment(static_cast<double>(figures->rays.diffuse));
   const auto& rays = figures->rays;
-  history_.add([&](ServiceHistory::Step& step, auto&) {
-    step.rays += static_cast<std::int64_t>(rays.camera + rays.shadow + rays.reflection + rays.refraction);
-  });
+  history_.add([&](ServiceHistory::Step& step, auto&) { step.rays += static_cast<std::int64_t>(rays.total()); });
   geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();
   textures_.Add(yes_or_no("reused", true)).Increment(figures->cache_hits.textures);
   textures_.Add(yes_or_no("reused", false)).Increment(figures->cache_hits.decoded_textures);

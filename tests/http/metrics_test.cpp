@@ -67,7 +67,7 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   CountingObserver next;
   std::optional<queue::EndedJob::Run> run = {{.created_at = 1000, .started_at = 3000, .ended_at = 3500}};
   std::string_view report =
-      R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
+      R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2,"diffuse":4},"error":{"target":0.5,"estimate":0.375,"met":true},
                    "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::JobMetrics observed(registry, next);
@@ -85,7 +85,7 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   succeeded("d");
   observed.history().close_step(0, 0, 0, 0);
   const telemetry::ServiceHistory::Step step = observed.history().hour().steps.front();
-  EXPECT_EQ((std::pair{step.ended, step.rays}), (std::pair<std::int64_t, std::int64_t>{4, 19}));
+  EXPECT_EQ((std::pair{step.ended, step.rays}), (std::pair<std::int64_t, std::int64_t>{4, 23}));
   EXPECT_EQ(step.wait_p50_ms, 2000);
   observed.on_progress("a", 0.5);
   observed.on_removed({.id = "a"});
@@ -103,6 +103,7 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
                            "whittle_rays_total{kind=\"camera\"} 9",
                            "whittle_rays_total{kind=\"shadow\"} 5",
                            "whittle_rays_total{kind=\"refraction\"} 2",
+                           "whittle_rays_total{kind=\"diffuse\"} 4",
                            "whittle_error_targets_total{met=\"yes\"} 1",
                            "whittle_error_targets_total{met=\"no\"} 1",
                            "whittle_geometry_total{reused=\"yes\"} 1",

@@ -20,10 +20,11 @@ Rendered rendered(const CompiledScene& scene) {
   return *render(scene, {}, control);
 }
 
-/// Needs everything that can be modelled in vain; a lens and many lights are other images.
+/// Needs everything that can be modelled in vain; a lens, many lights and global light are other images.
 void require_everything(CompiledScene& scene) {
   for (const RequirementName& name : requirement_names)
-    if (name.needed != &Requirements::lens && name.needed != &Requirements::many_lights)
+    if (name.needed != &Requirements::lens && name.needed != &Requirements::many_lights &&
+        name.needed != &Requirements::global_light && name.needed != &Requirements::emitters)
       scene.needs.*name.needed = true;
 }
 
@@ -63,6 +64,10 @@ TEST(Integrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOneOt
   EXPECT_TRUE(supports<WhittedFeatures>(requirements(scene)));
   scene.output.alpha = true;
   EXPECT_FALSE(supports<WhittedFeatures>(requirements(scene)));
+  scene.accuracy.model = Accuracy::Model::global;
+  EXPECT_TRUE(supports<LocalFeatures>(requirements(scene))) << "nothing reflects light diffusely";
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::matte({1, 1, 1}));
+  EXPECT_FALSE(supports<LocalFeatures>(requirements(scene)));
 }
 
 TEST(RequirementNames, AreComplete) {
@@ -95,6 +100,27 @@ TEST(RequirementReasons, NameTheFirstPartOfTheDocumentForEachRequirement) {
       }
   EXPECT_EQ(found, (std::vector<std::string>{"reflection /materials/mirror", "shadows /lights/1", "spheres /objects/1",
                                              "planes /objects/0"}));
+}
+
+TEST(RequirementReasons, NameTheModelAndTheFirstFiniteEmitterForGlobalLight) {
+  Scene scene = scenes::empty(4);
+  Material sky = scenes::glowing({1, 1, 1}), lamp = sky, ground = scenes::matte({1, 1, 1});
+  sky.path = "/materials/sky";
+  lamp.path = "/materials/lamp";
+  scenes::add(scene, Plane{{0, 9, 0}, {0, 1, 0}, {}}, sky);
+  scenes::add(scene, Sphere{{0, 4, 0}, 1}, lamp);
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, ground);
+  EXPECT_FALSE(requirements(scene).global_light || requirements(scene).emitters);
+  scene.accuracy.model = Accuracy::Model::global;
+  std::vector<RequirementReason> reasons;
+  requirements(scene, &reasons);
+  std::string global, emitters;
+  for (const RequirementReason& reason : reasons) {
+    if (reason.needed == &Requirements::global_light) global = reason.pointer;
+    if (reason.needed == &Requirements::emitters) emitters = reason.pointer;
+  }
+  EXPECT_EQ(global, "/accuracy/model");
+  EXPECT_EQ(emitters, "/materials/lamp");
 }
 
 }  // namespace

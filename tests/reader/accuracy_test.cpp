@@ -72,6 +72,8 @@ TEST(AccuracyReader, KeepsTheTargetOfExactSamplesForTheReport) {
 }
 
 TEST(AccuracyReader, ReadsTheTargetOfTheWorstTile) {
+  EXPECT_EQ(accuracy_of("").model, Accuracy::Model::whitted);
+  EXPECT_EQ(accuracy_of(R"("model": "whitted")").model, Accuracy::Model::whitted);
   EXPECT_EQ(accuracy_of("").tile_target(), std::nullopt);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5)").tile_target(), 3.5);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5, "samples": [9, 9])").tile_target(), 3.5);
@@ -84,6 +86,7 @@ TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   const Accuracy accuracy =
       accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
   EXPECT_EQ(summary_of(accuracy), "target 2.5, budget 1500.5, samples 3..300");
+  EXPECT_EQ(accuracy.model, Accuracy::Model::global);
   EXPECT_EQ(accuracy.tile_target(), 7.5);
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);

@@ -48,6 +48,13 @@ TEST(EstimatedWork, CountsReflectionAndRefraction) {
   EXPECT_EQ(work(exact, R"({"transmission": 1})"), 100 * 4 * 3.0 + sphere) << "refraction includes reflection";
 }
 
+TEST(EstimatedWork, CountsThePathsOfGlobalLight) {
+  const std::string global = R"({"samples": [4, 4], "model": "global"})";
+  EXPECT_EQ(work(global), 100 * 4 * 3 + sphere);
+  EXPECT_EQ(work(global, R"({"emission": 1})"), 100 * 4 * 5 + sphere) << "rays toward the emitter";
+  EXPECT_EQ(work(R"({"target_error": 1, "model": "global"})"), 100 * 900 * 3 + sphere);
+}
+
 TEST(EstimatedWork, CountsSamplesExpectedForATargetError) {
   EXPECT_EQ(work(R"({"target_error": 1})"), 100 * 22 + sphere);
   const double fine = work(R"({"target_error": 0.5})"), finer = work(R"({"target_error": 0.25})");

@@ -64,7 +64,7 @@ TEST(Report, HasEveryMember) {
   scene.materials[0].path = "/materials/glass";
   scene.objects.push_back({tracer::Sphere{}, {0}, {}});
   tracer::RenderStatistics statistics;
-  statistics.rays = {72, 10, 20, 30};
+  statistics.rays = {72, 10, 20, 30, 40};
   statistics.samples = 80;
   statistics.samples_min = 2;
   statistics.samples_max = 23;
@@ -98,7 +98,7 @@ TEST(Report, HasEveryMember) {
       R"("transmitted_light":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
       R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
-      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"approximations":false},)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"global_light":false,"emitters":false,"approximations":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
       R"("warnings":[{"pointer":"#/lights","code":"nothing_lit","detail":"every object is black: there is no light, no \"ambient\" and no \"emission\""}],)"
@@ -107,7 +107,7 @@ TEST(Report, HasEveryMember) {
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"tone":0.03125}},)"
       R"("artifacts":[{"name":"image.png","error":{"estimate":2.0,"proven":2.25,"met":false,"worst_tile":7.5,"encoding":0.5}},)"
       R"({"name":"image.exr","error":{"estimate":1.5,"proven":null,"met":true,"worst_tile":0.0,"encoding":0.0}}],)"
-      R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"culled_shadows":{"rays":144,"radiance":0.0005},"duplicates":11,)"
+      R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30,"diffuse":40},"culled_shadows":{"rays":144,"radiance":0.0005},"duplicates":11,)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"workers":1,"tasks":0,"repeated_tasks":0,"geometry_reused":true,"textures":{"reused":5,"decoded":6},"estimated_work":20097.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";

@@ -54,10 +54,11 @@ struct RenderSummary {
 /// Rates are over the whole trace time, in which all kinds are traced together.
 void print_rays(const tracer::RayCounts& rays, double trace_ms) {
   const double seconds = std::max(trace_ms, 1e-3) / 1000;
-  const std::array<std::pair<const char*, std::uint64_t>, 5> kinds{{{"camera", rays.camera},
+  const std::array<std::pair<const char*, std::uint64_t>, 6> kinds{{{"camera", rays.camera},
                                                                     {"shadow", rays.shadow},
                                                                     {"reflection", rays.reflection},
                                                                     {"refraction", rays.refraction},
+                                                                    {"diffuse", rays.diffuse},
                                                                     {"all", rays.total()}}};
   for (const auto& [kind, count] : kinds)
     std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,

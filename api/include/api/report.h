@@ -39,7 +39,7 @@ struct ReportedArtifact {
 /// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
 /// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
 /// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
-/// holdout_samples, rays{camera, shadow, reflection, refraction}, culled_shadows{rays, radiance}, duplicates,
+/// holdout_samples, rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates,
 /// time_ms{...}, workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, estimated_work,
 /// memory_bytes, non_finite, build}. Null: targets that were not requested, `proven` if nothing is proven, `limit` with
 /// a fixed number of samples. `samples` are those of the image, without `holdout_samples`. Precondition:

@@ -18,6 +18,9 @@ template <>
 inline constexpr Word<Preset> words<Preset>[] = {
     {"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}, {"reference", Preset::reference}};
 template <>
+inline constexpr Word<Accuracy::Model> words<Accuracy::Model>[] = {{"whitted", Accuracy::Model::whitted},
+                                                                   {"global", Accuracy::Model::global}};
+template <>
 inline constexpr Word<Approximations::Shadows> words<Approximations::Shadows>[] = {
     {"none", Approximations::Shadows::none}, {"map", Approximations::Shadows::map}};
 template <>
@@ -91,6 +94,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   RequestedAccuracy requested;
   Accuracy& accuracy = reading.scene().accuracy;
   Fields fields(reading, at, "the accuracy");
+  fields.optional("model", accuracy.model);
   if (Preset preset{}; fields.optional("preset", preset)) requested.preset = preset;
   fields.optional("target_error", requested.target_error);
   fields.optional("tile_error", requested.tile_error);

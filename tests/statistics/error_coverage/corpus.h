@@ -47,6 +47,7 @@ std::vector<CorpusEntry> feature_entries();
 std::vector<CorpusEntry> display_entries();
 std::vector<CorpusEntry> ordinary_entries();
 std::vector<CorpusEntry> difficult_entries();
+std::vector<CorpusEntry> global_entries();
 std::vector<CorpusEntry> example_entries(const std::string& source_directory);
 
 /// A scene of the random grammar; it depends on `seed` alone. Three in four have a closed form.

@@ -172,7 +172,7 @@ std::vector<CorpusEntry> ordinary_entries() {
 std::vector<CorpusEntry> corpus(const std::string& source_directory) {
   std::vector<CorpusEntry> all;
   for (const auto& entries : {display_entries(), feature_entries(), ordinary_entries(), difficult_entries(),
-                              example_entries(source_directory)})
+                              global_entries(), example_entries(source_directory)})
     all.insert(all.end(), entries.begin(), entries.end());
   return all;
 }

@@ -129,7 +129,8 @@ TrialRunner::TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusSc
 
 std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, Renderer renderer) const {
   Scene scene = scene_.scene;
-  scene.accuracy = accuracy_of(setting, scene.accuracy.approximate, seed);
+  scene.accuracy = accuracy_of(setting, scene_.scene.accuracy.approximate, seed);
+  scene.accuracy.model = scene_.scene.accuracy.model;
   if (entry_.settings == SettingGroup::tiles) scene.output.layers = {Layer::error};
   const Rendered rendered = render_scene(scene, scene_.assets, threads_, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};

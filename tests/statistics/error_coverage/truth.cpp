@@ -45,6 +45,7 @@ Image half_image(const CorpusScene& scene, std::uint32_t samples, std::uint64_t 
 Scene reference_scene(const Scene& scene, std::uint32_t samples, std::uint64_t seed) {
   Scene reference = scene;
   reference.accuracy = {};
+  reference.accuracy.model = scene.accuracy.model;
   reference.accuracy.samples = samples;
   reference.accuracy.max_depth = 500;
   reference.accuracy.cutoff_by_chance = true;

@@ -4,7 +4,7 @@
 /// Errors are in levels: the root mean square over all pixels and channels of the difference from the converged image
 /// of the same scene, after exposure, overflow and the sRGB curve, in units of 1/255. Transparent parts count as
 /// black. The converged image is the mean over each pixel's square, lens and lights, without `max_depth`, `cutoff` or
-/// approximations.
+/// approximations, of the light model of `Accuracy::model`.
 
 #include <cstddef>
 #include <cstdint>
@@ -64,6 +64,14 @@ constexpr double target_error_of(Preset preset) {
 }
 
 struct Accuracy {
+  /// Light that arrives at a surface from elsewhere than the scene's lights.
+  enum class Model {
+    whitted,  ///< the ambient term stands for it (Whitted 1980)
+    /// The rendering equation (Kajiya 1986): light from all other surfaces, emission and the background included. The
+    /// ambient term is left out.
+    global
+  };
+  Model model = Model::whitted;
   /// Samples in every pixel without `adaptive`. 1 is the pixel's center; more are stratified over its square.
   /// Default 4: the smallest count that smooths edges.
   std::uint32_t samples = 4;

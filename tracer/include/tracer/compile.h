@@ -26,8 +26,8 @@ struct Failure {
 /// Precondition: `validate` returned no issue, and mesh files have been read into `scene`. Expensive; the result may be
 /// rendered many times. Keeps no reference to `scene`. Runs on the calling thread's oneTBB arena. Fails with
 /// `cancelled` after `control.cancel()`, `out_of_memory` if Embree or the heap has none left, `bad_asset` if an asset
-/// is not an image within TextureImageLimits. With `cache_entry` (scene_cache.h, acquired for this scene), cached parts
-/// are reused and new parts are stored.
+/// is not an image within TextureImageLimits, or too bright for the light model. With `cache_entry` (scene_cache.h,
+/// acquired for this scene), cached parts are reused and new parts are stored.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
                                                               const Assets& assets = {},
                                                               SceneCacheEntry* cache_entry = nullptr);

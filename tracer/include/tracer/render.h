@@ -13,11 +13,11 @@
 
 namespace tracer {
 
-/// Number of rays traced, by kind. `shadow` counts one ray per light sample, regardless of the transmissive surfaces it
-/// passes. Rays of shadow maps belong to compile() and are not counted.
+/// Number of rays traced, by kind. `shadow` counts one ray per sample of a light or of a glowing surface, regardless of
+/// the transmissive surfaces it passes. Rays of shadow maps belong to compile() and are not counted.
 struct RayCounts {
-  std::uint64_t camera = 0, shadow = 0, reflection = 0, refraction = 0;
-  [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction; }
+  std::uint64_t camera = 0, shadow = 0, reflection = 0, refraction = 0, diffuse = 0;
+  [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction + diffuse; }
   bool operator==(const RayCounts&) const = default;
 };
 

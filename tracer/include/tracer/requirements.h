@@ -33,8 +33,15 @@ struct Requirements {
   bool spheres = false;
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
+  bool global_light = false;    ///< surfaces reflect the light of other surfaces diffusely
+  bool emitters = false;        ///< and a finite surface glows
   bool approximations = false;  ///< an approximation changes the image
 };
+
+/// True if light arrives by way of other surfaces.
+inline bool has_secondary_rays(const Requirements& needs) {
+  return needs.reflection || needs.refraction || needs.global_light;
+}
 
 /// A requirement and its name in responses, reports and on the command line.
 struct RequirementName {
@@ -67,6 +74,8 @@ inline constexpr RequirementName requirement_names[] = {
     {"spheres", &Requirements::spheres},
     {"quadrics", &Requirements::quadrics},
     {"planes", &Requirements::planes},
+    {"global_light", &Requirements::global_light},
+    {"emitters", &Requirements::emitters},
     {"approximations", &Requirements::approximations},
 };
 

@@ -111,6 +111,20 @@ struct GeometrySet {
   [[nodiscard]] const QuadricGeometry& quadric_set(std::uint32_t geometry) const {
     return quadrics[geometry - first_quadrics()];
   }
+  [[nodiscard]] std::uint32_t object_of(const PrimitiveRef& primitive) const {
+    const auto [number, i] = primitive;
+    switch (kind_of(number)) {
+      case GeometryKind::spheres:
+        return spheres[number].object[i];
+      case GeometryKind::triangles:
+        return mesh(number).object_of(i);
+      case GeometryKind::quadrics:
+        return quadric_set(number).object[i];
+      case GeometryKind::planes:
+        break;
+    }
+    return planes.object[i];
+  }
 };
 
 inline std::uint64_t memory_bytes(const GeometrySet& set) {

@@ -29,21 +29,6 @@ ColorInterval with_reflected(ColorInterval local, const RadianceForms& reflected
   return local;
 }
 
-std::uint32_t object_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
-  const auto [number, i] = primitive;
-  switch (geometry.kind_of(number)) {
-    case GeometryKind::spheres:
-      return geometry.spheres[number].object[i];
-    case GeometryKind::triangles:
-      return geometry.mesh(number).object_of(i);
-    case GeometryKind::quadrics:
-      return geometry.quadric_set(number).object[i];
-    case GeometryKind::planes:
-      break;
-  }
-  return geometry.planes.object[i];
-}
-
 }  // namespace
 
 double SurfaceRays::nonlinear_width(double dark, double side) const {
@@ -107,7 +92,7 @@ ColorInterval BlockRadiance::range(const SurfaceRays& rays, const BlockPart& par
 }
 
 ColorInterval BlockRadiance::primitive(const PrimitiveRef& primitive) const {
-  return finished(materials_[scene_.objects.material[object_of(scene_.geometry(), primitive)]], any_cue_scale());
+  return finished(materials_[scene_.objects.material[scene_.geometry().object_of(primitive)]], any_cue_scale());
 }
 
 ColorInterval BlockRadiance::anything() const {

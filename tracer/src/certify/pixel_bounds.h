@@ -19,7 +19,7 @@ namespace tracer {
 
 /// Interval that contains the radiance of every sample of a pixel, by channel, rounded outward. `high` may be infinite.
 ///
-/// A sample is what the Whitted integrator returns for any position in the pixel's closed square, any point of the
+/// A sample is what the integrator returns for any position in the pixel's closed square, any point of the
 /// lens and of the lights, and any share of the pixel's width, without approximations or with those given, with any
 /// `max_depth` and `cutoff`. Only Russian roulette may exceed it: a ray below `cutoff` that survives counts as one of
 /// the throughput `cutoff`. Its mean does not.

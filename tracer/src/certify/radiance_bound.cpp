@@ -28,10 +28,15 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
 
 /// Upper bound of the fraction of light that secondary rays receive.
 double albedo_bound(const CompiledScene& scene, const Material& material) {
+  const bool diffuse = scene.accuracy.model == Accuracy::Model::global;
+  const double scattered =
+      diffuse ? material.diffuse * color_bound(scene, material.color) +
+                    material.diffuse_transmission * color_bound(scene, material.diffuse_transmission_color)
+              : 0;
   const double reflected = material.reflection * color_bound(scene, material.reflection_color);
   const double transmitted = material.transmission * color_bound(scene, material.transmission_color);
   // Fresnel's reflectance and transmittance add up to one.
-  return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
+  return scattered + (material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted);
 }
 
 double local_radiance_bound(const CompiledScene& scene, const Material& material, double lights) {

@@ -8,6 +8,8 @@
 namespace tracer {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 ColorInterval background_range(const CompiledScene& scene, const std::vector<ColorInterval>& textures) {
   if (const Color* const plain = scene.background->plain()) return interval_of(*plain);
   const double bound = scene.background->bound();
@@ -21,7 +23,7 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
                          const RenderControl& control)
     : scene(compiled),
       tree(compiled.geometry(), control),
-      radiance_max(radiance_bound(compiled).value_or(std::numeric_limits<double>::infinity())),
+      radiance_max(compiled.exact_needs.global_light ? infinity : radiance_bound(compiled).value_or(infinity)),
       approximate(approximations),
       outside_absorbs(!(compiled.media.outside.absorption == Color{})),
       in_medium(outside_absorbs || !compiled.media.enclosing_camera.empty()),
@@ -38,9 +40,10 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
     const double missing = is_cut_out(material) ? 1 : 0;
     const Color& through = largest.transmittance;
     secondary_max.push_back(
-        {largest.reflectance,
+        {compiled.exact_needs.global_light ? largest.diffuse + largest.diffuse_transmission + largest.reflectance
+                                           : largest.reflectance,
          {std::max(through.r, missing), std::max(through.g, missing), std::max(through.b, missing)}});
-    if (max_component(through) > 1) transmittance_max = std::numeric_limits<double>::infinity();
+    if (max_component(through) > 1) transmittance_max = infinity;
   }
 }
 

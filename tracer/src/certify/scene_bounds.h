@@ -16,10 +16,13 @@ struct SceneBounds {
   const CompiledScene& scene;
   BoxTree tree;
   std::vector<ColorInterval> textures;  ///< by texture
-  double radiance_max = 0;              ///< bound for any ray; may be infinite
-  double transmittance_max = 1;         ///< bound for any shadow ray
+  /// Bound for any ray; may be infinite, and is under global light: a path that Russian roulette keeps may be brighter
+  /// than any radiance.
+  double radiance_max = 0;
+  double transmittance_max = 1;  ///< bound for any shadow ray
   struct SecondaryMax {
-    Color reflectance, transmittance;
+    Color reflectance;  ///< with the diffuse part under global light
+    Color transmittance;
   };
   std::vector<SecondaryMax> secondary_max;  ///< by material: bounds over its textures
   ColorInterval background{};               ///< radiance of rays that escape, over all directions

@@ -13,6 +13,8 @@
 #include "tracer/src/image_io/decode.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/lights/light_registry.h"
+#include "tracer/src/materials/energy_balance.h"
+#include "tracer/src/textures/texture.h"
 
 namespace tracer {
 namespace {
@@ -163,6 +165,34 @@ Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet
   return built;
 }
 
+Color color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
+  const auto* id = std::get_if<TextureId>(&color);
+  if (id == nullptr) return std::get<Color>(color);
+  const double bound = texture_bound(scene.textures[id->index], scene.images[id->index].get());
+  return {bound, bound, bound};
+}
+
+/// Image files may be brighter than validate() could assume.
+std::optional<Failure> find_excess_of_light(const CompiledScene& scene) {
+  for (const std::uint32_t index :
+       std::set<std::uint32_t>(scene.objects.material.begin(), scene.objects.material.end())) {
+    const Material& material = scene.materials[index];
+    const auto excess =
+        excess_of_light(material, [&](const ColorOrTexture& color) { return color_bound(scene, color); });
+    if (excess) return Failure{Failure::Code::bad_asset, "the texture of a material: it " + *excess, material.path};
+  }
+  return std::nullopt;
+}
+
+/// Precondition: the accelerator is set.
+Emitters emitters_of(const CompiledScene& scene) {
+  std::vector<float> radiance;
+  radiance.reserve(scene.objects.material.size());
+  for (const std::uint32_t material : scene.objects.material)
+    radiance.push_back(static_cast<float>(max_component(color_bound(scene, scene.materials[material].emission))));
+  return {scene.geometry(), std::move(radiance)};
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -187,10 +217,13 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     // Also needed with a cached accelerator: it assigns the materials and axes of objects.
     GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
+    if (compiled->exact_needs.global_light)
+      if (auto excess = find_excess_of_light(*compiled)) return *std::move(excess);
     for (const Light& light : scene.lights) compiled->lights.push_back(compile_light(light, compiled->frame));
     auto accelerator = accelerator_over(std::move(geometry), bounds, control, cache_entry);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
+    if (compiled->exact_needs.emitters) compiled->objects.emitters = emitters_of(*compiled);
     if (compiled->exact_needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
@@ -219,7 +252,8 @@ CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
                         bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.shadowless) +
-                        bytes_of(scene.objects.uv_axes) + bytes_of(scene.objects.diagonal);
+                        bytes_of(scene.objects.uv_axes) + bytes_of(scene.objects.diagonal) +
+                        scene.objects.emitters.memory_bytes();
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

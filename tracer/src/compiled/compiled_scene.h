@@ -8,6 +8,7 @@
 #include "tracer/requirements.h"
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/cameras/compiled_camera.h"
+#include "tracer/src/lights/emitters.h"
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/lights/shadow_map.h"
 #include "tracer/src/materials/compiled_material.h"
@@ -23,6 +24,7 @@ struct ObjectTable {
   std::vector<std::uint8_t> shadowless;  ///< 1: shadow rays pass unchanged
   std::vector<Axes> uv_axes;    ///< axes of a sphere; a plane's e0 and e1 are the world gradients of u and v. Empty
                                 ///< without textures
+  Emitters emitters;            ///< those that glow; empty unless the scene needs them
   std::vector<float> diagonal;  ///< diagonals of bounding boxes, world, up to the last transmissive object
 };
 
@@ -37,9 +39,9 @@ class CompiledScene {
         accuracy(scene.accuracy),
         depth_cue(scene.depth_cue),
         output(scene.output),
-        ambient(scene.ambient),
+        ambient(scene.accuracy.model == Accuracy::Model::whitted ? scene.ambient : Color{}),
         materials(scene.materials),
-        terms(compiled_materials(scene.materials, scene.ambient)),
+        terms(compiled_materials(scene.materials, ambient)),
         textures(scene.textures) {
     media.outside = scene.medium;
   }

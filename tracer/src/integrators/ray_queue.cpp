@@ -27,7 +27,7 @@ void RayQueue::append(const Lanes& rays, LaneMask mask) {
   size_ += static_cast<std::size_t>(std::popcount(mask));
 }
 
-std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce) {
+std::pair<BounceQueuesPtr, BounceQueuesPtr> split(const BounceQueues& bounce) {
   std::uint32_t low = std::numeric_limits<std::uint32_t>::max(), high = 0;
   const auto include = [&](const RayQueue& queue) {
     for (std::size_t i = 0; i < queue.size(); ++i) {
@@ -35,19 +35,22 @@ std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce) {
       high = std::max(high, queue.sample(i));
     }
   };
-  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction}) include(*queue);
+  for (const RayQueue* queue :
+       {&bounce.camera, &bounce.reflection, &bounce.refraction, &bounce.diffuse, &bounce.emission})
+    include(*queue);
   const std::uint32_t middle = low + (high - low) / 2;
-  std::pair<BounceQueues, BounceQueues> halves;
-  halves.first.depth = halves.second.depth = bounce.depth;
+  std::pair halves{std::make_unique<BounceQueues>(), std::make_unique<BounceQueues>()};
+  halves.first->depth = halves.second->depth = bounce.depth;
   std::size_t order = 0;
   const auto distribute = [&](RayQueue BounceQueues::*queue) {
     const RayQueue& from = bounce.*queue;
     for (std::size_t i = 0; i < from.size(); ++i, ++order) {
       const bool first = low == high ? order < bounce_rays_max : from.sample(i) <= middle;
-      ((first ? halves.first : halves.second).*queue).push(from, i);
+      ((first ? *halves.first : *halves.second).*queue).push(from, i);
     }
   };
-  for (const auto queue : {&BounceQueues::camera, &BounceQueues::reflection, &BounceQueues::refraction})
+  for (const auto queue : {&BounceQueues::camera, &BounceQueues::reflection, &BounceQueues::refraction,
+                           &BounceQueues::diffuse, &BounceQueues::emission})
     distribute(queue);
   return halves;
 }

@@ -2,6 +2,7 @@
 /// Queues of rays waiting to be traced, their cones and their intersections.
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -43,6 +44,15 @@ inline RayCone refracted_cone(const RayCone& cone, double t, double curvature, d
   return {width, cone.spread * n + (n - 1) * curvature * width};
 }
 
+/// State of a ray beside its throughput where surfaces reflect the light of surfaces.
+struct PathState {
+  /// Largest channel of the throughput at the first diffuse bounce; 0: there was none yet.
+  double weight = 0;
+  /// Density of the direction of a diffuse ray, per solid angle, if emitters are sampled as well; else 0.
+  double density = 0;
+  PrimitiveRef emitter{};  ///< set for a ray toward an emitter, which brings the emission of this primitive alone
+};
+
 /// Rays of one kind, as arrays. Their order is the order of the contributions to a sample, so it must depend on the
 /// scene only.
 class RayQueue {
@@ -81,6 +91,7 @@ class RayQueue {
     push(other.origin(i), other.direction(i), other.throughput(i), other.sample_[i], other.from_[i], other.path_[i],
          other.media_[i]);
     if (!other.cone_.empty()) set_cone(other.cone_[i]);
+    if (!other.path_state_.empty()) set_path_state(size_ - 1, other.path_state_[i]);
   }
 
   /// Sets the cone of ray `i`, or of the last ray. A queue without cones stores none.
@@ -89,6 +100,12 @@ class RayQueue {
     cone_[i] = cone;
   }
   void set_cone(const RayCone& cone) { set_cone(size_ - 1, cone); }
+
+  /// Sets the state of ray `i`. A queue without states stores none.
+  void set_path_state(std::size_t i, const PathState& state) {
+    if (path_state_.size() < sample_.size()) path_state_.resize(sample_.size());
+    path_state_[i] = state;
+  }
 
   /// Resets the queue to `count` camera rays, one for each of as many samples. The caller writes origins and directions
   /// to the result.
@@ -137,6 +154,9 @@ class RayQueue {
   /// Precondition: set_cone() was called for the ray.
   [[nodiscard]] const RayCone& cone(std::size_t i) const { return cone_[i]; }
 
+  /// That of a camera ray in a queue without states. Precondition: set_path_state() was called for the ray or for none.
+  [[nodiscard]] PathState path_state(std::size_t i) const { return path_state_.empty() ? PathState() : path_state_[i]; }
+
   /// `t_max`: null, or one value per ray.
   [[nodiscard]] RaySpan span(const double* t_max = nullptr) const {
     return {ox_.data(), oy_.data(), oz_.data(), dx_.data(), dy_.data(), dz_.data(), t_max, from_.data(), size_};
@@ -159,9 +179,10 @@ class RayQueue {
   std::vector<double> r_, g_, b_;      ///< throughput: radiance added to the sample per unit of radiance along the ray
   std::vector<std::uint32_t> sample_;  ///< index in the batch
   std::vector<PrimitiveRef> from_;
-  std::vector<std::uint32_t> path_;   ///< hash of the bounces so far: random choices on different paths differ
-  std::vector<std::uint32_t> media_;  ///< MediumStack::List of the solids that enclose the origin
-  std::vector<RayCone> cone_;         ///< empty, or of equal length
+  std::vector<std::uint32_t> path_;    ///< hash of the bounces so far: random choices on different paths differ
+  std::vector<std::uint32_t> media_;   ///< MediumStack::List of the solids that enclose the origin
+  std::vector<RayCone> cone_;          ///< empty, or of equal length
+  std::vector<PathState> path_state_;  ///< empty, or of equal length
 };
 
 /// One intersection per ray, in arrays.
@@ -184,12 +205,18 @@ struct Hits {
 /// Rays of one depth, by kind.
 struct BounceQueues {
   RayQueue camera, reflection, refraction;
+  RayQueue diffuse;         ///< in the directions of the cosine
+  RayQueue emission;        ///< toward emitters
   std::uint32_t depth = 0;  ///< 0: camera rays
   void clear() {
-    for (RayQueue* queue : {&camera, &reflection, &refraction}) queue->clear();
+    for (RayQueue* queue : {&camera, &reflection, &refraction, &diffuse, &emission}) queue->clear();
   }
-  [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
+  [[nodiscard]] std::size_t size() const {
+    return camera.size() + reflection.size() + refraction.size() + diffuse.size() + emission.size();
+  }
 };
+
+using BounceQueuesPtr = std::unique_ptr<BounceQueues>;  ///< moved once per bounce: the queues are many arrays
 
 /// A larger bounce is split, and its first part traced to the end before the second: memory grows with the depth, not
 /// with the number of rays.
@@ -197,6 +224,6 @@ inline constexpr std::size_t bounce_rays_max = 16384;
 
 /// Splits a bounce by samples; one with a single sample, by the order of its rays. The position of that split depends
 /// on the sample alone: samples that share a bounce are separated first.
-std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce);
+std::pair<BounceQueuesPtr, BounceQueuesPtr> split(const BounceQueues& bounce);
 
 }  // namespace tracer

@@ -105,6 +105,7 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
   total.rays.shadow += part.rays.shadow;
   total.rays.reflection += part.rays.reflection;
   total.rays.refraction += part.rays.refraction;
+  total.rays.diffuse += part.rays.diffuse;
   total.samples += part.samples;
   total.holdout_samples += part.holdout_samples;
   total.non_finite += part.non_finite;

@@ -1,7 +1,9 @@
 #pragma once
 /// Sample positions from a hash of (pixel, sample, seed): stateless, so the image does not depend on the scheduling.
 
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "tracer/scene.h"
 
@@ -61,6 +63,18 @@ inline Vec2 sequence_point(std::uint32_t index, std::uint64_t key) {
 /// different Owen scrambling. Aligned blocks of 2^m indices stay blocks, so they stay stratified (Burley 2020, sec. 3).
 inline Vec2 shuffled_point(std::uint32_t index, std::uint64_t key) {
   return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
+}
+
+/// First coordinate of shuffled_point().
+inline double shuffled_number(std::uint32_t index, std::uint64_t key) {
+  const std::uint32_t place = owen_scrambled(index, static_cast<std::uint32_t>(mix(key)));
+  return owen_scrambled_reverse(place, static_cast<std::uint32_t>(key)) * 0x1p-32;
+}
+
+/// Unit direction around z, distributed as its cosine to z: a point of the unit disc, projected up (Malley 1988).
+inline Vec3 cosine_direction(const Vec2& xi) {
+  const double radius = std::sqrt(xi.x), phi = 2 * std::numbers::pi * xi.y;
+  return {radius * std::cos(phi), radius * std::sin(phi), std::sqrt(1 - xi.x)};
 }
 
 /// Hash key from which all random numbers of a pixel are derived.

@@ -56,6 +56,12 @@ struct Axes {
   Vec3 e0, e1, n;
 };
 
+/// Any axes about unit `n` (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+inline Axes axes_about(const Vec3& n) {
+  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+}
+
 /// e0 is `first` projected across unit `n`; if that vanishes the world's z axis is used, and if `n` is along z too, x.
 inline Axes axes_across(const Vec3& n, const Vec3& first) {
   Vec3 across{};

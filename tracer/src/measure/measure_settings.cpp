@@ -25,12 +25,13 @@ std::string text(double number) {
 class SettingList {
  public:
   explicit SettingList(const Scene& scene) : scene_(scene), needs_(exact_requirements(scene)) {
+    baseline_.model = scene.accuracy.model;
     baseline_.samples = baseline_samples;
     baseline_.seed = scene.accuracy.seed;
   }
 
   void add(std::string_view parameter) {
-    const bool branches = needs_.reflection || needs_.refraction;
+    const bool branches = has_secondary_rays(needs_);
     if (parameter == "target_error") targets();
     if (parameter == "samples") vary(parameter, &Accuracy::samples, {1u, 4u, 16u, 64u});
     if (parameter == "max_depth" && branches) vary(parameter, &Accuracy::max_depth, {1u, 2u, 4u, 8u});
@@ -65,6 +66,7 @@ class SettingList {
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
       Setting setting{"target_error", text(target), {}};
+      setting.accuracy.model = baseline_.model;
       setting.accuracy.seed = baseline_.seed;
       setting.accuracy.cutoff_by_chance = true;
       setting.accuracy.adaptive.emplace().target_error = target;

@@ -45,6 +45,7 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   Scene independent = scene;
   Accuracy& accuracy = independent.accuracy;
   accuracy = Accuracy();
+  accuracy.model = scene.accuracy.model;
   accuracy.samples = reference.image_samples;
   accuracy.max_depth = reference_depth;
   accuracy.cutoff = reference_cutoff;

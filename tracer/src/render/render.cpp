@@ -47,15 +47,15 @@ Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::st
 }  // namespace
 
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  if (supports<WhittedFeatures>(scene.needs)) return render_with<Wavefront<WhittedFeatures>>(scene, settings, control);
-  return render_with<Wavefront<AllFeatures>>(scene, settings, control);
+  return with_features(
+      scene.needs, [&](auto features) { return render_with<Wavefront<decltype(features)>>(scene, settings, control); });
 }
 
 Result<std::string, Failure> trace_part(const CompiledScene& scene, std::string_view part,
                                         const RenderSettings& settings, RenderControl& control) {
-  if (supports<WhittedFeatures>(scene.needs))
-    return trace_part_with<Wavefront<WhittedFeatures>>(scene, part, settings, control);
-  return trace_part_with<Wavefront<AllFeatures>>(scene, part, settings, control);
+  return with_features(scene.needs, [&](auto features) {
+    return trace_part_with<Wavefront<decltype(features)>>(scene, part, settings, control);
+  });
 }
 
 }  // namespace tracer

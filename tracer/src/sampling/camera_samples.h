@@ -52,8 +52,9 @@ inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::u
 
 /// True if a sample's seeds select more than its positions in the pixel and on the lens.
 inline bool uses_random_choices(const CompiledScene& scene) {
-  const bool secondary = scene.needs.reflection || scene.needs.refraction;
-  return scene.needs.soft_lights || (secondary && scene.accuracy.cutoff_by_chance && scene.accuracy.cutoff > 0);
+  const Requirements& needs = scene.needs;
+  return needs.soft_lights || needs.global_light ||
+         (has_secondary_rays(needs) && scene.accuracy.cutoff_by_chance && scene.accuracy.cutoff > 0);
 }
 
 /// Range [first, last) of the samples of each pixel, of `count` in total.

@@ -30,7 +30,7 @@ void each_place(const InParallel& in_parallel, const Blocks& blocks, const Work&
 Film::Film(const CompiledScene& scene, const PixelWindow& window, const InParallel& in_parallel)
     : scene_(scene), in_parallel_(in_parallel), width_(window.width()), size_(window.pixels()), rgb_(3 * size_) {
   if (scene.needs.layers) layers_.resize(size());
-  if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) omitted_.resize(size());
+  if (has_secondary_rays(scene.needs) || scene.needs.many_lights) omitted_.resize(size());
 }
 
 void Film::set_preview_block(std::size_t place, std::uint32_t side, const Color& radiance,

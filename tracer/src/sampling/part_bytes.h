@@ -85,6 +85,7 @@ void each_counter(Statistics& statistics, const Use& use) {
   use(statistics.rays.shadow);
   use(statistics.rays.reflection);
   use(statistics.rays.refraction);
+  use(statistics.rays.diffuse);
   use(statistics.samples);
   use(statistics.holdout_samples);
   use(statistics.non_finite);
@@ -96,7 +97,7 @@ void each_counter(Statistics& statistics, const Use& use) {
 
 /// Counts of the batches between two states of a tracer.
 inline RenderStatistics difference(RenderStatistics after, RenderStatistics before) {
-  std::uint64_t* counters[11];
+  std::uint64_t* counters[12];
   std::size_t count = 0;
   each_counter(before, [&](std::uint64_t& counter) { counters[count++] = &counter; });
   count = 0;

@@ -82,7 +82,7 @@ class UniformSampler {
     const std::vector<MissedFeature> missed =
         missed_features(features, radiance, pixels, scene_.image.window(), context.display);
     pixels.missed = missed;
-    pixels.indirect = scene_.needs.reflection || scene_.needs.refraction;
+    pixels.indirect = has_secondary_rays(scene_.needs);
     ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target();

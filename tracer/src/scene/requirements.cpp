@@ -17,6 +17,17 @@ bool has_normals(const Shape& shape) {
   return false;
 }
 
+bool may_be_bright(const ColorOrTexture& color) {
+  const auto* plain = std::get_if<Color>(&color);
+  return plain == nullptr || max_component(*plain) > 0;
+}
+
+/// Or transmits.
+bool reflects_diffusely(const Material& material) {
+  return (material.diffuse > 0 && may_be_bright(material.color)) ||
+         (material.diffuse_transmission > 0 && may_be_bright(material.diffuse_transmission_color));
+}
+
 /// Collects needs and the first reason for each.
 class Finder {
  public:
@@ -44,6 +55,7 @@ class Finder {
       add(scene_.materials[placed.material.index]);
       add(placed);
     });
+    if (emitter_) need(&Requirements::emitters, needs_.global_light, *emitter_);
     return needs_;
   }
 
@@ -95,7 +107,9 @@ class Finder {
     if (material.bump) add(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
-    const bool from_behind = transmits_light(material) && !scene_.lights.empty();
+    const bool global = scene_.accuracy.model == Accuracy::Model::global && reflects_diffusely(material);
+    need(&Requirements::global_light, global, "/accuracy/model");
+    const bool from_behind = transmits_light(material) && (global || !scene_.lights.empty());
     need(&Requirements::transmitted_light, from_behind, where);
     const bool is_lit = material.diffuse > 0 || material.specular > 0 || from_behind;
     if (caster_) need(&Requirements::shadows, is_lit, "/lights/", *caster_);
@@ -109,6 +123,9 @@ class Finder {
     const auto because = [&](bool Requirements::*what, bool needed) {
       if (needed && !(needs_.*what)) need(what, true, pointer(placed));
     };
+    const Material& material = scene_.materials[placed.material.index];
+    if (may_be_bright(material.emission) && !emitter_ && !std::holds_alternative<Plane>(shape))
+      emitter_ = material.path;
     because(&Requirements::transmissive_shadows, needs_.shadows && !placed.shadow);
     because(&Requirements::smooth_normals, approximate_.shading != Approximations::Shading::flat && has_normals(shape));
     because(&Requirements::spheres, std::holds_alternative<Sphere>(shape));
@@ -125,6 +142,7 @@ class Finder {
   Requirements needs_;
   std::optional<std::size_t> caster_;             ///< the first light that casts shadows
   std::optional<std::string_view> transmissive_;  ///< the first transmissive material
+  std::optional<std::string_view> emitter_;       ///< the first material that glows on a finite surface
   bool solid_seen_ = false;
 };
 

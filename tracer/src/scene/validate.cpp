@@ -7,7 +7,9 @@
 
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/materials/compiled_material.h"
+#include "tracer/src/materials/energy_balance.h"
 #include "tracer/src/scene/checks.h"
+#include "tracer/src/textures/texture.h"
 
 namespace tracer {
 namespace {
@@ -246,6 +248,40 @@ void check_materials(Checks& checks, const Scene& scene) {
   for (const Material& material : scene.materials) check_material(checks, material, scene.textures.size());
 }
 
+/// Materials that an object or an instance names.
+std::set<std::uint32_t> named_materials(const Scene& scene) {
+  std::set<std::uint32_t> named;
+  const auto add = [&](const std::vector<Object>& objects) {
+    for (const Object& object : objects) {
+      const auto* instance = std::get_if<Instance>(&object.shape);
+      if (instance == nullptr) named.insert(object.material.index);
+      if (instance != nullptr && instance->material) named.insert(instance->material->index);
+    }
+  };
+  add(scene.objects);
+  for (const Prototype& prototype : scene.prototypes) add(prototype.objects);
+  return named;
+}
+
+/// Image files are not read yet: they count as white, and compile() checks them.
+void check_energy(Checks& checks, const Scene& scene) {
+  if (scene.accuracy.model != Accuracy::Model::global) return;
+  const auto bound_of = [&](const ColorOrTexture& color) {
+    const auto* id = std::get_if<TextureId>(&color);
+    if (id == nullptr) return std::get<Color>(color);
+    const bool is_image =
+        id->index >= scene.textures.size() || std::holds_alternative<ImageTexture>(scene.textures[id->index].pattern);
+    const double bound = is_image ? 1 : texture_bound(scene.textures[id->index], nullptr);
+    return Color{bound, bound, bound};
+  };
+  for (const std::uint32_t index : named_materials(scene)) {
+    if (index >= scene.materials.size()) continue;  // reported where it is named
+    const Material& material = scene.materials[index];
+    if (const auto excess = excess_of_light(material, bound_of))
+      checks.add_issue(DocumentPath(material.path), "out_of_range", *excess);
+  }
+}
+
 void check_target_error(Checks& checks, const DocumentPath& where, double target) {
   constexpr double levels_max = 255;  // white for black
   if (checks.finite(where, target) && (target <= 0 || target > levels_max))
@@ -322,6 +358,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits,
   checks.color(DocumentPath("/medium/absorption"), scene.medium.absorption);
   checks.color(DocumentPath("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
+  check_energy(checks, scene);
   check_textures(checks, scene);
   check_materials(checks, scene);
   check_objects(checks, scene);

@@ -153,6 +153,15 @@ struct alignas(64) HitPacket : IntersectionPacket {
   ColorLanes emitted;  ///< emission and ambient light, times throughput
 };
 
+/// Secondary rays, lane by lane with the hits.
+struct alignas(64) SecondaryRayPacket {
+  VecLanes origin, direction;
+  ColorLanes throughput;
+  double largest[lanes];  ///< largest channel of the throughput
+  std::uint32_t path[lanes];
+  LaneMask going;  ///< lanes with a ray
+};
+
 /// Gathers the rays `ray[0..count)` of the queue and their hits. Sets neither `points` nor the members after it.
 void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, IntersectionPacket& packet);
 void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, HitPacket& packet,

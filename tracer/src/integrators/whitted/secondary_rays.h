@@ -1,18 +1,12 @@
 #pragma once
 /// Secondary rays: spawns reflected and transmitted rays at a packet of hits, or terminates them.
 
+#include <array>
+
+#include "tracer/src/integrators/whitted/diffuse_rays.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 
 namespace tracer {
-
-/// Secondary rays, lane by lane with the hits.
-struct alignas(64) SecondaryRayPacket {
-  VecLanes origin, direction;
-  ColorLanes throughput;
-  double largest[lanes];  ///< largest channel of the throughput
-  std::uint32_t path[lanes];
-  LaneMask going;  ///< lanes with a ray
-};
 
 /// Refractive indices on the incident and the other side of the surfaces; positive in unused lanes.
 struct alignas(64) InterfacePacket {
@@ -41,7 +35,7 @@ LaneMask below_cutoff(const SecondaryRayPacket& rays, double cutoff);
 template <class Features>
 class SecondaryRays {
  public:
-  explicit SecondaryRays(WavefrontState<Features>& state) : state_(state) {}
+  explicit SecondaryRays(WavefrontState<Features>& state) : state_(state), diffuse_(state) {}
 
   /// Finds the media on both sides of the surfaces that split light. Hits on nested boundaries lose their throughput,
   /// so that they are not shaded.
@@ -91,31 +85,29 @@ class SecondaryRays {
 
   /// Precondition: cross_media() was called for the packet.
   void spawn(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
-    const HitPacket& hit = state_.hit;
-    transmission_.going = 0;
-    if (hit.coefficients.splits == 0) {
-      spawn_reflection(hit, shading_points, reflection_);
-    } else {
-      spawn_dielectric(hit, shading_points, interfaces_, state_.template needs<&Requirements::bump>(), reflection_,
-                       transmission_);
-      reflection_.going &= ~nested_boundary_;
-      transmission_.going &= ~nested_boundary_;
-    }
+    spawn_specular(shading_points);
+    if (has_diffuse())
+      diffuse_.begin(rays, shading_points, [&](int lane) { return far_side(shading_points, lane).media; });
     // Lane by lane: the order of additions to one sample must not depend on the packet.
     const double cutoff = state_.scene.accuracy.cutoff;
-    for_each_lane(below_cutoff(reflection_, cutoff) | below_cutoff(transmission_, cutoff), [&](int i) {
+    LaneMask below = below_cutoff(reflection_, cutoff) | below_cutoff(transmission_, cutoff);
+    if (has_diffuse()) below = (below | below_cutoff(diffuse_.rays(), cutoff)) & ~diffuse_.after_diffuse();
+    for_each_lane(below, [&](int i) {
       apply_cutoff(transmission_, 1, shading_points, i);
       apply_cutoff(reflection_, 0, shading_points, i);
+      if (has_diffuse()) apply_cutoff(diffuse_.rays(), diffuse_kind, shading_points, i);
     });
     if (nested_boundary_ != 0) skip_nested_boundary(rays);
-    const LaneMask going = reflection_.going | transmission_.going;
-    if (going == 0) return;
+    if (!has_diffuse() && (reflection_.going | transmission_.going) == 0) return;
     if (next.depth > state_.scene.accuracy.max_depth) {
-      for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
+      for_each_ray([&](const SecondaryRayPacket& packet, int i) {
         terminate_at_max_depth(packet.largest[i], shading_points.sample[i]);
       });
-    } else if (state_.approximate().reflections == Approximations::Reflections::environment) {
-      for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
+      return;
+    }
+    if (has_diffuse()) spawn_diffuse(rays, shading_points, next);
+    if (state_.approximate().reflections == Approximations::Reflections::environment) {
+      for_each_specular_ray([&](const SecondaryRayPacket& packet, int i) {
         add_environment_radiance(rays, packet, i, shading_points.sample[i]);
       });
     } else {
@@ -125,11 +117,71 @@ class SecondaryRays {
   }
 
  private:
+  static constexpr std::uint64_t diffuse_kind = std::uint64_t{1} << 40;
+
+  [[nodiscard]] bool has_diffuse() const { return state_.template needs<&Requirements::global_light>(); }
+
   template <class Work>
-  void for_each_ray(LaneMask going, const Work& work) {
-    for_each_lane(going, [&](int i) {
+  void for_each_specular_ray(const Work& work) {
+    for_each_lane(reflection_.going | transmission_.going, [&](int i) {
       for (const SecondaryRayPacket* packet : {&transmission_, &reflection_})
         if ((packet->going >> i & 1) != 0) work(*packet, i);
+    });
+  }
+  template <class Work>
+  void for_each_ray(const Work& work) {
+    for_each_specular_ray(work);
+    if (has_diffuse()) for_each_lane(diffuse_.rays().going, [&](int i) { work(diffuse_.rays(), i); });
+  }
+
+  void spawn_specular(const ShadingPointPacket& shading_points) {
+    const HitPacket& hit = state_.hit;
+    transmission_.going = 0;
+    // Only diffuse surfaces call this where nothing is specular.
+    const bool none = has_diffuse() &&
+                      (!state_.spawns_secondary_rays() || (hit.coefficients.splits | hit.coefficients.reflects) == 0);
+    if (none) {
+      reflection_.going = 0;
+    } else if (hit.coefficients.splits == 0) {
+      spawn_reflection(hit, shading_points, reflection_);
+    } else {
+      spawn_dielectric(hit, shading_points, interfaces_, state_.template needs<&Requirements::bump>(), reflection_,
+                       transmission_);
+      reflection_.going &= ~nested_boundary_;
+      transmission_.going &= ~nested_boundary_;
+    }
+  }
+
+  /// Pushes the diffuse rays and those toward emitters.
+  void spawn_diffuse(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
+    if (state_.template needs<&Requirements::emitters>()) diffuse_.sample_emitters(shading_points, next.emission);
+    choose_branches(shading_points);
+    diffuse_.aim(shading_points);
+    push_rays(rays, diffuse_.rays(), shading_points, diffuse_.media(), next.diffuse);
+  }
+
+  /// After a diffuse bounce a path continues with one ray at most, selected in proportion to the throughput. Russian
+  /// roulette ends it in the rest of the cases, so that its throughput stays that of the first diffuse bounce.
+  void choose_branches(const ShadingPointPacket& shading_points) {
+    const LaneMask going = transmission_.going | reflection_.going | diffuse_.rays().going;
+    for_each_lane(going & diffuse_.after_diffuse(), [&](int i) {
+      const std::array<SecondaryRayPacket*, 3> branches{&transmission_, &reflection_, &diffuse_.rays()};
+      double sum = 0;
+      for (const SecondaryRayPacket* branch : branches) sum += (branch->going >> i & 1) != 0 ? branch->largest[i] : 0;
+      const double whole = std::max(sum, diffuse_.weight(i));
+      double left = whole * state_.random_number(shading_points.sample[i], state_.hit.path[i], Choice::branch);
+      for (SecondaryRayPacket* branch : branches) {
+        if ((branch->going >> i & 1) == 0) continue;
+        const double own = branch->largest[i];
+        const bool chosen = left >= 0 && left < own;
+        left -= own;
+        if (chosen) {
+          branch->throughput.set(i, branch->throughput[i] * (whole / own));
+          branch->largest[i] = whole;
+        } else {
+          branch->going &= ~lane_bit(i);
+        }
+      }
     });
   }
 
@@ -197,6 +249,7 @@ class SecondaryRays {
   [[nodiscard]] bool has_cones() const { return state_.template needs<&Requirements::filtered_textures>(); }
 
   [[nodiscard]] RayCone cone_of(const RayQueue& rays, const SecondaryRayPacket& packet, int lane) const {
+    if (&packet != &reflection_ && &packet != &transmission_) return {};  // diffuse: not filtered
     const HitPacket& hit = state_.hit;
     const auto ray = static_cast<std::size_t>(hit.ray[lane]);
     const double t = state_.hits.t[ray];
@@ -208,13 +261,18 @@ class SecondaryRays {
     return refracted_cone(rays.cone(ray), t, refracts ? curvature : 0, refracts ? n : 1);
   }
 
+  [[nodiscard]] PathState path_state_of(const SecondaryRayPacket& packet, int lane) {
+    return &packet == &diffuse_.rays() ? diffuse_.path_state(lane) : PathState{.weight = diffuse_.weight(lane)};
+  }
+
   void push_rays(const RayQueue& rays, const SecondaryRayPacket& p, const ShadingPointPacket& shading_points,
                  const MediumStack::List* media, RayQueue& to) {
     if (p.going == 0) return;
-    std::size_t next = to.size();
+    std::size_t next = to.size(), first = next;
     to.append({p.origin, p.direction, &p.throughput, shading_points.sample, shading_points.from, p.path, media},
               p.going);
     if (has_cones()) for_each_lane(p.going, [&](int i) { to.set_cone(next++, cone_of(rays, p, i)); });
+    if (has_diffuse()) for_each_lane(p.going, [&](int i) { to.set_path_state(first++, path_state_of(p, i)); });
   }
 
   WavefrontState<Features>& state_;
@@ -222,6 +280,7 @@ class SecondaryRays {
   MediumStack::List medium_after_[lanes] = {};  ///< media beyond the surfaces
   InterfacePacket interfaces_;
   SecondaryRayPacket reflection_, transmission_;
+  DiffuseRays<Features> diffuse_;
 };
 
 }  // namespace tracer

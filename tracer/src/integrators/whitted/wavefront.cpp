@@ -39,26 +39,26 @@ bool Wavefront<Features>::trace() {
   state_.media.reset();
   if (state_.writes_gbuffer()) state_.gbuffer.reset(count);
   state_.statistics.samples += count;
-  std::vector<BounceQueues> pending;
+  std::vector<BounceQueuesPtr> pending;
   pending.push_back(acquire_queues(0));
-  generate_camera_rays(pending.back().camera);
-  std::size_t pending_rays = pending.back().size();
+  generate_camera_rays(pending.back()->camera);
+  std::size_t pending_rays = pending.back()->size();
   while (!pending.empty()) {
     if (state_.control.cancelled()) return false;
-    BounceQueues bounce = std::move(pending.back());
+    BounceQueuesPtr bounce = std::move(pending.back());
     pending.pop_back();
-    if (bounce.size() > bounce_rays_max) {
-      auto [first, second] = split(bounce);
+    if (bounce->size() > bounce_rays_max) {
+      auto [first, second] = split(*bounce);
       pending.push_back(std::move(second));
       pending.push_back(std::move(first));
       continue;
     }
-    BounceQueues next = acquire_queues(bounce.depth + 1);
-    trace_bounce(bounce, next);
-    pending_rays += next.size() - bounce.size();
+    BounceQueuesPtr next = acquire_queues(bounce->depth + 1);
+    trace_bounce(*bounce, *next);
+    pending_rays += next->size() - bounce->size();
     if (pending_rays > pending_rays_max) throw std::bad_alloc();
     release_queues(std::move(bounce));
-    if (next.size() != 0) {
+    if (next->size() != 0) {
       pending.push_back(std::move(next));
     } else {
       release_queues(std::move(next));
@@ -71,20 +71,18 @@ bool Wavefront<Features>::trace() {
 
 /// Returns empty queues, with the memory of released ones if there are any.
 template <class Features>
-BounceQueues Wavefront<Features>::acquire_queues(std::uint32_t depth) {
-  BounceQueues queues;
-  if (!released_queues_.empty()) {
-    queues = std::move(released_queues_.back());
-    released_queues_.pop_back();
-    queues.clear();
-  }
-  queues.depth = depth;
+BounceQueuesPtr Wavefront<Features>::acquire_queues(std::uint32_t depth) {
+  if (released_queues_.empty()) released_queues_.push_back(std::make_unique<BounceQueues>());
+  BounceQueuesPtr queues = std::move(released_queues_.back());
+  released_queues_.pop_back();
+  queues->clear();
+  queues->depth = depth;
   return queues;
 }
 
 /// Two bounces are in use at a time unless bounces are split, which is rare.
 template <class Features>
-void Wavefront<Features>::release_queues(BounceQueues queues) {
+void Wavefront<Features>::release_queues(BounceQueuesPtr queues) {
   if (released_queues_.size() < 2) released_queues_.push_back(std::move(queues));
 }
 
@@ -116,21 +114,33 @@ void Wavefront<Features>::trace_bounce(const BounceQueues& bounce, BounceQueues&
   counts.reflection += bounce.reflection.size();
   counts.refraction += bounce.refraction.size();
   const Coherence coherence = bounce.depth == 0 ? Coherence::coherent : Coherence::incoherent;
-  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction}) {
-    if (queue->empty()) continue;
-    intersect(*queue, bounce.depth, coherence);
-    shade_hits(*queue, bounce.depth, next);
-    lighting_.shade(*queue, bounce.depth, coherence);
-  }
+  const auto trace_rays = [&](const RayQueue& queue) {
+    if (queue.empty()) return;
+    intersect(queue, bounce.depth, coherence);
+    shade_hits(queue, bounce.depth, next);
+    lighting_.shade(queue, bounce.depth, coherence);
+  };
+  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction}) trace_rays(*queue);
+  if (!state_.template needs<&Requirements::global_light>()) return;
+  counts.diffuse += bounce.diffuse.size();
+  trace_rays(bounce.diffuse);
+  counts.shadow += bounce.emission.size();
+  if (!bounce.emission.empty()) add_emission(bounce.emission);
+}
+
+template <class Features>
+HitSpan Wavefront<Features>::find_hits(const RayQueue& rays, Coherence coherence) {
+  const HitSpan found = state_.hits.resize_to_fit(rays.size());
+  for_each_part(rays.span(), state_.control, [&](const RaySpan& part, std::size_t first) {
+    state_.scene.accelerator->intersect(part, hits_from(found, first), coherence);
+  });
+  return found;
 }
 
 template <class Features>
 void Wavefront<Features>::intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::size_t count = rays.size();
-  const HitSpan found = state_.hits.resize_to_fit(count);
-  for_each_part(rays.span(), state_.control, [&](const RaySpan& part, std::size_t first) {
-    state_.scene.accelerator->intersect(part, hits_from(found, first), coherence);
-  });
+  const HitSpan found = find_hits(rays, coherence);
   std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   hit_rays.resize(count);
   escaped_rays_.resize(count);
@@ -167,42 +177,80 @@ void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_
   }
 }
 
+/// Loads up to 16 hits, from `first` on in `hit_rays`: all that does not depend on the light.
+template <class Features>
+void Wavefront<Features>::load_hits(const RayQueue& rays, std::size_t first, ShadingPointPacket& shading_points) {
+  const std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
+  HitPacket& hit = state_.hit;
+  const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
+  load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
+  if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
+  compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
+  for (std::uint32_t i = 0; i < lanes; ++i) {
+    shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
+    hit.material[i] = state_.scene.objects.material[hit.points.object[i]];
+  }
+  if (hit.points.smooth) flatten_normals();
+  orient_normals(hit, shading_points);
+  gather_coefficients(state_.scene.terms, hit);
+  if (state_.spawns_secondary_rays() || state_.template needs<&Requirements::transmitted_light>())
+    secondary_.cross_media(shading_points);
+  apply_throughput(hit, shading_points);
+  if (state_.template needs<&Requirements::textures>() && hit.coefficients.textured != 0)
+    textures_.apply_colors(rays, shading_points);
+}
+
 template <class Features>
 void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next) {
-  const std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   HitPacket& hit = state_.hit;
   const CoefficientPacket& coefficients = hit.coefficients;
   const bool transmits_light = state_.template needs<&Requirements::transmitted_light>();
   const bool spawns = state_.spawns_secondary_rays(), writes = state_.writes_gbuffer() && depth == 0;
+  const bool diffuses = state_.template needs<&Requirements::global_light>();
   lighting_.reset();
-  for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
+  for (std::size_t first = 0; first < state_.hit_rays.size(); first += lanes) {
     ShadingPointPacket& shading_points = lighting_.append_packet();
-    const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
-    load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
-    if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
-    compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
-    for (std::uint32_t i = 0; i < lanes; ++i) {
-      shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
-      hit.material[i] = state_.scene.objects.material[hit.points.object[i]];
-    }
-    if (hit.points.smooth) flatten_normals();
-    orient_normals(hit, shading_points);
-    gather_coefficients(state_.scene.terms, hit);
-    if (spawns || transmits_light) secondary_.cross_media(shading_points);
-    apply_throughput(hit, shading_points);
-    if (state_.template needs<&Requirements::textures>() && coefficients.textured != 0)
-      textures_.apply_colors(rays, shading_points);
+    load_hits(rays, first, shading_points);
     if (state_.template needs<&Requirements::bump>() && coefficients.any_normal_map)
       textures_.perturb_normals(rays, shading_points, lighting_.unperturbed_normals());
     if (coefficients.any_emitted)
-      for (int i = 0; i < count; ++i) state_.radiance[shading_points.sample[i]] += hit.emitted[i];
+      for (int i = 0; i < hit.count; ++i) state_.radiance[shading_points.sample[i]] += emission_of_lane(rays, i);
     if (writes) write_gbuffer(shading_points);
     lighting_.add_positions();
-    if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
+    if (diffuses || (spawns && (coefficients.reflects | coefficients.splits) != 0))
+      secondary_.spawn(rays, shading_points, next);
     if (transmits_light && coefficients.transmits_light != 0)
       lighting_.add_far_sides(rays, depth, shading_points,
                               [&](int lane) { return secondary_.far_side(shading_points, lane); });
     lighting_.move_to_vertices(rays, depth, shading_points);
+  }
+}
+
+/// Emission of the lane's surface, weighted if rays toward emitters may have found it as well.
+template <class Features>
+Color Wavefront<Features>::emission_of_lane(const RayQueue& rays, int lane) const {
+  const HitPacket& hit = state_.hit;
+  if (!state_.template needs<&Requirements::emitters>()) return hit.emitted[lane];
+  const auto ray = static_cast<std::size_t>(hit.ray[lane]);
+  const double own = rays.path_state(ray).density;
+  if (own == 0) return hit.emitted[lane];
+  const double other =
+      state_.scene.objects.emitters.density(hit.ray_hits.primitive[lane], rays.origin(ray), hit.direction[lane]);
+  return hit.emitted[lane] * (own / (own + other));
+}
+
+/// Adds the emission of emitters that are the first surface in the way of the rays toward them.
+template <class Features>
+void Wavefront<Features>::add_emission(const RayQueue& rays) {
+  const HitSpan found = find_hits(rays, Coherence::incoherent);
+  std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
+  hit_rays.clear();
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (found.primitive[i] == rays.path_state(i).emitter) hit_rays.push_back(static_cast<std::uint32_t>(i));
+  ShadingPointPacket shading_points;
+  for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
+    load_hits(rays, first, shading_points);
+    for (int i = 0; i < state_.hit.count; ++i) state_.radiance[shading_points.sample[i]] += state_.hit.emitted[i];
   }
 }
 
@@ -238,7 +286,8 @@ void Wavefront<Features>::write_gbuffer(const ShadingPointPacket& shading_points
 }
 
 template class Wavefront<WhittedFeatures>;
+template class Wavefront<LocalFeatures>;
 template class Wavefront<AllFeatures>;
-static_assert(Tracer<Wavefront<WhittedFeatures>> && Tracer<Wavefront<AllFeatures>>);
+static_assert(Tracer<Wavefront<WhittedFeatures>>);
 
 }  // namespace tracer

@@ -157,13 +157,17 @@ class Wavefront {
   }
 
  private:
-  BounceQueues acquire_queues(std::uint32_t depth);
-  void release_queues(BounceQueues queues);
+  BounceQueuesPtr acquire_queues(std::uint32_t depth);
+  void release_queues(BounceQueuesPtr queues);
   void generate_camera_rays(RayQueue& rays) const;
   void trace_bounce(const BounceQueues& bounce, BounceQueues& next);
+  HitSpan find_hits(const RayQueue& rays, Coherence coherence);
   void intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void handle_escaped_rays(const RayQueue& rays, std::uint32_t depth);
+  void load_hits(const RayQueue& rays, std::size_t first, ShadingPointPacket& shading_points);
   void shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next);
+  [[nodiscard]] Color emission_of_lane(const RayQueue& rays, int lane) const;
+  void add_emission(const RayQueue& rays);
   void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
@@ -173,7 +177,7 @@ class Wavefront {
   TextureLookup<Features> textures_;
   DirectLighting<Features> lighting_;
   SecondaryRays<Features> secondary_;
-  std::vector<BounceQueues> released_queues_;  ///< kept for their memory
+  std::vector<BounceQueuesPtr> released_queues_;  ///< kept for their memory
 };
 
 }  // namespace tracer

@@ -12,6 +12,7 @@
 #include "tracer/src/compiled/medium_stack.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
+#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 
@@ -19,6 +20,13 @@ namespace tracer {
 /// at run time. Images are bit-identical for every set that supports the scene.
 struct AllFeatures {
   static constexpr bool includes(bool Requirements::* /*feature*/) { return true; }
+};
+
+/// All features of local illumination models.
+struct LocalFeatures {
+  static constexpr bool includes(bool Requirements::*feature) {
+    return feature != &Requirements::global_light && feature != &Requirements::emitters;
+  }
 };
 
 /// Features of Whitted 1980: mirrors, glass, hard shadows and local shading models on untextured surfaces.
@@ -39,6 +47,16 @@ bool supports(const Requirements& needs) {
     return !(needs.*name.needed) || Features::includes(name.needed);
   });
 }
+
+/// Calls use(Features{}) for the smallest set that supports the requirements.
+template <class Use>
+auto with_features(const Requirements& needs, const Use& use) {
+  if (supports<WhittedFeatures>(needs)) return use(WhittedFeatures{});
+  return supports<LocalFeatures>(needs) ? use(LocalFeatures{}) : use(AllFeatures{});
+}
+
+/// Random choices at a hit; area lights have their number, from 1.
+enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side };
 
 /// The hits from `first` on.
 inline HitSpan hits_from(const HitSpan& hits, std::size_t first) {
@@ -97,7 +115,7 @@ struct WavefrontState {
            approximate().reflections == Approximations::Reflections::environment;
   }
   [[nodiscard]] bool may_omit_radiance() const {
-    return spawns_secondary_rays() || needs<&Requirements::many_lights>();
+    return spawns_secondary_rays() || needs<&Requirements::many_lights>() || needs<&Requirements::global_light>();
   }
   [[nodiscard]] bool writes_gbuffer() const {
     return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
@@ -107,6 +125,18 @@ struct WavefrontState {
     const Color throughput = rays.throughput(ray);
     return needs<&Requirements::absorption>() ? throughput * media.transmittance(rays.media(ray), hits.t[ray])
                                               : throughput;
+  }
+  /// Point in [0,1)^2 for a choice at a hit. The samples of a pixel share one sequence per choice and path, so that
+  /// their points are stratified together.
+  [[nodiscard]] Vec2 random_point(std::uint32_t sample, std::uint32_t path, Choice choice) const {
+    return shuffled_point(batch.samples[sample].index, key_of(sample, path, choice));
+  }
+  [[nodiscard]] double random_number(std::uint32_t sample, std::uint32_t path, Choice choice) const {
+    return shuffled_number(batch.samples[sample].index, key_of(sample, path, choice));
+  }
+  [[nodiscard]] std::uint64_t key_of(std::uint32_t sample, std::uint32_t path, Choice choice) const {
+    const std::uint64_t dimension = (std::uint64_t{path} << 32) | static_cast<std::uint32_t>(choice);
+    return mix(batch.samples[sample].key ^ mix(dimension));
   }
   [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return scene.terms[hit.material[lane]]; }
 

@@ -1,0 +1,107 @@
+// Directions toward emitters: their density integrates to the solid angle of what is seen, whatever the shape.
+#include "tracer/src/lights/emitters.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/scenes.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/interaction/surface.h"
+#include "tracer/src/math/sampling.h"
+
+namespace {
+
+using namespace tracer;
+
+constexpr double pi = std::numbers::pi;
+
+std::shared_ptr<const CompiledScene> compiled(Scene scene) {
+  scene.accuracy.model = Accuracy::Model::global;
+  scenes::add(scene, Plane{{0, 0, -1000}, {0, 0, 1}, {}}, scenes::matte({1, 1, 1}));
+  RenderControl control;
+  return *compile(scene, control);
+}
+
+Scene glowing(const Shape& shape) {
+  Scene scene = scenes::empty(1);
+  scenes::add(scene, shape, scenes::glowing({1, 1, 1}));
+  return scene;
+}
+
+struct Estimate {
+  double mean = 0, error = 0;
+};
+
+/// Mean of 1 / density over the sampled directions that hit the sampled primitive first: the solid angle of all.
+Estimate solid_angle(const CompiledScene& scene, const Vec3& from) {
+  constexpr std::uint32_t count = 1 << 14;
+  double sum = 0, squares = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Emitters::Sample sample = scene.objects.emitters.sample(from, sequence_point(i, mix(7)));
+    EXPECT_NEAR(sample.density, scene.objects.emitters.density(sample.primitive, from, sample.direction),
+                1e-9 * sample.density);
+    EXPECT_NEAR(length(sample.direction), 1, 1e-12);
+    Hit hit;
+    const Vec3& d = sample.direction;
+    scene.accelerator->intersect({&from.x, &from.y, &from.z, &d.x, &d.y, &d.z, nullptr, nullptr, 1},
+                                 {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
+    const double value = hit.primitive == sample.primitive ? 1 / sample.density : 0;
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean) / count)};
+}
+
+void expect_solid_angle(const Scene& scene, const Vec3& world, double truth, const std::string& name) {
+  const auto made = compiled(scene);
+  const Estimate found = solid_angle(*made, made->frame.render_from_world(world));
+  EXPECT_LE(std::abs(found.mean - truth), 4 * found.error + 1e-6)
+      << name << ": " << found.mean << ", must be " << truth;
+  EXPECT_LE(std::abs(found.mean - truth), 0.01 * truth) << name;
+}
+
+TEST(Emitters, HaveADensityThatIntegratesToTheirSolidAngle) {
+  const double cone = 2 * pi * (1 - std::sqrt(1 - 0.25));
+  expect_solid_angle(glowing(Sphere{{0, 0, 2}, 1}), {0, 0, 0}, cone, "sphere");
+  expect_solid_angle(glowing(Sphere{{0, 0, 0}, 1}), {0.3, 0, 0}, 4 * pi, "sphere from inside");
+  expect_solid_angle(glowing(Disc{{0, 0, 1}, {0, 0, 1}, 1, 0, {}}), {0, 0, 0}, 2 * pi * (1 - 1 / std::sqrt(2)), "disc");
+  expect_solid_angle(glowing(Disc{{0, 0, 1}, {0, 0, 1}, 1, 0.5, {}}), {0, 0, 0},
+                     2 * pi * (1 / std::sqrt(1.25) - 1 / std::sqrt(2)), "ring");
+  const double square = 4 * std::asin(0.5);  // of 2 x 2, 1 away
+  const Mesh mesh{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false};
+  expect_solid_angle(glowing(mesh), {0, 0, 0}, square, "square");
+  expect_solid_angle(glowing(Box{{-1, -1, -1}, {1, 1, 1}}), {0, 0, 0}, 4 * pi, "box from inside");
+  expect_solid_angle(glowing(Box{{-1, -1, 1}, {1, 1, 2}}), {0, 0, 0}, square, "box");
+  // A cylinder of radius 1 from 1 to 2 along its axis shows its lower cap alone.
+  expect_solid_angle(glowing(Cylinder{{0, 0, 1}, {0, 0, 2}, 1, true, {}}), {0, 0, 0}, 2 * pi * (1 - 1 / std::sqrt(2)),
+                     "cylinder");
+  Scene ellipsoid = glowing(Sphere{{0, 0, 0}, 1});
+  ellipsoid.objects[0].transform = Transform{{{{0, -1, 0, 0}, {1, 0, 0, 0}, {0, 0, 3, 6}}}};
+  const double tangent = 1 / std::sqrt(36.0 - 9);  // of the cone: 1/3 over the root of (6/3)^2 - 1
+  expect_solid_angle(ellipsoid, {0, 0, 0}, 2 * pi * (1 - 1 / std::sqrt(1 + tangent * tangent)), "ellipsoid");
+}
+
+TEST(Emitters, AreSelectedInProportionToTheirPower) {
+  Scene scene = glowing(Sphere{{0, 0, 2}, 1});
+  scenes::add(scene, Sphere{{0, 5, 2}, 1}, scenes::glowing({3, 1, 1}));
+  scenes::add(scene, Sphere{{0, 9, 2}, 1}, scenes::matte({1, 1, 1}));
+  const auto made = compiled(scene);
+  int second = 0;
+  constexpr int count = 1 << 12;
+  for (std::uint32_t i = 0; i < count; ++i)
+    second += made->objects.emitters.sample({0, 0, 0}, sequence_point(i, mix(1))).primitive.primitive == 1 ? 1 : 0;
+  EXPECT_NEAR(second / double{count}, 0.75, 0.01);
+  const Vec3 from{}, up{0, 0, 1};
+  EXPECT_EQ(made->objects.emitters.density({made->geometry().plane_geometry(), 0}, from, up), 0) << "an infinite plane";
+}
+
+TEST(Emitters, AreNotMadeForScenesThatNeedNone) {
+  Scene scene = glowing(Sphere{{0, 0, 2}, 1});
+  RenderControl control;
+  EXPECT_TRUE((*compile(scene, control))->objects.emitters.empty());
+}
+
+}  // namespace

@@ -1,0 +1,174 @@
+#include "tracer/src/lights/emitters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "tracer/src/math/sampling.h"
+#include "tracer/src/shapes/shape_registry.h"
+
+namespace tracer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// A triangle or a disc.
+struct FlatShape {
+  Vec3 origin, u, v;  ///< triangle: a vertex and the edges from it; disc: center and radii at right angles or conjugate
+  bool disc = false;
+
+  /// Normal with the length of the area.
+  [[nodiscard]] Vec3 area() const { return cross(u, v) * (disc ? pi : 0.5); }
+  [[nodiscard]] Vec3 point(const Vec2& xi) const {
+    const double root = std::sqrt(xi.x);
+    if (disc) return origin + (u * std::cos(2 * pi * xi.y) + v * std::sin(2 * pi * xi.y)) * root;
+    return origin + u * (root * (1 - xi.y)) + v * (root * xi.y);
+  }
+  /// Distance times distance over the cosine at the shape: area per solid angle.
+  [[nodiscard]] double area_per_angle(const Vec3& from, const Vec3& direction) const {
+    const Vec3 normal = cross(u, v);
+    const double rate = dot(normal, direction), distance = dot(normal, origin - from) / rate;
+    return distance * distance * length(normal) / std::abs(rate);
+  }
+};
+
+/// None if it is neither.
+std::optional<FlatShape> flat_shape(const GeometrySet& geometry, const PrimitiveRef& primitive) {
+  const auto [number, i] = primitive;
+  const GeometryKind kind = geometry.kind_of(number);
+  if (kind == GeometryKind::triangles) {
+    const TriangleGeometry& mesh = geometry.mesh(number);
+    const auto& [a, b, c] = mesh.triangles[i];
+    return FlatShape{mesh.position(a), mesh.position(b) - mesh.position(a), mesh.position(c) - mesh.position(a)};
+  }
+  if (kind != GeometryKind::quadrics) return std::nullopt;
+  const Quadric& q = geometry.quadric_set(number).quadrics[i];
+  if (q.kind != kind_of<UnitDisc>) return std::nullopt;
+  return FlatShape{q.origin, q.render_from_shape.x, q.render_from_shape.y, true};
+}
+
+struct BoundingSphere {
+  Vec3 center;
+  double radius;
+  [[nodiscard]] double area() const { return 4 * pi * radius * radius; }
+};
+
+/// Precondition: neither flat nor a plane.
+BoundingSphere bounding_sphere(const GeometrySet& geometry, const PrimitiveRef& primitive) {
+  const auto [number, i] = primitive;
+  if (geometry.kind_of(number) == GeometryKind::spheres) {
+    const SphereGeometry& spheres = geometry.spheres[number];
+    return {{spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i]};
+  }
+  const Quadric& q = geometry.quadric_set(number).quadrics[i];
+  const Linear& m = q.render_from_shape;
+  if (q.kind == kind_of<UnitSphere>) {
+    // The largest stretch is at most the root of the largest row sum of the map's Gram matrix, and equal to it if the
+    // columns are at right angles.
+    const double xy = std::abs(dot(m.x, m.y)), yz = std::abs(dot(m.y, m.z)), zx = std::abs(dot(m.z, m.x));
+    const double squared = std::max({dot(m.x, m.x) + xy + zx, dot(m.y, m.y) + xy + yz, dot(m.z, m.z) + yz + zx});
+    return {q.origin, std::sqrt(squared)};
+  }
+  const Bounds box = local_box(q);
+  const Vec3 half = (box.high - box.low) * 0.5;
+  const double x = dot(m.x, m.x) * half.x * half.x, y = dot(m.y, m.y) * half.y * half.y;
+  return {q.origin + m * ((box.low + box.high) * 0.5), std::sqrt(x + y + dot(m.z, m.z) * half.z * half.z)};
+}
+
+/// The cone of directions that meet a sphere: all if it contains the point.
+struct DirectionCone {
+  Vec3 axis;
+  double height;  ///< 1 - cosine of the half angle
+
+  DirectionCone(const BoundingSphere& sphere, const Vec3& from) {
+    const Vec3 offset = sphere.center - from;
+    const double squared = dot(offset, offset), sine = sphere.radius * sphere.radius / squared;
+    const bool outside = sine < 1;
+    axis = outside ? offset / std::sqrt(squared) : Vec3{0, 0, 1};
+    height = outside ? sine / (1 + std::sqrt(1 - sine)) : 2;
+  }
+  [[nodiscard]] double density() const { return 1 / (2 * pi * height); }
+  [[nodiscard]] Vec3 direction(const Vec2& xi) const {
+    const double below = xi.x * height, across = std::sqrt(below * (2 - below));
+    const Axes axes = axes_about(axis);
+    return axis * (1 - below) + (axes.e0 * std::cos(2 * pi * xi.y) + axes.e1 * std::sin(2 * pi * xi.y)) * across;
+  }
+};
+
+double area_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
+  if (const auto flat = flat_shape(geometry, primitive)) return length(flat->area());
+  return bounding_sphere(geometry, primitive).area();
+}
+
+}  // namespace
+
+Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance)
+    : geometry_(&geometry), radiance_(std::move(radiance)) {
+  for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number) {
+    const auto add_all = [&](std::size_t count) {
+      for (std::uint32_t i = 0; i < count; ++i) add({number, i});
+    };
+    switch (geometry.kind_of(number)) {
+      case GeometryKind::spheres:
+        add_all(geometry.spheres[number].object.size());
+        break;
+      case GeometryKind::triangles:
+        add_all(geometry.mesh(number).triangles.size());
+        break;
+      case GeometryKind::quadrics:
+        add_all(geometry.quadric_set(number).object.size());
+        break;
+      case GeometryKind::planes:
+        break;
+    }
+  }
+}
+
+void Emitters::add(const PrimitiveRef& primitive) {
+  const double radiance = radiance_[geometry_->object_of(primitive)];
+  const double power = radiance > 0 ? radiance * area_of(*geometry_, primitive) : 0;
+  if (!(power > 0)) return;
+  primitive_.push_back(primitive);
+  power_.push_back((power_.empty() ? 0 : power_.back()) + power);
+}
+
+Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
+  const double wanted = xi.x * power_.back();
+  const auto found = std::min(std::upper_bound(power_.begin(), power_.end(), wanted), power_.end() - 1);
+  const double before = found == power_.begin() ? 0 : *(found - 1);
+  // The position in the interval of the selected primitive is uniform: the same number serves twice.
+  const Vec2 rest{std::clamp((wanted - before) / (*found - before), 0.0, 1.0), xi.y};
+  Sample sample{.primitive = primitive_[static_cast<std::size_t>(found - power_.begin())], .direction = {}};
+  if (const auto flat = flat_shape(*geometry_, sample.primitive)) {
+    const Vec3 offset = flat->point(rest) - from;
+    sample.direction = offset / length(offset);
+    sample.density = share_per_area(sample.primitive) * flat->area_per_angle(from, sample.direction);
+  } else {
+    const BoundingSphere sphere = bounding_sphere(*geometry_, sample.primitive);
+    const DirectionCone cone(sphere, from);
+    sample.direction = cone.direction(rest);
+    sample.density = share_per_area(sample.primitive) * sphere.area() * cone.density();
+  }
+  return sample;
+}
+
+double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
+  if (geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
+  const double share = share_per_area(primitive);
+  if (!(share > 0)) return 0;
+  if (const auto flat = flat_shape(*geometry_, primitive)) return share * flat->area_per_angle(from, direction);
+  const BoundingSphere sphere = bounding_sphere(*geometry_, primitive);
+  return share * sphere.area() * DirectionCone(sphere, from).density();
+}
+
+double Emitters::share_per_area(const PrimitiveRef& primitive) const {
+  return radiance_[geometry_->object_of(primitive)] / power_.back();
+}
+
+std::uint64_t Emitters::memory_bytes() const {
+  return radiance_.capacity() * sizeof(float) + primitive_.capacity() * sizeof(PrimitiveRef) +
+         power_.capacity() * sizeof(double);
+}
+
+}  // namespace tracer

@@ -1,0 +1,47 @@
+#pragma once
+/// Sampling of glowing surfaces, as directions from a point. A surface is selected in proportion to its area times its
+/// radiance. Triangles and discs are sampled uniformly over their area; of any other shape the cone around its bounding
+/// sphere is, which for a sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo
+/// Techniques for Direct Lighting Calculations"). Infinite planes are never selected.
+
+#include <cstdint>
+#include <vector>
+
+#include "tracer/src/accel/accelerator.h"
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+class Emitters {
+ public:
+  Emitters() = default;
+  /// `radiance`: by object, any measure of what it emits; 0 if it does not glow. The geometry must outlive it. Throws
+  /// std::bad_alloc.
+  Emitters(const GeometrySet& geometry, std::vector<float> radiance);
+
+  [[nodiscard]] bool empty() const { return primitive_.empty(); }
+
+  struct Sample {
+    PrimitiveRef primitive;
+    Vec3 direction;      ///< unit, from the point to the primitive; may miss a primitive sampled by its cone
+    double density = 0;  ///< as density(); 0 or NaN if there is no direction
+  };
+  /// A direction from the render-space point `from`, for `xi` uniform in [0,1)^2.
+  [[nodiscard]] Sample sample(const Vec3& from, const Vec2& xi) const;
+  /// Density, per solid angle, with which sample() selects this primitive and the unit direction; 0 if it never does.
+  [[nodiscard]] double density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const;
+
+  [[nodiscard]] std::uint64_t memory_bytes() const;
+
+ private:
+  void add(const PrimitiveRef& primitive);
+  /// Probability that a primitive is selected, per unit of its area or of that of its bounding sphere.
+  [[nodiscard]] double share_per_area(const PrimitiveRef& primitive) const;
+
+  const GeometrySet* geometry_ = nullptr;
+  std::vector<float> radiance_;  ///< by object
+  std::vector<PrimitiveRef> primitive_;
+  std::vector<double> power_;  ///< sums up to each primitive
+};
+
+}  // namespace tracer
