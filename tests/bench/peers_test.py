@@ -4,7 +4,7 @@ import pathlib
 import tempfile
 import unittest
 
-from tests.bench.peers import bench_scenes, document, povray, ppm, tachyon
+from tests.bench.peers import bench_scenes, document, povray, povray_radiosity, ppm, tachyon
 from tests.support.whittle import scene, whittle
 
 EQUAL_WORK = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}
@@ -123,6 +123,34 @@ class BenchScenes(unittest.TestCase):
 
 
 SMALL = {"mountain": 6, "pot": 12, "molecule": 40, "waves": 40}
+
+
+class Radiosity(unittest.TestCase):
+    """Of POV-Ray: a glowing rectangle becomes an area light."""
+
+    def export(self, source):
+        with tempfile.TemporaryDirectory() as directory:
+            path = pathlib.Path(directory) / "scene"
+            povray_radiosity.write_scene(source, path)
+            return path.read_text()
+
+    def test_has_the_radiance_of_the_lamp_over_its_area(self):
+        # 130 x 105: L A / 2 pi = 18.387 * 13650 / 2 pi = 39945
+        text = self.export(scene("cornell_box"))
+        self.assertIn("light_source { <278,548.79,279.5> rgb <39945.", text)
+        self.assertIn("point_at <278,547.79,279.5> area_light <0,0,105>, <-130,0,0>", text)
+        self.assertEqual(text.count("no_radiosity no_shadow"), 1)
+        self.assertEqual(text.count("mesh2"), len(scene("cornell_box")["objects"]))
+
+    def test_rejects_other_shapes_materials_and_lamps(self):
+        for reason, change in (("a sphere", lambda source: source["objects"][1].update(type="sphere")),
+                               ("reflection", lambda source: source["materials"]["white"].update(reflection=0.5)),
+                               ("rectangle", lambda source: source["objects"][0]["positions"].pop()),
+                               ("lights", lambda source: source.update(lights=[]))):
+            with self.subTest(reason=reason), self.assertRaisesRegex(document.Unsupported, reason):
+                source = copy.deepcopy(scene("cornell_box"))
+                change(source)
+                self.export(source)
 
 
 class Ppm(unittest.TestCase):
