@@ -28,12 +28,12 @@ const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
 export function draftOf(scene, budgetMs, size) {
   const width = scene.image?.width ?? size.width, height = scene.image?.height ?? size.height;
   const scale = Math.min(1, DRAFT_SIDE / Math.max(width, height));
-  const {approximate, max_depth, cutoff} = scene.accuracy || {};
+  const {model, approximate, max_depth, cutoff} = scene.accuracy || {};
   const {exposure, overflow, palette} = scene.output || {};
   return {
     ...scene,
     image: {width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale))},
-    accuracy: {time_budget_ms: budgetMs, approximate, max_depth, cutoff},
+    accuracy: {model, time_budget_ms: budgetMs, approximate, max_depth, cutoff},
     output: {formats: ['png'], exposure, overflow, palette},
     job: {keep: false, priority: 100, cache: 'off'},
   };

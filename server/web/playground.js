@@ -308,8 +308,8 @@ function Target({editor}) {
     }
   };
   const set = (/** @type {any} */ event) => {
-    const {approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
-    if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {target_error: target, approximate, max_depth, cutoff}));
+    const {model, approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
+    if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {model, target_error: target, approximate, max_depth, cutoff}));
   };
   return html`<label class="wish">${text.target}<input type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
 }

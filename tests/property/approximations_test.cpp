@@ -7,6 +7,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/pixel_ray.h"
 #include "tests/support/scenes.h"
+#include "tracer/compare.h"
 #include "tracer/src/compiled/compiled_scene.h"
 
 namespace {
@@ -225,6 +226,84 @@ TEST(NearestLights, HaveTheDistanceOfTheirCenter) {
   EXPECT_EQ(seen.image.pixel(13, 8)[1], 0);
 }
 
+constexpr Approximations ambient_alone{.interreflection = Approximations::Interreflection::ambient};
+constexpr Approximations no_interreflection{.interreflection = Approximations::Interreflection::none};
+
+/// With materials that give back less light than they receive, and light by way of surfaces.
+Scene global_scene(std::uint64_t seed) {
+  Scene scene = with_materials(scenes::random(seed, 16), [](Material& material) {
+    for (double Material::*share : {&Material::diffuse, &Material::diffuse_transmission, &Material::reflection})
+      material.*share *= 0.25;
+    material.transmission *= 0.25;
+  });
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.ambient = {0.3, 0.2, 0.1};
+  return scene;
+}
+
+/// With the estimate of its error.
+Rendered rendered_by(Scene scene, const Approximations& approximations) {
+  scene.accuracy.approximate = approximations;
+  return scenes::render(scene);
+}
+
+Scene whitted(Scene scene) {
+  scene.accuracy.model = Accuracy::Model::whitted;
+  return scene;
+}
+
+TEST(AmbientInterreflection, IsTheWhittedImage) {
+  double model_error = 0;
+  for (std::uint64_t seed = 0; seed < effort::cases(6); ++seed) {
+    const Scene scene = global_scene(seed);
+    const Rendered seen = rendered_by(scene, ambient_alone), expected = scenes::render(whitted(scene));
+    ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
+    ASSERT_EQ(seen.error.sampling, expected.error.sampling) << seed;
+    ASSERT_EQ(seen.error.depth, expected.error.depth) << seed;
+    ASSERT_EQ(seen.error.cutoff, expected.error.cutoff) << seed;
+    ASSERT_EQ(expected.statistics.rays.diffuse, 0u);
+    model_error += seen.error.approximation;
+  }
+  EXPECT_GT(model_error, 0) << "the ambient term equalled the light of surfaces";
+}
+
+TEST(NoInterreflection, IsTheWhittedImageWithoutAmbientTerm) {
+  for (std::uint64_t seed = 0; seed < effort::cases(3); ++seed) {
+    Scene scene = global_scene(seed);
+    const Rendered seen = rendered_by(scene, no_interreflection);
+    scene.ambient = {};
+    ASSERT_EQ(seen.image.rgb, scenes::render(whitted(scene)).image.rgb) << seed;
+  }
+}
+
+TEST(InterreflectionError, IsTheDistanceFromTheRenderingEquation) {
+  // Within a sphere with emission E and reflectance rho the radiance is E / (1 - rho) everywhere.
+  constexpr double rho = 0.6, emission = 0.1, exact = emission / (1 - rho);
+  for (const double ambient : {0.0, 0.05, 0.25}) {
+    Scene scene = scenes::empty(32);
+    scene.camera = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60};
+    scene.accuracy.model = Accuracy::Model::global;
+    scene.accuracy.max_depth = 1000;
+    scene.ambient = {ambient, ambient, ambient};
+    Material wall = scenes::matte({1, 1, 1});
+    wall.ambient = 1;
+    wall.diffuse = rho;
+    wall.emission = Color{emission, emission, emission};
+    scenes::add(scene, Sphere{{0, 0, 0}, 1}, wall);
+    const ErrorEstimate error = rendered_by(scene, ambient_alone).error;
+    Image one;
+    one.width = one.height = 1;
+    const auto code = [&](double radiance) {
+      const auto value = static_cast<float>(radiance);
+      one.rgb = {value, value, value};
+      return to_display(one, scene.output).codes[0] / codes_per_level;
+    };
+    const double truth = std::abs(code(emission + ambient) - code(exact));
+    EXPECT_NEAR(error.approximation, truth, 0.1 * truth) << ambient;
+    EXPECT_GE(error.estimate, truth) << ambient;
+  }
+}
+
 TEST(Approximation, RemovesTheRequirementsOfWhatItOmits) {
   Scene scene = shapes();
   scene.materials[0] = scenes::glass();
@@ -250,6 +329,11 @@ TEST(Approximation, RemovesTheRequirementsOfWhatItOmits) {
   const Requirements flat = needs({.shading = Approximations::Shading::flat});
   EXPECT_FALSE(flat.gouraud || flat.smooth_normals);
   EXPECT_TRUE(needs({.shading = Approximations::Shading::gouraud}).gouraud);
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.materials[1].emission = Color{1, 1, 1};
+  EXPECT_TRUE(needs({}).global_light && needs({}).emitters);
+  EXPECT_FALSE(needs(ambient_alone).global_light || needs(ambient_alone).emitters);
+  EXPECT_FALSE(needs(no_interreflection).global_light || needs(no_interreflection).emitters);
 }
 
 TEST(Approximation, IsTheReasonOfTheRequirementsItAdds) {
@@ -271,9 +355,11 @@ TEST(Approximation, KeepsInTheCompiledSceneWhatExactSamplesNeed) {
   const Approximations all{.shadows = Approximations::Shadows::map,
                            .reflections = Approximations::Reflections::none,
                            .shading = Approximations::Shading::flat,
+                           .interreflection = Approximations::Interreflection::none,
                            .nearest_lights = 1};
   for (std::uint64_t seed = 0; seed < effort::cases(60); ++seed) {
     Scene scene = seed == 0 ? shapes() : scenes::random(seed, 16);
+    if (seed % 3 == 2) scene = global_scene(seed);
     const Rendered exact = scenes::render(scene);
     scene.accuracy.approximate = all;
     RenderControl control;
@@ -281,7 +367,7 @@ TEST(Approximation, KeepsInTheCompiledSceneWhatExactSamplesNeed) {
     // compile made it, and no one else looks at it.
     auto& changed = const_cast<CompiledScene&>(*compiled);
     changed.accuracy.approximate = {};
-    changed.needs = changed.exact_needs;
+    changed.needs = changed.exact.needs;
     const Rendered seen = *render(*compiled, {}, control);
     ASSERT_EQ(seen.image.rgb, exact.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, exact.statistics) << seed;

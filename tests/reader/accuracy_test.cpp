@@ -91,12 +91,13 @@ TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
   EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);
+  EXPECT_EQ(accuracy.approximate.interreflection, Approximations::Interreflection::ambient);
   EXPECT_EQ(accuracy.approximate.nearest_lights, 7u);
 }
 
 TEST(AccuracyReader, ReadsEveryApproximation) {
   const auto approximate = [](const std::string& members) {
-    return accuracy_of("\"approximate\": {" + members + "}").approximate;
+    return accuracy_of(R"("model": "global", "approximate": {)" + members + "}").approximate;
   };
   EXPECT_EQ(accuracy_of("").approximate, Approximations{});
   EXPECT_EQ(approximate(""), Approximations{});
@@ -107,6 +108,10 @@ TEST(AccuracyReader, ReadsEveryApproximation) {
   EXPECT_EQ(approximate(R"("reflections": "none")"), Approximations{.reflections = Approximations::Reflections::none});
   EXPECT_EQ(approximate(R"("shading": "gouraud")"), Approximations{.shading = Approximations::Shading::gouraud});
   EXPECT_EQ(approximate(R"("shading": "flat")"), Approximations{.shading = Approximations::Shading::flat});
+  EXPECT_EQ(approximate(R"("interreflection": "ambient")"),
+            Approximations{.interreflection = Approximations::Interreflection::ambient});
+  EXPECT_EQ(approximate(R"("interreflection": "none")"),
+            Approximations{.interreflection = Approximations::Interreflection::none});
   EXPECT_EQ(approximate(R"("lights": "nearest-1")"), Approximations{.nearest_lights = 1});
   EXPECT_EQ(approximate(R"("lights": "nearest-1000000")"), Approximations{.nearest_lights = 1'000'000});
 }

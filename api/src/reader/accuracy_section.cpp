@@ -29,6 +29,9 @@ inline constexpr Word<Approximations::Reflections> words<Approximations::Reflect
 template <>
 inline constexpr Word<Approximations::Shading> words<Approximations::Shading>[] = {
     {"gouraud", Approximations::Shading::gouraud}, {"flat", Approximations::Shading::flat}};
+template <>
+inline constexpr Word<Approximations::Interreflection> words<Approximations::Interreflection>[] = {
+    {"ambient", Approximations::Interreflection::ambient}, {"none", Approximations::Interreflection::none}};
 
 namespace {
 
@@ -86,6 +89,7 @@ void read_approximations(Reading& reading, const Cursor& at, Approximations& app
   fields.optional("shadows", approximate.shadows);
   fields.optional("reflections", approximate.reflections);
   fields.optional("shading", approximate.shading);
+  fields.optional("interreflection", approximate.interreflection);
   if (const auto lights = fields.take("lights")) read_nearest_lights(reading, *lights, approximate.nearest_lights);
   fields.finish();
 }

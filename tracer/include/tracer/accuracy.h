@@ -25,9 +25,13 @@ struct Approximations {
   enum class Reflections { exact, environment, none };
   /// Overrides the shading of every material.
   enum class Shading { exact, gouraud, flat };
+  /// Light that arrives by way of diffuse surfaces, with Accuracy::Model::global. ambient: the ambient term stands for
+  /// it, as in Accuracy::Model::whitted. none: it is left out.
+  enum class Interreflection { exact, ambient, none };
   Shadows shadows = Shadows::exact;
   Reflections reflections = Reflections::exact;
   Shading shading = Shading::exact;
+  Interreflection interreflection = Interreflection::exact;
   /// Number of lights, nearest first, that are evaluated at each hit, at most nearest_lights_max; 0: all. Directional
   /// lights have no distance: they are always evaluated and not counted.
   std::uint32_t nearest_lights = 0;
@@ -91,6 +95,14 @@ struct Accuracy {
   Approximations approximate{};
   bool operator==(const Accuracy&) const = default;
 
+  /// True if, with these approximations, surfaces light each other.
+  [[nodiscard]] bool has_interreflection(const Approximations& by) const {
+    return model == Model::global && by.interreflection == Approximations::Interreflection::exact;
+  }
+  /// True if, with these approximations, the ambient term stands for light from diffuse surfaces.
+  [[nodiscard]] bool has_ambient_term(const Approximations& by) const {
+    return model == Model::whitted || by.interreflection == Approximations::Interreflection::ambient;
+  }
   /// Target errors of either kind of sampling: of the image and of the worst tile.
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
   [[nodiscard]] std::optional<double> tile_target() const { return adaptive ? adaptive->tile_error : tile_error; }

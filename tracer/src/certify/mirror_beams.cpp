@@ -25,7 +25,7 @@ AffineForm down_to_0(const AffineForm& form) { return form_of({0, std::max(0.0, 
 
 MirrorBeams::MirrorBeams(const SceneBounds& bounds)
     : bounds_(bounds), scene_(bounds.scene), occupancy_(bounds), visible_(bounds.scene.lights.size()) {
-  const bool culls = scene_.needs.many_lights || scene_.exact_needs.many_lights;
+  const bool culls = scene_.needs.many_lights || scene_.exact.needs.many_lights;
   follows_ = !bounds.approximate.any() && !bounds.in_medium && !culls && std::isfinite(bounds.radiance_max);
   occupancy_.reset(all_);
 }

@@ -28,7 +28,7 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
 
 /// Upper bound of the fraction of light that secondary rays receive.
 double albedo_bound(const CompiledScene& scene, const Material& material) {
-  const bool diffuse = scene.accuracy.model == Accuracy::Model::global;
+  const bool diffuse = scene.needs.global_light;
   const double scattered =
       diffuse ? material.diffuse * color_bound(scene, material.color) +
                     material.diffuse_transmission * color_bound(scene, material.diffuse_transmission_color)

@@ -14,17 +14,19 @@ struct CoefficientRanges {
   ColorInterval emitted_ambient, diffuse, specular, diffuse_transmission, specular_transmission;
 
   template <class RangeOf>
-  CoefficientRanges(const CompiledScene& scene, std::uint32_t material, const RangeOf& range_of) {
-    const CompiledMaterial& terms = scene.terms[material];
+  CoefficientRanges(const SceneBounds& bounds, std::uint32_t material, const RangeOf& range_of) {
+    const CompiledScene& scene = bounds.scene;
+    const CompiledMaterial& terms = scene.terms_of(bounds.approximate)[material];
     if (!terms.textured) {
       set(terms, terms);
       return;
     }
     const auto at_end = [&](double Interval::*end) {
-      return coefficients(scene.materials[material], scene.ambient, [&](const ColorOrTexture& color) {
-        const ColorInterval range = range_of(color);
-        return Color{range[0].*end, range[1].*end, range[2].*end};
-      });
+      return coefficients(scene.materials[material], scene.ambient_of(bounds.approximate),
+                          [&](const ColorOrTexture& color) {
+                            const ColorInterval range = range_of(color);
+                            return Color{range[0].*end, range[1].*end, range[2].*end};
+                          });
     };
     set(at_end(&Interval::low), at_end(&Interval::high));
   }
@@ -215,7 +217,7 @@ void add_light(const CompiledLight& light, const LitSide& side, LocalRadiance& s
 /// Adds emitted and ambient light, and what the integrator may cull or round.
 ColorInterval finish(const SceneBounds& bounds, const ColorInterval& emitted_ambient, const ColorInterval& light) {
   ColorInterval radiance = emitted_ambient;
-  const bool culls = bounds.scene.needs.many_lights || bounds.scene.exact_needs.many_lights;
+  const bool culls = bounds.scene.needs.many_lights || bounds.scene.exact.needs.many_lights;
   const double culled = culls ? bounds.scene.accuracy.cutoff : 0;
   for (std::size_t c = 0; c < 3; ++c) {
     const double low = radiance[c].low + std::max(0.0, light[c].low - culled), high = radiance[c].high + light[c].high;
@@ -243,7 +245,7 @@ LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
                              std::span<const Interval> visible_lights) {
   const CompiledScene& scene = bounds.scene;
   const CompiledMaterial& material = scene.terms[patch.material];
-  const CoefficientRanges coefficients(scene, patch.material, [&](const ColorOrTexture& color) {
+  const CoefficientRanges coefficients(bounds, patch.material, [&](const ColorOrTexture& color) {
     return color_range(scene, bounds.textures, color, patch, rays, width);
   });
   const LightAtPatch at_patch(bounds, patch, rays, material);
@@ -283,7 +285,7 @@ ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance,
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance) {
   const CompiledScene& scene = bounds.scene;
   const CoefficientRanges coefficients(
-      scene, material, [&](const ColorOrTexture& color) { return color_range(bounds.textures, color); });
+      bounds, material, [&](const ColorOrTexture& color) { return color_range(bounds.textures, color); });
   ColorInterval sum{};
   for (const CompiledLight& light : scene.lights) {
     const std::array<double, 3> radiance = channels_of(light.radiance);

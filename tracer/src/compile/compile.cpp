@@ -217,14 +217,14 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     // Also needed with a cached accelerator: it assigns the materials and axes of objects.
     GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
-    if (compiled->exact_needs.global_light)
+    if (compiled->exact.needs.global_light)
       if (auto excess = find_excess_of_light(*compiled)) return *std::move(excess);
     for (const Light& light : scene.lights) compiled->lights.push_back(compile_light(light, compiled->frame));
     auto accelerator = accelerator_over(std::move(geometry), bounds, control, cache_entry);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
-    if (compiled->exact_needs.emitters) compiled->objects.emitters = emitters_of(*compiled);
-    if (compiled->exact_needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
+    if (compiled->exact.needs.emitters) compiled->objects.emitters = emitters_of(*compiled);
+    if (compiled->exact.needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
@@ -251,9 +251,9 @@ CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
-                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.shadowless) +
-                        bytes_of(scene.objects.uv_axes) + bytes_of(scene.objects.diagonal) +
-                        scene.objects.emitters.memory_bytes();
+                        bytes_of(scene.terms) + bytes_of(scene.exact.terms) + bytes_of(scene.objects.material) +
+                        bytes_of(scene.objects.shadowless) + bytes_of(scene.objects.uv_axes) +
+                        bytes_of(scene.objects.diagonal) + scene.objects.emitters.memory_bytes();
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

@@ -33,29 +33,34 @@ class CompiledScene {
   CompiledScene(const Scene& scene, const RenderSpace& render_space)
       : frame(render_space),
         needs(requirements(scene)),
-        exact_needs(scene.accuracy.approximate.any() ? exact_requirements(scene) : needs),
         camera(scene.camera, scene.image, render_space),
         image(scene.image),
         accuracy(scene.accuracy),
         depth_cue(scene.depth_cue),
         output(scene.output),
-        ambient(scene.accuracy.model == Accuracy::Model::whitted ? scene.ambient : Color{}),
+        ambient(scene.accuracy.has_ambient_term(scene.accuracy.approximate) ? scene.ambient : Color{}),
         materials(scene.materials),
         terms(compiled_materials(scene.materials, ambient)),
         textures(scene.textures) {
     media.outside = scene.medium;
+    exact.needs = scene.accuracy.approximate.any() ? exact_requirements(scene) : needs;
+    if (accuracy.has_ambient_term({}) != accuracy.has_ambient_term(accuracy.approximate))
+      exact.terms = compiled_materials(scene.materials, {});
   }
 
   RenderSpace frame;
   Requirements needs;
-  Requirements exact_needs;  ///< requirements of exact samples, which measure the error of approximations
+  struct Exact {  ///< for the exact samples that measure the error of approximations
+    Requirements needs;
+    std::vector<CompiledMaterial> terms;  ///< empty if they are those of the image
+  } exact;
   CompiledCamera camera;
   ImageSize image;
   Accuracy accuracy;
   std::optional<CompiledBackground> background;  ///< set after its textures
   std::optional<DepthCue> depth_cue;
   Output output;
-  Color ambient;
+  Color ambient;  ///< black where surfaces light each other instead
   std::vector<Material> materials;
   std::vector<CompiledMaterial> terms;  ///< parallel to materials
   std::vector<Texture> textures;
@@ -69,6 +74,17 @@ class CompiledScene {
   } media;
   std::shared_ptr<const Accelerator> accelerator;  ///< set after it is built
   CacheHits cache_hits;
+
+  /// Requirements of samples with the given approximations, which are those of the image or none.
+  [[nodiscard]] const Requirements& needs_of(const Approximations& approximate) const {
+    return approximate == accuracy.approximate ? needs : exact.needs;
+  }
+  [[nodiscard]] const std::vector<CompiledMaterial>& terms_of(const Approximations& approximate) const {
+    return approximate == accuracy.approximate || exact.terms.empty() ? terms : exact.terms;
+  }
+  [[nodiscard]] Color ambient_of(const Approximations& approximate) const {
+    return accuracy.has_ambient_term(approximate) ? ambient : Color{};
+  }
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }
   [[nodiscard]] const Material& material_of(std::uint32_t object) const { return materials[objects.material[object]]; }

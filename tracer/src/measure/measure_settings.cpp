@@ -102,6 +102,10 @@ class SettingList {
     }
     if (needs_.triangles) approximate("shading: gouraud", {.shading = A::Shading::gouraud});
     if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", {.shading = A::Shading::flat});
+    if (needs_.global_light) {
+      approximate("interreflection: ambient", {.interreflection = A::Interreflection::ambient});
+      approximate("interreflection: none", {.interreflection = A::Interreflection::none});
+    }
     const auto somewhere = std::count_if(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
       return !std::holds_alternative<DirectionalLight>(light.source);
     });

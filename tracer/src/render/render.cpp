@@ -48,12 +48,12 @@ Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::st
 
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
   return with_features(
-      scene.needs, [&](auto features) { return render_with<Wavefront<decltype(features)>>(scene, settings, control); });
+      scene, [&](auto features) { return render_with<Wavefront<decltype(features)>>(scene, settings, control); });
 }
 
 Result<std::string, Failure> trace_part(const CompiledScene& scene, std::string_view part,
                                         const RenderSettings& settings, RenderControl& control) {
-  return with_features(scene.needs, [&](auto features) {
+  return with_features(scene, [&](auto features) {
     return trace_part_with<Wavefront<decltype(features)>>(scene, part, settings, control);
   });
 }

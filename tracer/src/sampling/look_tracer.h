@@ -23,12 +23,13 @@ class LookTracer {
   /// finite sample. `value`: the image's pixel at a place. Throws std::bad_alloc.
   std::vector<FreshError> squared_errors(std::span<const Look> looks, const std::function<Color(std::size_t)>& value,
                                          const DisplayTransform& display) {
-    LookRound round(kind_, tiles_, looks);
+    const std::uint32_t half = look_half_of(context_.scene, kind_ == PartKind::exact_looks);
+    LookRound round(kind_, half, tiles_, looks);
     if (!trace_in_parts<T>(round, context_)) {
       for_each_tile(round.count(), context_.settings.threads, [&](std::uint64_t tile) {
         if (context_.control.cancelled()) return;
         typename TracerPool<T>::Lease tracer(context_.pool);
-        trace_looks<T>(context_.scene, tiles_, round.looks(tile), *tracer, round.halves(tile));
+        trace_looks<T>(context_.scene, tiles_, round.looks(tile), half, *tracer, round.halves(tile));
       });
     }
     std::vector<FreshError> errors(looks.size());
@@ -37,7 +38,7 @@ class LookTracer {
         errors[look] = fresh_error(value(looks[look].place), halves, display);
       });
     });
-    samples_ += 2 * look_half * looks.size();
+    samples_ += std::uint64_t{2} * half * looks.size();
     return errors;
   }
 

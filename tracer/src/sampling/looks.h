@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/sampling/confidence_sequence.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/pixel_state.h"
@@ -28,6 +29,12 @@ struct Look {
 
 /// Samples in each half of a look. With fewer, the mean code value of a half would be darker than that of the mean.
 inline constexpr std::uint32_t look_half = 8;
+
+/// The same for looks that may be exact. Paths by diffuse surfaces have more noise, and are rare enough where they
+/// validate an approximation.
+inline std::uint32_t look_half_of(const CompiledScene& scene, bool exact) {
+  return exact && scene.exact.needs.global_light ? 8 * look_half : look_half;
+}
 
 /// The least number of looks that validates an image with open pixels.
 inline constexpr std::size_t looks_min = 1024;

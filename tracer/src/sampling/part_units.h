@@ -261,8 +261,8 @@ UnitOutcome trace_allocated_unit(const CompiledScene& scene, const RenderControl
 
 class LookRound final : public PartRound {
  public:
-  LookRound(PartKind kind, const Tiles& tiles, std::span<const Look> looks)
-      : kind_(kind), halves_(looks.size()), order_(looks.size()) {
+  LookRound(PartKind kind, std::uint32_t half, const Tiles& tiles, std::span<const Look> looks)
+      : kind_(kind), half_(half), halves_(looks.size()), order_(looks.size()) {
     std::vector<std::vector<std::size_t>> of_tile(tiles.count());
     for (std::size_t i = 0; i < looks.size(); ++i) of_tile[tiles.index(tiles.pixel(looks[i].place))].push_back(i);
     order_.clear();
@@ -278,7 +278,7 @@ class LookRound final : public PartRound {
   [[nodiscard]] PartKind kind() const override { return kind_; }
   [[nodiscard]] std::uint64_t count() const override { return ends_.size(); }
   [[nodiscard]] std::uint64_t samples(std::uint64_t unit) const override {
-    return 2 * look_half * (ends_[unit] - first(unit));
+    return std::uint64_t{2} * half_ * (ends_[unit] - first(unit));
   }
   void describe(std::uint64_t unit, PartWriter& writer) const override {
     for (const Look& look : looks(unit)) writer.put_each(look.place, look.index);
@@ -310,6 +310,7 @@ class LookRound final : public PartRound {
   [[nodiscard]] std::size_t first(std::uint64_t unit) const { return unit == 0 ? 0 : ends_[unit - 1]; }
 
   PartKind kind_;
+  std::uint32_t half_;       ///< samples in each half
   std::vector<Look> looks_;  ///< by tile
   std::vector<std::optional<Halves>> halves_;
   std::vector<std::size_t> order_;  ///< index of each look before
@@ -319,8 +320,8 @@ class LookRound final : public PartRound {
 /// Traces looks at pixels of a window and writes the means of their halves, one entry for each look; nothing where a
 /// half has no finite sample. Returns false if cancelled.
 template <Tracer T>
-bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks, T& tracer,
-                 std::span<std::optional<Halves>> means) {
+bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks, std::uint32_t half_size,
+                 T& tracer, std::span<std::optional<Halves>> means) {
   constexpr std::uint32_t light_points = 2;
   constexpr std::uint64_t first_stream = std::uint64_t{1} << 40;  // beyond the streams of the image
   Batch& batch = tracer.batch();
@@ -329,7 +330,7 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
   for (const Look& look : looks) {
     const Pixel pixel = tiles.pixel(look.place);
     for (std::uint32_t half = 0; half < 2; ++half)
-      for (std::uint32_t index = 0; index < look_half; ++index) {
+      for (std::uint32_t index = 0; index < half_size; ++index) {
         Sample sample = fresh_sample(scene, pixel.x, pixel.y, index, first_stream + 2 * look.index + half);
         sample.share = 0;  // point samples: the effect of filtering textures is an error that they measure
         push(batch, scene, sample);
@@ -342,7 +343,7 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
     bool measured = true;
     for (Color& half : halves) {
       std::uint32_t count = 0;
-      for (std::uint32_t index = 0; index < look_half; ++index, ++radiance) {
+      for (std::uint32_t index = 0; index < half_size; ++index, ++radiance) {
         if (!finite(*radiance)) continue;  // counted by the tracer
         half += *radiance;
         ++count;
@@ -356,7 +357,8 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
 }
 
 template <Tracer T>
-UnitOutcome trace_look_unit(const CompiledScene& scene, PartReader& unit, T& tracer, PartWriter& result) {
+UnitOutcome trace_look_unit(PartKind kind, const CompiledScene& scene, PartReader& unit, T& tracer,
+                            PartWriter& result) {
   const Tiles tiles(scene.image.window());
   std::vector<Look> looks;
   while (!unit.at_end()) {
@@ -365,7 +367,8 @@ UnitOutcome trace_look_unit(const CompiledScene& scene, PartReader& unit, T& tra
       return UnitOutcome::malformed;
   }
   std::vector<std::optional<Halves>> halves(looks.size());
-  if (!trace_looks<T>(scene, tiles, looks, tracer, halves)) return UnitOutcome::cancelled;
+  if (!trace_looks<T>(scene, tiles, looks, look_half_of(scene, kind == PartKind::exact_looks), tracer, halves))
+    return UnitOutcome::cancelled;
   for (const std::optional<Halves>& entry : halves) {
     result.put(static_cast<std::uint8_t>(entry ? 1 : 0));
     if (entry) result.put_each((*entry)[0], (*entry)[1]);
@@ -385,7 +388,7 @@ UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderCo
       return trace_allocated_unit<T>(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
-      return trace_look_unit<T>(scene, unit, tracer, result);
+      return trace_look_unit<T>(kind, scene, unit, tracer, result);
   }
   return UnitOutcome::malformed;
 }

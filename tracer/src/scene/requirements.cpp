@@ -107,7 +107,7 @@ class Finder {
     if (material.bump) add(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
-    const bool global = scene_.accuracy.model == Accuracy::Model::global && reflects_diffusely(material);
+    const bool global = scene_.accuracy.has_interreflection(approximate_) && reflects_diffusely(material);
     need(&Requirements::global_light, global, "/accuracy/model");
     const bool from_behind = transmits_light(material) && (global || !scene_.lights.empty());
     need(&Requirements::transmitted_light, from_behind, where);

@@ -315,6 +315,10 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
   checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
+  if (accuracy.model == Accuracy::Model::whitted &&
+      accuracy.approximate.interreflection != Approximations::Interreflection::exact)
+    checks.add_issue({{where, "approximate"}, "interreflection"}, "conflict",
+                     "approximates light that the model does not have: /accuracy/model is whitted");
   const std::uint32_t nearest = accuracy.approximate.nearest_lights;
   if (nearest > nearest_lights_max)
     checks.add_issue(

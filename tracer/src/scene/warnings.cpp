@@ -83,8 +83,9 @@ class WarningFinder {
     check_camera();
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) check(scene_.lights[i], "/lights/" + std::to_string(i));
     check_radiance("/ambient", scene_.ambient);
-    if (is_global_ && !is_black(scene_.ambient))
-      add("/ambient", "no_effect", "is left out where /accuracy/model is global: surfaces light each other instead");
+    if (!has_ambient_ && !is_black(scene_.ambient))
+      add("/ambient", "no_effect",
+          "is left out where /accuracy/model is global, unless /accuracy/approximate/interreflection is \"ambient\"");
     check_radiance("/background/color", scene_.background.color);
     for (const Material& material : scene_.materials) check(material);
     for_each_placed(scene_, [&](const Placed& placed) { check(placed); });
@@ -148,8 +149,8 @@ class WarningFinder {
     const Material& material = scene_.materials[placed.material.index];
     const auto* emission = std::get_if<Color>(&material.emission);
     is_lit_ = is_lit_ || emission == nullptr || !is_black(*emission);
-    reflects_ =
-        reflects_ || material.reflection > 0 || material.transmission > 0 || (is_global_ && material.diffuse > 0);
+    reflects_ = reflects_ || material.reflection > 0 || material.transmission > 0 ||
+                (has_interreflection_ && material.diffuse > 0);
     any_object_ = true;
     if (const auto* plane = std::get_if<Plane>(&placed.shape)) {
       const Affine& map = placed.world_from_object;
@@ -213,7 +214,7 @@ class WarningFinder {
     const Background& background = scene_.background;
     const bool is_dark =
         is_black(background.color) && !background.gradient && !background.environment && !background.cube;
-    const bool no_ambient = is_global_ || is_black(scene_.ambient);
+    const bool no_ambient = !has_ambient_ || is_black(scene_.ambient);
     if (any_object_ && !is_lit_ && no_ambient && (is_dark || !reflects_))
       add("/lights", "nothing_lit", "every object is black: there is no light, no \"ambient\" and no \"emission\"");
     if (is_dark && !in_view_) add("/objects", "nothing_in_view", "the image is black: no object is in view");
@@ -225,7 +226,8 @@ class WarningFinder {
   }
 
   const Scene& scene_;
-  const bool is_global_ = scene_.accuracy.model == Accuracy::Model::global;
+  const bool has_interreflection_ = scene_.accuracy.has_interreflection(scene_.accuracy.approximate);
+  const bool has_ambient_ = scene_.accuracy.has_ambient_term(scene_.accuracy.approximate);
   const View view_;
   std::vector<std::pair<std::size_t, std::pair<Vec3, double>>> lights_;  ///< numbers and spheres
   std::vector<Issue> found_;

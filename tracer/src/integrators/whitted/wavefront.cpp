@@ -192,7 +192,7 @@ void Wavefront<Features>::load_hits(const RayQueue& rays, std::size_t first, Sha
   }
   if (hit.points.smooth) flatten_normals();
   orient_normals(hit, shading_points);
-  gather_coefficients(state_.scene.terms, hit);
+  gather_coefficients(state_.terms, hit);
   if (state_.spawns_secondary_rays() || state_.template needs<&Requirements::transmitted_light>())
     secondary_.cross_media(shading_points);
   apply_throughput(hit, shading_points);

@@ -39,7 +39,7 @@ class TextureLookup {
     if (filters()) compute_footprints(hit.points, footprint_);
     for_each_lane(textured, [&](int i) {
       const Material& material = state_.scene.materials[hit.material[i]];
-      const Color& ambient = state_.scene.ambient;
+      const Color& ambient = state_.ambient;
       if (state_.material_of_lane(i).only_color_textured) {  // by far the most frequent
         const Color color = at_lane(material.color, i), throughput = hit.throughput[i];
         hit.emitted.set(i, throughput * emitted_ambient(material, std::get<Color>(material.emission), color, ambient));

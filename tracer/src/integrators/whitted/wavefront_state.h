@@ -48,11 +48,14 @@ bool supports(const Requirements& needs) {
   });
 }
 
-/// Calls use(Features{}) for the smallest set that supports the requirements.
+/// Calls use(Features{}) for the smallest set that supports the image and its exact samples.
 template <class Use>
-auto with_features(const Requirements& needs, const Use& use) {
-  if (supports<WhittedFeatures>(needs)) return use(WhittedFeatures{});
-  return supports<LocalFeatures>(needs) ? use(LocalFeatures{}) : use(AllFeatures{});
+auto with_features(const CompiledScene& scene, const Use& use) {
+  const auto supported = [&](auto features) {
+    return supports<decltype(features)>(scene.needs) && supports<decltype(features)>(scene.exact.needs);
+  };
+  if (supported(WhittedFeatures{})) return use(WhittedFeatures{});
+  return supported(LocalFeatures{}) ? use(LocalFeatures{}) : use(AllFeatures{});
 }
 
 /// Random choices at a hit; area lights have their number, from 1.
@@ -83,7 +86,9 @@ struct WavefrontState {
       : scene(compiled_scene),
         control(render_control),
         approximations(approximations_used),
-        requirements(approximations == scene.accuracy.approximate ? scene.needs : scene.exact_needs),
+        requirements(scene.needs_of(approximations)),
+        terms(scene.terms_of(approximations)),
+        ambient(scene.ambient_of(approximations)),
         media(scene) {}
 
   /// True if the scene needs the feature; constant false if `Features` does not include it.
@@ -138,12 +143,14 @@ struct WavefrontState {
     const std::uint64_t dimension = (std::uint64_t{path} << 32) | static_cast<std::uint32_t>(choice);
     return mix(batch.samples[sample].key ^ mix(dimension));
   }
-  [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return scene.terms[hit.material[lane]]; }
+  [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return terms[hit.material[lane]]; }
 
   const CompiledScene& scene;
   const RenderControl& control;
   const Approximations approximations;
   const Requirements& requirements;
+  const std::vector<CompiledMaterial>& terms;
+  const Color ambient;
   const bool may_cull = requirements.many_lights || approximations.shadows != Approximations::Shadows::exact;
 
   Batch batch;
