@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "api/estimate.h"
@@ -19,13 +20,17 @@ namespace {
 Json requirements_json(const tracer::Scene& scene) {
   std::vector<tracer::RequirementReason> found;
   const tracer::Requirements needs = tracer::requirements(scene, &found);
-  Json requirements = Json::object(), reasons = Json::object();
+  Json::object_t requirements, reasons;
+  requirements.reserve(std::size(tracer::requirement_names));
   for (const auto& [name, needed] : tracer::requirement_names) {
-    requirements[std::string(name)] = needs.*needed;
+    requirements.emplace_back(name, needs.*needed);
     for (const tracer::RequirementReason& reason : found)
-      if (reason.needed == needed) reasons[std::string(name)] = reason.pointer;
+      if (reason.needed == needed) reasons.emplace_back(name, reason.pointer);
   }
-  return {{"requirements", std::move(requirements)}, {"reasons", std::move(reasons)}};
+  Json json;
+  json["requirements"] = std::move(requirements);
+  json["reasons"] = std::move(reasons);
+  return json;
 }
 
 Json issues_json(const std::vector<tracer::Issue>& issues) {
@@ -38,21 +43,20 @@ Json issues_json(const std::vector<tracer::Issue>& issues) {
 /// Samples per pixel of the image, without holdout samples.
 Json samples_json(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   const auto pixels = static_cast<double>(scene.image.window().pixels());
-  return {{"min", statistics.samples_min},
-          {"mean", static_cast<double>(statistics.samples - statistics.holdout_samples) / pixels},
-          {"max", statistics.samples_max}};
+  return object_of({{"min", statistics.samples_min},
+                    {"mean", static_cast<double>(statistics.samples - statistics.holdout_samples) / pixels},
+                    {"max", statistics.samples_max}});
 }
 
 Json artifacts_json(const std::vector<ReportedArtifact>& artifacts) {
   Json list = Json::array();
   for (const auto& [name, error] : artifacts)
-    list.push_back({{"name", name},
-                    {"error",
-                     {{"estimate", error.estimate},
-                      {"proven", finite_or_null(error.proven)},
-                      {"met", error.target_met},
-                      {"worst_tile", error.worst_tile},
-                      {"encoding", error.encoding}}}});
+    list.push_back(object_of({{"name", name},
+                              {"error", object_of({{"estimate", error.estimate},
+                                                   {"proven", finite_or_null(error.proven)},
+                                                   {"met", error.target_met},
+                                                   {"worst_tile", error.worst_tile},
+                                                   {"encoding", error.encoding}})}}));
   return list;
 }
 
@@ -94,19 +98,20 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
   report["samples"] = samples_json(scene, statistics);
   report["holdout_samples"] = statistics.holdout_samples;
   report["rays"] = rays_json(statistics.rays);
-  report["culled_shadows"] = {{"rays", statistics.culled_shadow_rays},
-                              {"radiance", culled_radiance(scene, statistics)}};
+  report["culled_shadows"] =
+      object_of({{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}});
   report["duplicates"] = statistics.duplicates;
-  report["time_ms"] = {{"queue", times.queue},
-                       {"parse", times.parse},
-                       {"build", times.build},
-                       {"trace", times.trace},
-                       {"encode", times.encode}};
+  report["time_ms"] = object_of({{"queue", times.queue},
+                                 {"parse", times.parse},
+                                 {"build", times.build},
+                                 {"trace", times.trace},
+                                 {"encode", times.encode}});
   report["workers"] = division.workers;
   report["tasks"] = division.tasks;
   report["repeated_tasks"] = division.repeated_tasks;
   report["geometry_reused"] = times.cache_hits.geometry;
-  report["textures"] = {{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}};
+  report["textures"] =
+      object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}});
   report["estimated_work"] = or_null(estimated_work(scene));
   report["memory_bytes"] = memory_bytes;
   report["non_finite"] = statistics.non_finite;

@@ -61,6 +61,13 @@ std::optional<double> number_or_none(const Json& json) {
 
 }  // namespace
 
+Json object_of(std::initializer_list<std::pair<const char*, Json>> members) {
+  Json::object_t object;
+  object.reserve(members.size());
+  for (const auto& [name, value] : members) object.emplace_back(name, value);
+  return object;
+}
+
 Json accuracy_json(const tracer::Accuracy& accuracy) {
   const tracer::Accuracy usual;
   Json json = Json::object();
@@ -86,17 +93,17 @@ Json accuracy_json(const tracer::Accuracy& accuracy) {
 }
 
 Json error_json(const ErrorEstimate& error) {
-  Json json = {{"estimate", error.estimate},
-               {"proven", finite_or_null(error.proven)},
-               {"confidence", error.confidence},
-               {"target", or_null(error.target)},
-               {"met", error.target_met},
-               {"worst_tile", error.worst_tile},
-               {"tile_target", or_null(error.tile_target)},
-               {"bounded", error.bounded},
-               {"certified_share", error.certified_share},
-               {"looks", error.looks},
-               {"limit", limit_json(error.limit)}};
+  Json json = object_of({{"estimate", error.estimate},
+                         {"proven", finite_or_null(error.proven)},
+                         {"confidence", error.confidence},
+                         {"target", or_null(error.target)},
+                         {"met", error.target_met},
+                         {"worst_tile", error.worst_tile},
+                         {"tile_target", or_null(error.tile_target)},
+                         {"bounded", error.bounded},
+                         {"certified_share", error.certified_share},
+                         {"looks", error.looks},
+                         {"limit", limit_json(error.limit)}});
   for (const auto& [name, part] : error_parts) json["parts"][name] = error.*part;
   return json;
 }

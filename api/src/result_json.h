@@ -2,8 +2,10 @@
 /// JSON members that several documents share: accuracy, error estimate and ray counts.
 
 #include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "tracer/accuracy.h"
 #include "tracer/render.h"
@@ -15,6 +17,10 @@ using Json = nlohmann::ordered_json;
 inline Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 /// JSON has no infinity.
 inline Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+/// An object with these members, whose names must differ. Unlike an initializer list of Json it makes no array of each
+/// member first.
+Json object_of(std::initializer_list<std::pair<const char*, Json>> members);
 
 /// The accuracy section of a document that has this accuracy. Defaults are omitted.
 Json accuracy_json(const tracer::Accuracy& accuracy);

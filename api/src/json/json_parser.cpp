@@ -183,7 +183,7 @@ std::string oversized_token(std::string_view bytes, const DocumentLimits& limits
       }
       if (size > string_bytes) return over_limit("string_bytes", limits.string_bytes, size);
       ++at;
-    } else if (number.find(c) != number.npos) {
+    } else if (c == '-' || (c >= '0' && c <= '9')) {
       const std::size_t end = std::min(bytes.find_first_not_of(number, at), bytes.size());
       if (end - at > limits.number_chars) return over_limit("number_chars", limits.number_chars, end - at);
       at = end;
