@@ -18,7 +18,7 @@ struct CoefficientRanges {
     const CompiledScene& scene = bounds.scene;
     const CompiledMaterial& terms = scene.terms_of(bounds.approximate)[material];
     if (!terms.textured) {
-      set(terms, terms);
+      for (const auto& [range, coefficient] : parts) this->*range = interval_of(terms.*coefficient);
       return;
     }
     const auto at_end = [&](double Interval::*end) {
@@ -28,30 +28,33 @@ struct CoefficientRanges {
                             return Color{range[0].*end, range[1].*end, range[2].*end};
                           });
     };
-    set(at_end(&Interval::low), at_end(&Interval::high));
+    const Coefficients low = at_end(&Interval::low), high = at_end(&Interval::high);
+    for (const auto& [range, coefficient] : parts)
+      this->*range = hull(interval_of(low.*coefficient), interval_of(high.*coefficient));
   }
 
  private:
-  void set(const Coefficients& low, const Coefficients& high) {
-    emitted_ambient = hull(interval_of(low.emitted_ambient), interval_of(high.emitted_ambient));
-    diffuse = hull(interval_of(low.diffuse), interval_of(high.diffuse));
-    specular = hull(interval_of(low.specular), interval_of(high.specular));
-    diffuse_transmission = hull(interval_of(low.diffuse_transmission), interval_of(high.diffuse_transmission));
-    specular_transmission = hull(interval_of(low.specular_transmission), interval_of(high.specular_transmission));
-  }
+  struct Part {
+    ColorInterval CoefficientRanges::*range;
+    Color Coefficients::*coefficient;
+  };
+  static constexpr Part parts[] = {{&CoefficientRanges::emitted_ambient, &Coefficients::emitted_ambient},
+                                   {&CoefficientRanges::diffuse, &Coefficients::diffuse},
+                                   {&CoefficientRanges::specular, &Coefficients::specular},
+                                   {&CoefficientRanges::diffuse_transmission, &Coefficients::diffuse_transmission},
+                                   {&CoefficientRanges::specular_transmission, &Coefficients::specular_transmission}};
 };
 
 /// The form of a factor in a range.
-AffineForm scaled(const AffineForm& form, const Interval& factor) {
+WHITTLE_INLINE AffineForm scaled(const AffineForm& form, const Interval& factor) {
   return factor.low == factor.high ? form * factor.low : form * form_of(factor);
 }
 
-/// Fractions of one light at a patch.
+/// Fractions of one light at one side of a patch.
 struct LightForms {
-  AffineForm cosine{};      ///< N.L, or 0 from behind
-  AffineForm far_cosine{};  ///< -N.L, or 0 from the front
-  AffineForm strength{};    ///< attenuation and spot cone
-  AffineForm highlight{};   ///< specular term
+  AffineForm cosine{};     ///< N.L with the normal of the side, or 0 from the other side
+  AffineForm strength{};   ///< attenuation and spot cone
+  AffineForm highlight{};  ///< specular term; not on the far side
 };
 
 /// Largest value of the attenuation, if the light is at least `distance` away.
@@ -128,7 +131,7 @@ class LightAtPatch {
     has_normal_ = patch.has_normal && !material.has_normal_map;
   }
 
-  [[nodiscard]] LightForms forms(const CompiledLight& light) const {
+  [[nodiscard]] LightForms forms(const CompiledLight& light, bool far_side) const {
     LightForms forms;
     AffineVec to_light;
     if (light.kind == light_kind<DirectionalLight>) {
@@ -148,14 +151,13 @@ class LightAtPatch {
       if (has_normal_) forms.cosine = height(points, offset) * scale;
     }
     if (!has_normal_) {
-      forms.cosine = forms.far_cosine = form_of({0, 1});
+      forms.cosine = form_of({0, 1});
       forms.highlight = form_of({0, has_specular_ ? 1.0 : 0.0});
       return forms;
     }
     forms.cosine.error += cosine_slack;
-    if (has_specular_) forms.highlight = highlight(forms.cosine, to_light);
-    if (material_.transmits_light) forms.far_cosine = positive_part(-forms.cosine);
-    forms.cosine = positive_part(forms.cosine);
+    if (has_specular_ && !far_side) forms.highlight = highlight(forms.cosine, to_light);
+    forms.cosine = positive_part(far_side ? -forms.cosine : forms.cosine);
     return forms;
   }
 
@@ -198,7 +200,7 @@ struct LitSide {
   Interval visible;
 };
 
-void add_light(const CompiledLight& light, const LitSide& side, LocalRadiance& sum) {
+WHITTLE_INLINE void add_light(const CompiledLight& light, const LitSide& side, LocalRadiance& sum) {
   sum.any_light = true;
   const std::array<double, 3> radiance = channels_of(light.radiance);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -212,6 +214,20 @@ void add_light(const CompiledLight& light, const LitSide& side, LocalRadiance& s
     if (side.visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * side.visible.high});
     sum.light[c] = sum.light[c] + lit;
   }
+}
+
+/// Adds a light that comes through the surface.
+void add_light_behind(const SceneBounds& bounds, const CompiledLight& light, const LightAtPatch& at_patch,
+                      const CoefficientRanges& coefficients, LocalRadiance& sum) {
+  const LightForms forms = at_patch.forms(light, true);
+  if (!(forms.cosine.range().high > 0)) return;
+  // The shadows of the far side are not bounded.
+  const Interval visible{light.shadows || bounds.approximate.any() ? 0.0 : 1.0,
+                         light.shadows ? bounds.transmittance_max : 1.0};
+  add_light(light,
+            {forms.cosine * forms.strength, form_of({0, 1}) * forms.strength, coefficients.diffuse_transmission,
+             coefficients.specular_transmission, visible},
+            sum);
 }
 
 /// Adds emitted and ambient light, and what the integrator may cull or round.
@@ -253,21 +269,15 @@ LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
   for (std::size_t number = 0; number < scene.lights.size(); ++number) {
     const CompiledLight& light = scene.lights[number];
     const Interval visible = visible_lights[number];
-    if (visible.high == 0 && !material.transmits_light) continue;
-    const LightForms forms = at_patch.forms(light);
-    if (visible.high > 0 && forms.cosine.range().high > 0)
-      add_light(light,
-                {forms.cosine * forms.strength, forms.highlight * forms.strength, coefficients.diffuse,
-                 coefficients.specular, visible},
-                sum);
-    if (!material.transmits_light || !(forms.far_cosine.range().high > 0)) continue;
-    // The shadows of the far side are not bounded.
-    const Interval beyond{light.shadows || bounds.approximate.any() ? 0.0 : 1.0,
-                          light.shadows ? bounds.transmittance_max : 1.0};
-    add_light(light,
-              {forms.far_cosine * forms.strength, form_of({0, 1}) * forms.strength, coefficients.diffuse_transmission,
-               coefficients.specular_transmission, beyond},
-              sum);
+    if (visible.high > 0) {
+      const LightForms forms = at_patch.forms(light, false);
+      if (forms.cosine.range().high > 0)
+        add_light(light,
+                  {forms.cosine * forms.strength, forms.highlight * forms.strength, coefficients.diffuse,
+                   coefficients.specular, visible},
+                  sum);
+    }
+    if (material.transmits_light) add_light_behind(bounds, light, at_patch, coefficients, sum);
   }
   return sum;
 }

@@ -23,7 +23,10 @@ class MediumStack {
     bool hidden = false;  ///< nested boundary within a solid of higher priority: no effect on the ray
   };
 
-  explicit MediumStack(const CompiledScene& scene) : scene_(scene) { reset(); }
+  explicit MediumStack(const CompiledScene& scene)
+      : scene_(scene), outside_absorbs_(!(scene.media.outside.absorption == Color{})) {
+    reset();
+  }
 
   /// Discards all lists except the camera's.
   void reset() {
@@ -66,9 +69,9 @@ class MediumStack {
 
   /// exp(-absorption s) over `distance` in render space (Lambert 1760).
   [[nodiscard]] Color transmittance(List list, double distance) const {
-    const std::uint32_t object = current_medium(list);
-    if (object == nothing && scene_.media.outside.absorption == Color{}) return {1, 1, 1};
-    const Color& a = object == nothing ? scene_.media.outside.absorption : scene_.material_of(object).absorption;
+    if (list == outside && !outside_absorbs_) return {1, 1, 1};
+    const Color& a =
+        list == outside ? scene_.media.outside.absorption : scene_.material_of(current_medium(list)).absorption;
     const double s = scene_.frame.world_from_render(distance);
     // Avoids 0 times infinity.
     const auto through = [s](double absorption) { return absorption > 0 ? std::exp(-absorption * s) : 1.0; };
@@ -134,6 +137,7 @@ class MediumStack {
   }
 
   const CompiledScene& scene_;
+  const bool outside_absorbs_;
   std::vector<Node> nodes_;  ///< nodes_[0]: outside
 };
 

@@ -148,6 +148,7 @@ struct CompiledMaterial : Coefficients {
   bool transmits = false;            ///< K_t > 0
   bool transmits_light = false;      ///< transmits_light()
   bool cut_out = false;              ///< is_cut_out()
+  bool splits = false;               ///< lets light pass, or splits it by Fresnel's equations
   Material::Shading shading = Material::Shading::smooth;
 };
 
@@ -170,6 +171,7 @@ inline CompiledMaterial compiled_material(const Material& material, const Color&
   compiled.blinn = material.model == Material::Model::blinn_phong;
   compiled.refracts = compiled.transmits && material.transparency == Material::Transparency::refract;
   compiled.fresnel = material.fresnel && (compiled.transmits || material.reflection > 0);
+  compiled.splits = lets_light_pass(material) || compiled.fresnel;
   compiled.has_normal_map = material.bump || material.normal_map;
   compiled.shading = material.shading;
   return compiled;

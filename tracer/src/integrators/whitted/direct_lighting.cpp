@@ -137,10 +137,10 @@ void append_lanes(const double* packet, LaneMask mask, std::size_t used, std::ve
   compress_eights(&compressed, 1, mask);
 }
 
-}  // namespace
-
-WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                               double world_per_render, double share, LightSamplePacket& sample) {
+/// sample_light() for one side of the surfaces.
+template <bool far_side>
+WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const CompiledLight& light,
+                                double world_per_render, double share, LightSamplePacket& sample) {
   if (light.kind == light_kind<DirectionalLight>) {
     directions_along_axis(light.axis, share, sample);
   } else {
@@ -151,7 +151,7 @@ WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const C
   sample.lit = eval_cosine(shading_points, sample);
   if (sample.lit == 0) return;  // common: neighbors share their orientation
   if (shading_points.any_specular) {
-    if (shading_points.far_side) {
+    if constexpr (far_side) {
       eval_transmitted_highlight(shading_points, sample);
     } else {
       eval_reflection_vector(shading_points, sample);
@@ -169,6 +169,18 @@ WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const C
   } else {
     offset_shadow_origins(shading_points, sample);
   }
+}
+
+}  // namespace
+
+WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
+                               double world_per_render, double share, LightSamplePacket& sample) {
+  sample_side<false>(shading_points, light, world_per_render, share, sample);
+}
+
+WHITTLE_WIDE void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light,
+                                      double world_per_render, double share, LightSamplePacket& sample) {
+  sample_side<true>(shading_points, light, world_per_render, share, sample);
 }
 
 void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& sample) {
@@ -273,13 +285,14 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
     const auto ray = static_cast<std::size_t>(intersections_.ray[i]);
     const std::uint32_t object = points.object[i];
     MediumStack::Crossing crossing{.after = from.rays.media(ray)};
-    const bool shadowless = scene_.objects.shadowless[object] != 0;
-    const CompiledMaterial& material = scene_.terms[scene_.objects.material[object]];
-    if (!shadowless && (needs_.absorption || needs_.overlapping_media) && material.transmits)
-      crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
-    if (!shadowless && !crossing.hidden)
-      transmittance = transmittance * (material.textured ? textured_transmittance(i) : material.transmittance);
+    if (scene_.objects.shadowless[object] == 0) {
+      const CompiledMaterial& material = scene_.terms[scene_.objects.material[object]];
+      if ((needs_.absorption || needs_.overlapping_media) && material.transmits)
+        crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
+      if (!crossing.hidden)
+        transmittance = transmittance * (material.textured ? textured_transmittance(i) : material.transmittance);
+    }
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];

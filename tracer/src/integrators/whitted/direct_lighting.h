@@ -38,6 +38,9 @@ struct alignas(64) LightSamplePacket {
 /// Evaluates the fraction `share` of `light`. `world_per_render` converts render-space distances to world space.
 void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
                   double share, LightSamplePacket& sample);
+/// The same for packets of the far side.
+void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
+                         double share, LightSamplePacket& sample);
 
 /// Shadow rays from shading points to one light, and their transmittance.
 class ShadowRays {
@@ -279,7 +282,9 @@ class DirectLighting {
     if (pass.light.is_area_light())
       set_light_points(packet.count,
                        [&](int lane) { return sample_area_light(pass, rays, state_.hit_rays[packet.hit[lane]]); });
-    sample_light(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points, light_sample_);
+    const bool far_side = state_.template needs<&Requirements::transmitted_light>() && packet.far_side;
+    const auto sample = far_side ? sample_light_behind : sample_light;
+    sample(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points, light_sample_);
     // One test for a packet in a scene without any of these features.
     const bool filters = !pass.light.shadows || state_.may_cull_shadow_rays() ||
                          state_.approximate().nearest_lights != 0 || state_.template needs<&Requirements::bump>();

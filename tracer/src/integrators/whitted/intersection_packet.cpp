@@ -48,11 +48,6 @@ WHITTLE_INLINE void put_split(const CompiledMaterial& material, int i, Coefficie
   to.fresnel[i] = material.fresnel ? 1 : 0;
 }
 
-WHITTLE_INLINE void put_far_side(const CompiledMaterial& material, int i, CoefficientPacket& to) {
-  to.diffuse_transmission.set(i, material.diffuse_transmission);
-  to.specular_transmission.set(i, material.specular_transmission);
-}
-
 WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, CoefficientPacket& to) {
   const bool has_specular = !is_black(material.specular);
   to.any_specular |= has_specular;
@@ -61,8 +56,7 @@ WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, Coefficie
   to.textured |= lane_bit(i, material.textured);
   to.any_normal_map |= material.has_normal_map;
   to.reflects |= lane_bit(i, !is_black(material.reflectance));
-  to.splits |= lane_bit(i, material.transmits || material.fresnel || material.cut_out);
-  to.transmits_light |= lane_bit(i, material.transmits_light);
+  to.splits |= lane_bit(i, material.splits);
 }
 
 WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
@@ -126,16 +120,25 @@ void gather_coefficients(const std::vector<CompiledMaterial>& materials, HitPack
   if (!differ(packet.material, gathered.material)) return;
   gathered.any_specular = gathered.any_blinn = gathered.any_emitted = false;
   gathered.any_normal_map = false;
-  gathered.reflects = gathered.splits = gathered.textured = gathered.transmits_light = 0;
+  gathered.reflects = gathered.splits = gathered.textured = 0;
   for (int i = 0; i < lanes; ++i) {
     const CompiledMaterial& material = materials[packet.material[i]];
     put(material, i, gathered);
     set_flags(material, i, gathered);
   }
   for (int i = 0; gathered.splits != 0 && i < lanes; ++i) put_split(materials[packet.material[i]], i, gathered);
-  for (int i = 0; gathered.transmits_light != 0 && i < lanes; ++i)
-    put_far_side(materials[packet.material[i]], i, gathered);
   std::copy_n(packet.material, lanes, gathered.material);
+}
+
+void gather_far_side(const std::vector<CompiledMaterial>& materials, HitPacket& packet) {
+  CoefficientPacket& gathered = packet.coefficients;
+  gathered.transmits_light = 0;
+  for (int i = 0; i < lanes; ++i) {
+    const CompiledMaterial& material = materials[packet.material[i]];
+    gathered.transmits_light |= lane_bit(i, material.transmits_light);
+    gathered.diffuse_transmission.set(i, material.diffuse_transmission);
+    gathered.specular_transmission.set(i, material.specular_transmission);
+  }
 }
 
 WHITTLE_WIDE void apply_throughput(HitPacket& p, ShadingPointPacket& f) {

@@ -114,8 +114,7 @@ struct alignas(64) CoefficientPacket {
   ColorLanes emitted_ambient, diffuse, specular, reflectance;
   double shininess[lanes];
   int blinn[lanes];
-  LaneMask reflects;         ///< lanes whose reflectance is not black
-  LaneMask transmits_light;  ///< lanes that lights on the far side brighten
+  LaneMask reflects;  ///< lanes whose reflectance is not black
   LaneMask textured;
   LaneMask splits;  ///< lanes that let light pass or split it by Fresnel's equations
   bool any_emitted, any_specular, any_blinn, any_normal_map;
@@ -124,7 +123,8 @@ struct alignas(64) CoefficientPacket {
   ColorLanes transmittance;
   double refracts[lanes], fresnel[lanes];  ///< 0 or 1
 
-  // Valid if `transmits_light` is not empty.
+  // Set by gather_far_side().
+  LaneMask transmits_light = 0;  ///< lanes that lights on the far side brighten
   ColorLanes diffuse_transmission, specular_transmission;
 
   CoefficientPacket() { std::fill_n(material, lanes, none); }
@@ -172,6 +172,8 @@ void orient_normals(HitPacket& packet, ShadingPointPacket& shading_points);
 
 /// Gathers the coefficients of the packet's materials. `materials` must be the same for the packet's lifetime.
 void gather_coefficients(const std::vector<CompiledMaterial>& materials, HitPacket& packet);
+/// Gathers those of light that comes through the surfaces, which few scenes need.
+void gather_far_side(const std::vector<CompiledMaterial>& materials, HitPacket& packet);
 
 /// Multiplies the coefficients by the throughput, into both packets.
 void apply_throughput(HitPacket& packet, ShadingPointPacket& shading_points);

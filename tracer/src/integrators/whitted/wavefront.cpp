@@ -193,8 +193,9 @@ void Wavefront<Features>::load_hits(const RayQueue& rays, std::size_t first, Sha
   if (hit.points.smooth) flatten_normals();
   orient_normals(hit, shading_points);
   gather_coefficients(state_.terms, hit);
-  if (state_.spawns_secondary_rays() || state_.template needs<&Requirements::transmitted_light>())
-    secondary_.cross_media(shading_points);
+  const bool transmits_light = state_.template needs<&Requirements::transmitted_light>();
+  if (transmits_light) gather_far_side(state_.terms, hit);
+  if (state_.spawns_secondary_rays() || transmits_light) secondary_.cross_media(shading_points);
   apply_throughput(hit, shading_points);
   if (state_.template needs<&Requirements::textures>() && hit.coefficients.textured != 0)
     textures_.apply_colors(rays, shading_points);

@@ -41,7 +41,7 @@ class TextureLookup {
       const Material& material = state_.scene.materials[hit.material[i]];
       const Color& ambient = state_.ambient;
       if (state_.material_of_lane(i).only_color_textured) {  // by far the most frequent
-        const Color color = at_lane(material.color, i), throughput = hit.throughput[i];
+        const Color color = texture_at_lane(std::get<TextureId>(material.color), i), throughput = hit.throughput[i];
         hit.emitted.set(i, throughput * emitted_ambient(material, std::get<Color>(material.emission), color, ambient));
         shading_points.diffuse.set(i, throughput * diffuse_coefficient(material, color));
         return;
@@ -77,11 +77,14 @@ class TextureLookup {
 
   [[nodiscard]] Color at_lane(const ColorOrTexture& color, int lane) const {
     const auto* id = std::get_if<TextureId>(&color);
-    if (id == nullptr) return std::get<Color>(color);
-    const Texture& texture = state_.scene.textures[id->index];
+    return id == nullptr ? std::get<Color>(color) : texture_at_lane(*id, lane);
+  }
+
+  [[nodiscard]] WHITTLE_INLINE Color texture_at_lane(TextureId id, int lane) const {
+    const Texture& texture = state_.scene.textures[id.index];
     const bool filtered = texture.filter == Texture::Filter::mipmap;
     const Vec2 footprint = filtered ? Vec2{footprint_.u[lane], footprint_.v[lane]} : Vec2{};
-    return texture_color(texture, uv_[lane], footprint, image_of(*id));
+    return texture_color(texture, uv_[lane], footprint, image_of(id));
   }
 
   [[nodiscard]] Vec3 perturbed(Vec3 outward, const RayQueue& rays, int lane_ray, const Surface& surface) const {
