@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -126,6 +127,16 @@ TEST(ShuffledPoints, StayStratifiedInEveryAlignedBlock) {
       ++seen[static_cast<std::size_t>(p.x * 4) * 4 + static_cast<std::size_t>(p.y * 4)];
     }
     for (const int n : seen) EXPECT_EQ(n, 1);
+  }
+}
+
+TEST(PointOfCircle, IsTheCosineAndTheSine) {
+  for (int i = 0; i <= 100000; ++i) {
+    const double turn = i / 100000.0;
+    const long double angle = 2 * std::numbers::pi_v<long double> * turn;
+    const Vec2 p = point_of_circle(turn);
+    EXPECT_NEAR(p.x, static_cast<double>(std::cos(angle)), 3e-16) << turn;
+    EXPECT_NEAR(p.y, static_cast<double>(std::sin(angle)), 3e-16) << turn;
   }
 }
 

@@ -22,7 +22,10 @@ struct FlatShape {
   [[nodiscard]] Vec3 area() const { return cross(u, v) * (disc ? pi : 0.5); }
   [[nodiscard]] Vec3 point(const Vec2& xi) const {
     const double root = std::sqrt(xi.x);
-    if (disc) return origin + (u * std::cos(2 * pi * xi.y) + v * std::sin(2 * pi * xi.y)) * root;
+    if (disc) {
+      const Vec2 at = point_of_circle(xi.y);
+      return origin + (u * at.x + v * at.y) * root;
+    }
     return origin + u * (root * (1 - xi.y)) + v * (root * xi.y);
   }
   /// Distance times distance over the cosine at the shape: area per solid angle.
@@ -92,7 +95,8 @@ struct DirectionCone {
   [[nodiscard]] Vec3 direction(const Vec2& xi) const {
     const double below = xi.x * height, across = std::sqrt(below * (2 - below));
     const Axes axes = axes_about(axis);
-    return axis * (1 - below) + (axes.e0 * std::cos(2 * pi * xi.y) + axes.e1 * std::sin(2 * pi * xi.y)) * across;
+    const Vec2 at = point_of_circle(xi.y);
+    return axis * (1 - below) + (axes.e0 * at.x + axes.e1 * at.y) * across;
   }
 };
 
@@ -141,9 +145,11 @@ Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
   const Vec2 rest{std::clamp((wanted - before) / (*found - before), 0.0, 1.0), xi.y};
   Sample sample{.primitive = primitive_[static_cast<std::size_t>(found - power_.begin())], .direction = {}};
   if (const auto flat = flat_shape(*geometry_, sample.primitive)) {
-    const Vec3 offset = flat->point(rest) - from;
-    sample.direction = offset / length(offset);
-    sample.density = share_per_area(sample.primitive) * flat->area_per_angle(from, sample.direction);
+    const Vec3 offset = flat->point(rest) - from, normal = cross(flat->u, flat->v);
+    const double squared = dot(offset, offset), distance = std::sqrt(squared);
+    sample.direction = offset / distance;
+    sample.density =
+        share_per_area(sample.primitive) * squared * distance * length(normal) / std::abs(dot(normal, offset));
   } else {
     const BoundingSphere sphere = bounding_sphere(*geometry_, sample.primitive);
     const DirectionCone cone(sphere, from);

@@ -65,16 +65,27 @@ inline Vec2 shuffled_point(std::uint32_t index, std::uint64_t key) {
   return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
 }
 
-/// First coordinate of shuffled_point().
-inline double shuffled_number(std::uint32_t index, std::uint64_t key) {
-  const std::uint32_t place = owen_scrambled(index, static_cast<std::uint32_t>(mix(key)));
-  return owen_scrambled_reverse(place, static_cast<std::uint32_t>(key)) * 0x1p-32;
+/// Point of the unit circle at the angle 2 pi `turn`, within 3e-16, for `turn` in [0,1]: Taylor polynomials about the
+/// nearest quarter turn, which vectorize.
+inline Vec2 point_of_circle(double turn) {
+  const double quarter = std::floor(4 * turn + 0.5), x = (4 * turn - quarter) * (std::numbers::pi / 2), z = x * x;
+  double sine = -1 / 1307674368000.0, cosine = 1 / 20922789888000.0;
+  for (const double term : {1 / 6227020800.0, -1 / 39916800.0, 1 / 362880.0, -1 / 5040.0, 1 / 120.0, -1 / 6.0, 1.0})
+    sine = sine * z + term;
+  for (const double term :
+       {-1 / 87178291200.0, 1 / 479001600.0, -1 / 3628800.0, 1 / 40320.0, -1 / 720.0, 1 / 24.0, -0.5, 1.0})
+    cosine = cosine * z + term;
+  sine *= x;
+  const bool first = quarter == 1, second = quarter == 2, third = quarter == 3;
+  const double across = first | third ? sine : cosine, along = first | third ? cosine : sine;
+  return {first | second ? -across : across, second | third ? -along : along};
 }
 
 /// Unit direction around z, distributed as its cosine to z: a point of the unit disc, projected up (Malley 1988).
 inline Vec3 cosine_direction(const Vec2& xi) {
-  const double radius = std::sqrt(xi.x), phi = 2 * std::numbers::pi * xi.y;
-  return {radius * std::cos(phi), radius * std::sin(phi), std::sqrt(1 - xi.x)};
+  const double radius = std::sqrt(xi.x);
+  const Vec2 at = point_of_circle(xi.y);
+  return {radius * at.x, radius * at.y, std::sqrt(1 - xi.x)};
 }
 
 /// Hash key from which all random numbers of a pixel are derived.

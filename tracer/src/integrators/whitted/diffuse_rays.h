@@ -3,12 +3,54 @@
 /// emitters. Both bring the emission that they find, weighted by the balance heuristic (Veach & Guibas 1995, "Optimally
 /// Combining Sampling Techniques for Monte Carlo Rendering"), and diffuse rays everything else.
 
+#include <array>
 #include <numbers>
 
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {
+
+/// Seeds of the random choices at a packet of hits. The samples of a pixel share one sequence for each choice and path,
+/// so that their points are stratified together.
+struct alignas(64) RandomPacket {
+  std::uint64_t key[lanes];                 ///< hash of the pixel
+  std::uint32_t index[lanes], path[lanes];  ///< index among the pixel's samples; hash of the bounces so far
+};
+
+struct alignas(64) PointLanes {
+  double x[lanes], y[lanes];
+};
+
+/// Places at which light arrives.
+struct alignas(64) ReceiverPacket {
+  VecLanes origin;           ///< origin of all rays from there
+  VecLanes normal, outward;  ///< shading and geometric normal on the side of the light
+};
+
+/// Random choices at a hit; area lights have their number, from 1.
+enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side };
+
+/// Numbers in [0,1) and points in [0,1)^2 for a choice.
+void random_numbers(const RandomPacket& random, Choice choice, double* to);
+void random_points(const RandomPacket& random, Choice choice, PointLanes& to);
+
+/// Hash of the bounces of a diffuse ray: beyond the keys of reflected and refracted rays.
+WHITTLE_INLINE std::uint32_t diffuse_path(std::uint32_t path) {
+  return static_cast<std::uint32_t>(mix(path | std::uint64_t{1} << 40));
+}
+
+/// Sets all but the origins and directions of diffuse rays, and the places on the incident side.
+void begin_diffuse(const HitPacket& hit, const ShadingPointPacket& shading_points, SecondaryRayPacket& rays,
+                   ReceiverPacket& places);
+
+/// Directions around the normals and their densities per solid angle. Returns the lanes whose direction is above the
+/// face.
+LaneMask aim_diffuse(const ReceiverPacket& places, const PointLanes& points, VecLanes& directions, double* density);
+
+/// Keeps one ray at most in the lanes with a positive `weight`, selected in proportion to the throughput. Russian
+/// roulette ends the path in the rest of the cases, so that its throughput stays `weight`.
+void choose_branch(const double* weight, const double* random, const std::array<SecondaryRayPacket*, 3>& branches);
 
 template <class Features>
 class DiffuseRays {
@@ -20,18 +62,20 @@ class DiffuseRays {
   template <class MediaBehind>
   void begin(const RayQueue& rays, const ShadingPointPacket& shading_points, const MediaBehind& media_behind) {
     const HitPacket& hit = state_.hit;
-    rays_.going = 0;
-    after_diffuse_ = far_side_ = 0;
+    begin_diffuse(hit, shading_points, rays_, places_);
+    after_diffuse_ = 0;
     for (int i = 0; i < hit.count; ++i) {
-      rays_.throughput.set(i, shading_points.diffuse[i]);
-      rays_.largest[i] = max_component(shading_points.diffuse[i]);
-      media_[i] = shading_points.media[i];
-      if ((hit.coefficients.transmits_light >> i & 1) != 0) choose_side(shading_points, i, media_behind);
-      rays_.going |= lane_bit(i, rays_.largest[i] > 0);
-      rays_.path[i] = static_cast<std::uint32_t>(mix(hit.path[i] | diffuse_bounce));
+      const Batch::Sample& sample = state_.batch.samples[shading_points.sample[i]];
+      random_.key[i] = sample.key;
+      random_.index[i] = sample.index;
+      random_.path[i] = hit.path[i];
       weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight;
       after_diffuse_ |= lane_bit(i, weight_[i] > 0);
+      media_[i] = shading_points.media[i];
     }
+    const LaneMask transmits = hit.coefficients.transmits_light & first_lanes(hit.count);
+    const LaneMask far_side = transmits == 0 ? 0 : choose_sides(transmits, shading_points, media_behind);
+    if (state_.template needs<&Requirements::gouraud>()) move_to_corners(far_side);
   }
 
   [[nodiscard]] SecondaryRayPacket& rays() { return rays_; }
@@ -42,36 +86,47 @@ class DiffuseRays {
   [[nodiscard]] double weight(int lane) const { return weight_[lane]; }
 
   /// Adds a ray toward an emitter for each lane with a ray. To be called before any of them is dropped by chance.
-  void sample_emitters(const ShadingPointPacket& shading_points, RayQueue& to) const {
+  void sample_emitters(const ShadingPointPacket& shading_points, RayQueue& to) {
+    if (rays_.going == 0) return;
+    PointLanes points;
+    random_points(random_, Choice::emitter, points);
+    VecLanes direction;
+    ColorLanes throughput;
+    PrimitiveRef emitter[lanes];
+    LaneMask going = 0;
     for_each_lane(rays_.going, [&](int i) {
-      const Place place = place_of(shading_points, i);
-      // The origin of all rays from here: emission_of_lane() must find the same densities.
-      const Vec3 origin = offset_origin(place.point, place.outward, place.outward);
-      const Emitters::Sample sample = state_.scene.objects.emitters.sample(
-          origin, state_.random_point(shading_points.sample[i], state_.hit.path[i], Choice::emitter));
-      const double cosine = dot(place.normal, sample.direction);
-      if (!(cosine > 0 && dot(sample.direction, place.outward) > 0 && sample.density > 0)) return;
+      const Emitters::Sample sample =
+          state_.scene.objects.emitters.sample(places_.origin[i], {points.x[i], points.y[i]});
+      const double cosine = dot(places_.normal[i], sample.direction);
       const double own = cosine / std::numbers::pi;
-      to.push(origin, sample.direction, rays_.throughput[i] * (own / (own + sample.density)), shading_points.sample[i],
-              shading_points.from[i], rays_.path[i], media_[i]);
-      to.set_path_state(to.size() - 1, {.emitter = sample.primitive});
-      if (state_.template needs<&Requirements::filtered_textures>()) to.set_cone({});
+      going |= lane_bit(i, cosine > 0 && dot(sample.direction, places_.outward[i]) > 0 && sample.density > 0);
+      direction.set(i, sample.direction);
+      throughput.set(i, rays_.throughput[i] * (own / (own + sample.density)));
+      emitter[i] = sample.primitive;
     });
+    if (going == 0) return;
+    std::size_t next = to.size();
+    to.append({places_.origin, direction, &throughput, shading_points.sample, shading_points.from, rays_.path, media_},
+              going);
+    for_each_lane(going, [&](int i) { to.set_path_state(next++, {.emitter = emitter[i]}); });
+    if (state_.template needs<&Requirements::filtered_textures>()) to.set_cone({});
+  }
+
+  /// Applies choose_branch() to the rays of all kinds.
+  void choose_branches(SecondaryRayPacket& transmission, SecondaryRayPacket& reflection) {
+    if (after_diffuse_ == 0) return;
+    double numbers[lanes];
+    random_numbers(random_, Choice::branch, numbers);
+    choose_branch(weight_, numbers, {&transmission, &reflection, &rays_});
   }
 
   /// Aims the rays. Light from below the face is dropped, as that of lights is.
-  void aim(const ShadingPointPacket& shading_points) {
-    for_each_lane(rays_.going, [&](int i) {
-      const Place place = place_of(shading_points, i);
-      const Vec3 local =
-          cosine_direction(state_.random_point(shading_points.sample[i], state_.hit.path[i], Choice::direction));
-      const Axes axes = axes_about(place.normal);
-      const Vec3 direction = unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
-      if (!(dot(direction, place.outward) > 0)) rays_.going &= ~lane_bit(i);
-      rays_.direction.set(i, direction);
-      rays_.origin.set(i, offset_origin(place.point, place.outward, place.outward));
-      density_[i] = local.z / std::numbers::pi;
-    });
+  void aim() {
+    if (rays_.going == 0) return;
+    PointLanes points;
+    random_points(random_, Choice::direction, points);
+    rays_.origin = places_.origin;
+    rays_.going &= aim_diffuse(places_, points, rays_.direction, density_);
   }
 
   /// State of the lane's ray. Precondition: aim() was called.
@@ -81,60 +136,67 @@ class DiffuseRays {
   }
 
  private:
-  static constexpr std::uint64_t diffuse_bounce = std::uint64_t{1} << 40;  ///< beyond the keys of other bounces
-
-  /// Place at which the light of a lane arrives.
-  struct Place {
-    BoundedPoint point;
-    Vec3 normal, outward;  ///< shading and geometric normal on the incident side
-  };
-
-  /// Selects one side of a surface that light comes through, in proportion to the light that is kept there.
+  /// Selects one side of each surface that light comes through, in proportion to the light that is kept there. Returns
+  /// the lanes on the far side.
   template <class MediaBehind>
-  void choose_side(const ShadingPointPacket& shading_points, int lane, const MediaBehind& media_behind) {
+  LaneMask choose_sides(LaneMask transmits, const ShadingPointPacket& shading_points, const MediaBehind& media_behind) {
     const HitPacket& hit = state_.hit;
-    const Color near = shading_points.diffuse[lane];
-    const Color far = hit.throughput[lane] * hit.coefficients.diffuse_transmission[lane];
-    const double of_near = max_component(near), of_far = max_component(far), sum = of_near + of_far;
-    if (!(of_far > 0)) return;
-    const bool is_far = state_.random_number(shading_points.sample[lane], hit.path[lane], Choice::side) * sum < of_far;
-    rays_.throughput.set(lane, is_far ? far * (sum / of_far) : near * (sum / of_near));
-    rays_.largest[lane] = sum;
-    if (!is_far) return;
-    far_side_ |= lane_bit(lane);
-    media_[lane] = media_behind(lane);
+    double numbers[lanes];
+    random_numbers(random_, Choice::side, numbers);
+    LaneMask far_side = 0;
+    for_each_lane(transmits, [&](int i) {
+      const Color near = shading_points.diffuse[i];
+      const Color far = hit.throughput[i] * hit.coefficients.diffuse_transmission[i];
+      const double of_near = max_component(near), of_far = max_component(far), sum = of_near + of_far;
+      if (!(of_far > 0)) return;
+      const bool is_far = numbers[i] * sum < of_far;
+      rays_.throughput.set(i, is_far ? far * (sum / of_far) : near * (sum / of_near));
+      rays_.largest[i] = sum;
+      rays_.going |= lane_bit(i);
+      if (!is_far) return;
+      far_side |= lane_bit(i);
+      media_[i] = media_behind(i);
+      move(i, {hit.points.position[i], hit.points.error[i]}, -places_.normal[i], -places_.outward[i]);
+    });
+    return far_side;
   }
 
-  /// The hit; on triangles that are lit at their vertices one of these, selected in proportion to its barycentric
-  /// coordinate, or the centroid.
-  [[nodiscard]] Place place_of(const ShadingPointPacket& shading_points, int lane) const {
-    const HitPacket& hit = state_.hit;
-    const bool is_far = (far_side_ >> lane & 1) != 0;
-    const double side = (hit.back_face[lane] > 0) != is_far ? -1 : 1;
-    const Place place{{hit.points.position[lane], hit.points.error[lane]},
-                      is_far ? -shading_points.normal[lane] : shading_points.normal[lane],
-                      shading_points.face[lane] * side};
-    if (!state_.template needs<&Requirements::gouraud>()) return place;
-    const Material::Shading shading = shading_of(state_.material_of_lane(lane).shading, state_.approximate().shading);
-    if (!is_lit_by_triangle(shading)) return place;
-    const Hit at = state_.hits.at(static_cast<std::size_t>(hit.ray[lane]));
-    const auto corners = corners_at(state_.scene, at);
-    if (!corners) return place;
-    if (shading == Material::Shading::flat_polygon)
-      if (const auto centroid = centroid_at(state_.scene, at))
-        return {centroid->point, centroid->normal * side, place.outward};
-    double left = state_.random_number(shading_points.sample[lane], hit.path[lane], Choice::corner);
-    const Corner* chosen = corners->data();
-    for (const Corner& corner : *corners) {
-      chosen = &corner;
-      if ((left -= corner.weight) < 0) break;
-    }
-    return {chosen->point, chosen->normal * side, place.outward};
+  /// On triangles that are lit at their vertices light arrives at one of these, selected in proportion to its
+  /// barycentric coordinate, or at the centroid.
+  void move_to_corners(LaneMask far_side) {
+    double numbers[lanes];
+    random_numbers(random_, Choice::corner, numbers);
+    for_each_lane(rays_.going, [&](int i) {
+      const Material::Shading shading = shading_of(state_.material_of_lane(i).shading, state_.approximate().shading);
+      if (!is_lit_by_triangle(shading)) return;
+      const Hit at = state_.hits.at(static_cast<std::size_t>(state_.hit.ray[i]));
+      const auto corners = corners_at(state_.scene, at);
+      if (!corners) return;
+      const bool back = state_.hit.back_face[i] > 0, far = (far_side >> i & 1) != 0;
+      const double side = back != far ? -1 : 1;
+      if (shading == Material::Shading::flat_polygon)
+        if (const auto centroid = centroid_at(state_.scene, at))
+          return move(i, centroid->point, centroid->normal * side, places_.outward[i]);
+      const Corner* chosen = corners->data();
+      for (const Corner& corner : *corners) {
+        chosen = &corner;
+        if ((numbers[i] -= corner.weight) < 0) break;
+      }
+      move(i, chosen->point, chosen->normal * side, places_.outward[i]);
+    });
+  }
+
+  void move(int lane, const BoundedPoint& point, const Vec3& normal, const Vec3& outward) {
+    places_.origin.set(lane, offset_origin(point, outward, outward));
+    places_.normal.set(lane, normal);
+    places_.outward.set(lane, outward);
   }
 
   WavefrontState<Features>& state_;
+  RandomPacket random_ = {};
+  ReceiverPacket places_;
   SecondaryRayPacket rays_;
-  LaneMask after_diffuse_ = 0, far_side_ = 0;
+  LaneMask after_diffuse_ = 0;
   MediumStack::List media_[lanes] = {};
   double weight_[lanes] = {}, density_[lanes] = {};
 };

@@ -1,8 +1,6 @@
 #pragma once
 /// Secondary rays: spawns reflected and transmitted rays at a packet of hits, or terminates them.
 
-#include <array>
-
 #include "tracer/src/integrators/whitted/diffuse_rays.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 
@@ -155,34 +153,9 @@ class SecondaryRays {
   /// Pushes the diffuse rays and those toward emitters.
   void spawn_diffuse(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
     if (state_.template needs<&Requirements::emitters>()) diffuse_.sample_emitters(shading_points, next.emission);
-    choose_branches(shading_points);
-    diffuse_.aim(shading_points);
+    diffuse_.choose_branches(transmission_, reflection_);
+    diffuse_.aim();
     push_rays(rays, diffuse_.rays(), shading_points, diffuse_.media(), next.diffuse);
-  }
-
-  /// After a diffuse bounce a path continues with one ray at most, selected in proportion to the throughput. Russian
-  /// roulette ends it in the rest of the cases, so that its throughput stays that of the first diffuse bounce.
-  void choose_branches(const ShadingPointPacket& shading_points) {
-    const LaneMask going = transmission_.going | reflection_.going | diffuse_.rays().going;
-    for_each_lane(going & diffuse_.after_diffuse(), [&](int i) {
-      const std::array<SecondaryRayPacket*, 3> branches{&transmission_, &reflection_, &diffuse_.rays()};
-      double sum = 0;
-      for (const SecondaryRayPacket* branch : branches) sum += (branch->going >> i & 1) != 0 ? branch->largest[i] : 0;
-      const double whole = std::max(sum, diffuse_.weight(i));
-      double left = whole * state_.random_number(shading_points.sample[i], state_.hit.path[i], Choice::branch);
-      for (SecondaryRayPacket* branch : branches) {
-        if ((branch->going >> i & 1) == 0) continue;
-        const double own = branch->largest[i];
-        const bool chosen = left >= 0 && left < own;
-        left -= own;
-        if (chosen) {
-          branch->throughput.set(i, branch->throughput[i] * (whole / own));
-          branch->largest[i] = whole;
-        } else {
-          branch->going &= ~lane_bit(i);
-        }
-      }
-    });
   }
 
   /// The ray passes straight through a surface whose medium fills neither side.
@@ -279,7 +252,7 @@ class SecondaryRays {
   LaneMask nested_boundary_ = 0;
   MediumStack::List medium_after_[lanes] = {};  ///< media beyond the surfaces
   InterfacePacket interfaces_;
-  SecondaryRayPacket reflection_, transmission_;
+  SecondaryRayPacket reflection_ = {}, transmission_ = {};
   DiffuseRays<Features> diffuse_;
 };
 

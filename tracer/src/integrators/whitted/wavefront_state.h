@@ -12,7 +12,6 @@
 #include "tracer/src/compiled/medium_stack.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
-#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 
@@ -57,9 +56,6 @@ auto with_features(const CompiledScene& scene, const Use& use) {
   if (supported(WhittedFeatures{})) return use(WhittedFeatures{});
   return supported(LocalFeatures{}) ? use(LocalFeatures{}) : use(AllFeatures{});
 }
-
-/// Random choices at a hit; area lights have their number, from 1.
-enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side };
 
 /// The hits from `first` on.
 inline HitSpan hits_from(const HitSpan& hits, std::size_t first) {
@@ -130,18 +126,6 @@ struct WavefrontState {
     const Color throughput = rays.throughput(ray);
     return needs<&Requirements::absorption>() ? throughput * media.transmittance(rays.media(ray), hits.t[ray])
                                               : throughput;
-  }
-  /// Point in [0,1)^2 for a choice at a hit. The samples of a pixel share one sequence per choice and path, so that
-  /// their points are stratified together.
-  [[nodiscard]] Vec2 random_point(std::uint32_t sample, std::uint32_t path, Choice choice) const {
-    return shuffled_point(batch.samples[sample].index, key_of(sample, path, choice));
-  }
-  [[nodiscard]] double random_number(std::uint32_t sample, std::uint32_t path, Choice choice) const {
-    return shuffled_number(batch.samples[sample].index, key_of(sample, path, choice));
-  }
-  [[nodiscard]] std::uint64_t key_of(std::uint32_t sample, std::uint32_t path, Choice choice) const {
-    const std::uint64_t dimension = (std::uint64_t{path} << 32) | static_cast<std::uint32_t>(choice);
-    return mix(batch.samples[sample].key ^ mix(dimension));
   }
   [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return terms[hit.material[lane]]; }
 
