@@ -74,7 +74,7 @@ class RandomExchange final : public PartExchange {
     RenderControl control;
     return *trace_part(*elsewhere_, std::string(parts_[part].bytes), {.threads = 2}, control);
   }
-  static constexpr std::size_t counters = 11 * sizeof(std::uint64_t);
+  static constexpr std::size_t counters = 12 * sizeof(std::uint64_t);
   std::string damaged(std::string result) {
     switch (random_() % 4) {
       case 0:
@@ -193,6 +193,13 @@ TEST(TracePart, RendersApproximationsAndScaledImagesAsOneProcess) {
   scene = adaptive(11, 1);
   scene.output.overflow = Output::Overflow::scale;
   expect_equal_in_parts(scene);
+}
+
+TEST(TracePart, RendersGlobalLightAsOneProcess) {
+  for (Scene scene : {uniform(14, 16), adaptive(14, 2)}) {
+    scenes::light_globally(scene);
+    expect_equal_in_parts(scene);
+  }
 }
 
 TEST(TracePart, NeedsFewBytesForEachPixel) {

@@ -279,4 +279,42 @@ TEST(ImageInvariance, HoldsForAnyTilesAndBatches) {
   }
 }
 
+/// As varied(), with a mesh and a triangle that glow.
+Scene varied_globally(std::uint64_t seed, std::uint32_t side) {
+  Scene scene = varied(seed, side);
+  scenes::light_globally(scene);
+  scene.materials.back().emission = Color{0.4, 0.6, 0.9};
+  scene.accuracy.samples = 4;
+  return scene;
+}
+
+TEST(ImageInvariance, HoldsUnderGlobalLight) {
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
+  Row threads(26, "global light: 1, 2 and 8 threads, windows of the image", Oracle::invariance, "pixels");
+  Row scales(1, "global light: scaled by 2^-40 .. 2^40: the same bits", Oracle::invariance, "pixels");
+  Row places(2, "global light: moved by up to 1e9, in multiples of 2^-20", Oracle::invariance, "pixels");
+  std::uint64_t diffuse = 0;
+  for (std::uint64_t seed = 1; seed <= effort::cases(6); ++seed) {
+    Scene scene = coarse(varied_globally(seed, 48), 0x1p-20);
+    const Rendered one = stability::render(scene, 1);
+    diffuse += one.statistics.rays.diffuse;
+    ASSERT_TRUE(requirements(scene).emitters);
+    const auto compare_with = [&](Row& row, const Scene& other, std::uint32_t count) {
+      const Rendered rendered = stability::render(other, count);
+      compare_bits(row, rendered.image, one.image, seed);
+      EXPECT_EQ(rendered.statistics, one.statistics);
+    };
+    for (const std::uint32_t count : {2u, 8u}) compare_with(threads, scene, count);
+    for (const int k : {-40, -7, 1, 40}) compare_with(scales, scaled(scene, std::ldexp(1.0, k)), 0);
+    for (const Vec3& by : {Vec3{1e6, 0, 0}, Vec3{1e9, -1e9, 2e9}}) compare_with(places, moved(scene, by), 0);
+    scene.image.crop = PixelWindow{5, 6, 41, 29};
+    const Image part = stability::render(scene, 2).image;
+    Image expected{part.width, part.height, {}};
+    for (std::uint32_t y = 6; y < 29; ++y)
+      expected.rgb.insert(expected.rgb.end(), one.image.pixel(5, y), one.image.pixel(5, y) + 3 * part.width);
+    compare_bits(threads, part, expected, seed);
+  }
+  EXPECT_GT(diffuse, 1'000u);
+}
+
 }  // namespace

@@ -211,6 +211,15 @@ Scene random(std::uint64_t seed, std::uint32_t side) {
   return scene;
 }
 
+void light_globally(Scene& scene) {
+  scene.accuracy.model = Accuracy::Model::global;
+  for (Material& material : scene.materials)
+    for (double Material::*share :
+         {&Material::diffuse, &Material::diffuse_transmission, &Material::reflection, &Material::transmission})
+      material.*share /= 4;
+  scene.materials.front().emission = Color{0.6, 0.5, 0.3};
+}
+
 Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets) {
   if (const auto issues = validate(scene, Limits{}); !issues.empty())
     throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);

@@ -37,6 +37,9 @@ tracer::Mesh placed(tracer::Mesh mesh, double scale, const tracer::Vec3& offset)
 /// light, attenuation, checkers, mirrors, glass with and without Fresnel, transmissive shadows, cutoff and depth.
 tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 
+/// Sets global light: materials give back less light than they receive, and the first glows.
+void light_globally(tracer::Scene& scene);
+
 /// The functions below throw std::runtime_error with the reason if rendering fails.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 

@@ -198,4 +198,27 @@ Outcome render_with_scaled_claim(const tracer::CompiledScene& scene, const trace
   return rendered;
 }
 
+/// Light of glowing surfaces is multiplied by `percent`, as if the weights of both ways to sample it had that sum.
+template <int percent>
+Outcome render_with_scaled_emission(const tracer::CompiledScene& scene, const tracer::RenderSettings& settings,
+                                    tracer::RenderControl& control) {
+  tracer::CompiledScene faulty = scene;
+  for (tracer::CompiledMaterial& material : faulty.terms)
+    material.emitted_ambient = material.emitted_ambient * (percent / 100.0);
+  return tracer::render(faulty, settings, control);
+}
+
+/// Paths end after `depth` bounces, as if Russian roulette divided by no probability, and that is not charged.
+template <int depth>
+Outcome render_without_long_paths(const tracer::CompiledScene& scene, const tracer::RenderSettings& settings,
+                                  tracer::RenderControl& control) {
+  tracer::CompiledScene faulty = scene;
+  faulty.accuracy.max_depth = depth;
+  Outcome rendered = tracer::render(faulty, settings, control);
+  if (!rendered) return rendered;
+  tracer::ErrorEstimate& error = rendered->error;
+  error.estimate = std::sqrt(std::max(0.0, error.estimate * error.estimate - error.depth * error.depth));
+  return rendered;
+}
+
 }  // namespace error_coverage::mutants

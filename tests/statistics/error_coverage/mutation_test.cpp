@@ -34,7 +34,7 @@ struct Plan {
 };
 
 CorpusEntry entry_of(const std::string& family, const std::string& name) {
-  for (const auto& entries : {display_entries(), feature_entries(), ordinary_entries()})
+  for (const auto& entries : {display_entries(), feature_entries(), ordinary_entries(), global_entries()})
     for (const CorpusEntry& entry : entries)
       if (entry.family == family && entry.name == name) return entry;
   throw std::runtime_error(family + ": " + name + " is not in the corpus");
@@ -124,6 +124,12 @@ TEST(MutantTracer, WithEqualHalvesIsCaught) {
   fixed.samples = {4, 16};
   expect_caught(adaptive, {render_adaptively<RepeatsHalves>});
   expect_caught(fixed, {render_uniformly<RepeatsHalves>});
+}
+
+TEST(MutantTracer, WithPartOfTheEmissionOrWithoutLongPathsIsCaught) {
+  const CorpusEntry lamp = entry_of("global light", "large sphere"), room = entry_of("global light", "furnace");
+  expect_caught({.entries = {lamp}, .targets = {1}}, {render_with_scaled_emission<0>, render_with_scaled_emission<98>});
+  expect_caught({.entries = {room}, .targets = {4}, .placements = 6}, {render_without_long_paths<2>});
 }
 
 TEST(MutantInterval, WithoutOccludersIsCaught) {

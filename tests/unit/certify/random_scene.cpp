@@ -50,20 +50,11 @@ class Draw : public oracle::Random {
     if (scene.camera.layout == Camera::Layout::anaglyph) return random;
     if (chance(0.1)) scene.depth_cue = DepthCue{in(0, 2) * scale_, in(2, 8) * scale_, in(0.5, 1), in(0, 0.5), color()};
     if (chance(0.1)) scene.output.alpha = true;
-    if (chance(0.15)) light_globally(scene);
+    if (chance(0.15)) scenes::light_globally(scene);
     return random;
   }
 
  private:
-  /// Materials give back less light than they receive.
-  static void light_globally(Scene& scene) {
-    scene.accuracy.model = Accuracy::Model::global;
-    for (Material& material : scene.materials)
-      for (double Material::*share :
-           {&Material::diffuse, &Material::diffuse_transmission, &Material::reflection, &Material::transmission})
-        material.*share /= 4;
-  }
-
   Vec3 at(double height) { return {origin_.x, origin_.y + height * scale_, origin_.z}; }
   Vec3 point(double reach) {
     const Vec3 v = vector(reach * scale_);
