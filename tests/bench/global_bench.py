@@ -1,15 +1,14 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
-"""Time to an image of the rendering equation with a given error: Whittle by paths and by its approximations of
-interreflection, Blender's Cycles, and POV-Ray with its radiosity.
+"""Time to an image of the rendering equation with a given error: Whittle by paths, Blender's Cycles, and POV-Ray with its
+radiosity.
 
     tests/bench/global_bench.py [--size 512x512] [--rounds 1] [--points FILE]
 
 The scene is scenes/cornell_box.json. The error of every image is its distance to the rendering equation: the root of the
 mean of (image - a)(image - b) for two independent images a and b by paths (peers/sweeps.py). Cycles solves the same
-equation: the distance of its limit to theirs is printed, found from two independent images likewise. POV-Ray's radiosity and
-Whittle's approximations have a limit of their own, which is part of their error. Every program uses all processors. Seconds
-are those of the process without those of an image of 16 x 16 pixels: of Whittle and POV-Ray the radiosity is included, of
-Cycles the start is not. `claim` is the error that Whittle states in its report.
+equation: the distance of its limit to theirs is printed, found from two independent images likewise. POV-Ray's radiosity has
+a limit of its own, which is part of its error. Every program uses all processors. Seconds are those of the process without
+those of an image of 16 x 16 pixels. `claim` is the error that Whittle states in its report.
 Programs that are not installed are left out.
 """
 import argparse
@@ -37,20 +36,19 @@ THREADS = os.cpu_count()
 
 EXACT = [[{"samples": [count, count]} for count in (4, 16, 64, 256, 1024, 4096)],
          [{"target_error": target} for target in (16, 8, 4, 2.8, 2, 1.4, 1)]]
-APPROXIMATE = []
 CYCLES = [[{"samples": count, "threshold": 0} for count in (4, 16, 64, 256, 1024, 4096)],
           [{"samples": 8192, "threshold": threshold} for threshold in (0.3, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005)]]
 
 
 class Whittle(programs.Whittle):
+    def __init__(self, scene, directory):
+        super().__init__(scene, directory)
+        self.scene = scene
+
     def run(self, setting):
         document = {**self.scene, "accuracy": {"model": "global", **setting}}
         (self.directory / "scene.json").write_text(json.dumps(document))
         return super().run(THREADS)
-
-    def __init__(self, scene, directory):
-        super().__init__(scene, directory)
-        self.scene = scene
 
 
 class Cycles:
@@ -117,9 +115,7 @@ def images_without_bias(program, settings):
 
 
 def available(scene, directory):
-    found = [Program("whittle paths", Whittle, EXACT, scene, directory),
-             *(Program(f"whittle {curve[0]['approximate']['interreflection']}", Whittle, [curve], scene, directory)
-               for curve in APPROXIMATE)]
+    found = [Program("whittle paths", Whittle, EXACT, scene, directory)]
     if shutil.which("blender"):
         found.append(Program("cycles", Cycles, CYCLES, scene, directory))
     if shutil.which("povray"):
@@ -128,7 +124,7 @@ def available(scene, directory):
 
 
 def table(found):
-    """Seconds of every program to each error, and their ratios to those of Whittle's paths."""
+    """Seconds of every program to each error."""
     print(f"\n{'wall seconds to':20} " + " ".join(f"{target:>7g} levels" for target in TARGETS))
     for program in found:
         cells = []

@@ -103,16 +103,19 @@ def shape(value, write):
         raise Unsupported(f"a {kind}")
 
 
+def view(camera, background):
+    return (f"camera {{ perspective location {vector(camera.position)} direction {vector(camera.forward)} "
+            f"right {vector(times(2 * camera.tan_x, camera.right))} up {vector(times(2 * camera.tan_y, camera.up))} }}\n"
+            f"background {{ rgb {vector(background)} }}")
+
+
 def write_scene(scene, path):
     """Raises Unsupported; the file is then incomplete."""
-    camera = scene.camera
     with open(path, "w", encoding="ascii") as file:
         write = lambda line: file.write(line + "\n")
         write("#version 3.7;")
         write(f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout {scene.cutoff:.15g} }}")
-        write(f"camera {{ perspective location {vector(camera.position)} direction {vector(camera.forward)} "
-              f"right {vector(times(2 * camera.tan_x, camera.right))} up {vector(times(2 * camera.tan_y, camera.up))} }}")
-        write(f"background {{ rgb {vector(scene.background)} }}")
+        write(view(scene.camera, scene.background))
         for number, light in enumerate(scene.lights):
             write(light_source(light, number))
         for name, material in scene.materials.items():

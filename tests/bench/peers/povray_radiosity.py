@@ -9,7 +9,7 @@
 import math
 
 from tests.bench.peers.document import Unsupported, camera, check_fields, color, cross, times, unit
-from tests.bench.peers.povray import mesh, vector
+from tests.bench.peers.povray import mesh, vector, view
 
 
 RADIOSITY = ("count COUNT error_bound ERROR_BOUND nearest_count NEAREST recursion_limit RECURSION pretrace_start 0.08 "
@@ -53,14 +53,12 @@ def write_scene(document, path):
     """The settings are those of SETTINGS, declared on the command line. Raises Unsupported; the file is then incomplete."""
     check_fields(document, "the document", "version name image camera background materials objects accuracy")
     width, height = document["image"]["width"], document["image"]["height"]
-    view = camera(document["camera"], width / height)
     with open(path, "w", encoding="ascii") as file:
         write = lambda line: file.write(line + "\n")
         write("#version 3.7;")
         write(f"global_settings {{ assumed_gamma 1 max_trace_level 20 adc_bailout 0 radiosity {{ {RADIOSITY} }} }}")
-        write(f"camera {{ perspective location {vector(view.position)} direction {vector(view.forward)} "
-              f"right {vector(times(2 * view.tan_x, view.right))} up {vector(times(2 * view.tan_y, view.up))} }}")
-        write(f"background {{ rgb {vector(color(document.get('background', {'color': 0})['color']))} }}")
+        background = document.get("background", {"color": 0})["color"]
+        write(view(camera(document["camera"], width / height), color(background)))
         for value in document["objects"]:
             if value["type"] != "mesh":
                 raise Unsupported(f"a {value['type']}")
