@@ -61,9 +61,11 @@ class FailingTransitions final : public ForwardingTransitions {
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
     std::optional<queue::Claim> claim = ForwardingTransitions::claim(terms, now, filter);
     if (!filter.busy_owners.empty() && after_limited_claim) std::exchange(after_limited_claim, nullptr)();
+    if (filter.suspects && after_suspect_claim) std::exchange(after_suspect_claim, nullptr)();
     return claim;
   }
   std::function<void()> after_limited_claim;  ///< called once, within a claim that excludes owners
+  std::function<void()> after_suspect_claim;  ///< called once, within a claim of suspects
   std::atomic<int> failures = 0, claim_failures = 0, claims = 0;
 };
 

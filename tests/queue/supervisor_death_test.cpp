@@ -1,6 +1,8 @@
 /// Workers that crash, hang or violate the protocol: no job is lost, the cause is found, no other job is charged.
 
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include "tests/queue/supervised.h"
 
@@ -76,6 +78,17 @@ TEST_F(SupervisorTest, RunsSuspectsOfAnEarlierDaemonAlone) {
   EXPECT_EQ(state(other), JobState::queued);
   create("go");
   EXPECT_TRUE(reaches(other, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, RunsASuspectThatIsQueuedWhileAClaimFindsNone) {
+  const std::string suspect = submit("");
+  const queue::Claim claim = *queue.lifecycle.claim();
+  transitions.after_suspect_claim = [&] {  // the first claim after the start is of suspects
+    queue.lifecycle.release(suspect, claim.fence, {.suspect = true});
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the notification arrives before the claim ends
+  };
+  start();
+  EXPECT_TRUE(reaches(suspect, JobState::succeeded));
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatIsKilledBetweenJobs) {

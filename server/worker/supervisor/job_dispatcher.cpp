@@ -31,9 +31,11 @@ void JobDispatcher::claim_jobs(Time now) {
   if (!settings_.claims_jobs || process_.state() != WorkerState::ready || deadlines_.draining() ||
       now < claims_paused_until_)
     return;
-  if (suspects_available_.exchange(false)) suspects_first_ = true;
+  suspects_first_ = suspects_first_ || suspects_available_;
   if (suspects_first_) {
-    if (idle()) start_claim(ClaimKind::suspect);
+    if (!idle()) return;
+    suspects_available_ = false;  // only here: a claim under way may miss the jobs of a later notification
+    start_claim(ClaimKind::suspect);
     return;
   }
   while (claims_.none_left != notifications_ && has_slot(ClaimKind::any)) start_claim(ClaimKind::any);
