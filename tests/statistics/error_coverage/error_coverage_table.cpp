@@ -19,7 +19,7 @@ using namespace error_coverage;
 constexpr std::string_view usage =
     R"(error_coverage_table [options]: claimed against true errors at 160 x 120, 320 x 240 and 1280 x 720.
   --long             more placements, sizes and time budgets, 500 random scenes; much longer
-  --families a,b     these families only: the beginnings of their names; --list prints the corpus
+  --families a,b     these only: beginnings of the lines that --list prints, "family: scene"
   --seed N           seed of the random scenes; default: a new one, which is printed
   --grammar N        number of random scenes; default 60
   --scene SEED       only the random scene whose first trial has this seed in the file of --json
@@ -150,7 +150,7 @@ class Table {
   void run_corpus() {
     std::string family;
     for (const CorpusEntry& entry : corpus(WHITTLE_SOURCE_DIR)) {
-      if (!options_.includes(entry.family) || (entry.extended && !options_.extended)) continue;
+      if (!options_.includes(entry.family + ": " + entry.name) || (entry.extended && !options_.extended)) continue;
       if (entry.family != family) print_family(family);
       run_sizes(entry, entry.family != family);
       family = entry.family;
