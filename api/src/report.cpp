@@ -177,6 +177,7 @@ std::string write_valid(const tracer::Scene& scene, std::optional<double> second
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   Json json = {{"valid", true}, {"errors", Json::array()}, {"warnings", issues_json(tracer::warnings(scene))}};
   json.update(requirements_json(scene));
+  json["global_light"] = tracer::global_light_summary(scene);
   json["estimate"] = {{"samples", scene.image.window().pixels() * samples},
                       {"seconds", seconds_json(scene, seconds_per_work)},
                       {"memory_bytes", estimated_memory_bytes(scene)}};
@@ -189,6 +190,7 @@ std::string write_invalid(const std::vector<tracer::Issue>& errors) {
                   {"warnings", Json::array()},
                   {"requirements", nullptr},
                   {"reasons", nullptr},
+                  {"global_light", nullptr},
                   {"estimate", nullptr}});
 }
 

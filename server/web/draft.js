@@ -22,7 +22,7 @@ const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
  * @property {any} [error] report.error of the job
  * @property {string} [job] id
  */
-/** @typedef {{valid: boolean, errors: Issue[], warnings: Issue[], requirements: any, reasons: any, estimate: any}} Validation */
+/** @typedef {{valid: boolean, errors: Issue[], warnings: Issue[], requirements: any, reasons: any, global_light: string | null, estimate: any}} Validation */
 
 /** The document of a draft: small, quick, not kept. @param {any} scene @param {number} budgetMs @param {{width: number, height: number}} size */
 export function draftOf(scene, budgetMs, size) {
@@ -131,7 +131,7 @@ export class Drafts {
       return true;
     } catch (error) {
       const issue = {pointer: '', code: 'not_json', detail: /** @type {Error} */ (error).message};
-      this.validation.value = {valid: false, errors: [issue], warnings: [], requirements: null, reasons: null, estimate: null};
+      this.validation.value = {valid: false, errors: [issue], warnings: [], requirements: null, reasons: null, global_light: null, estimate: null};
       return false;
     }
   }

@@ -294,7 +294,7 @@ function Facts({drafts, editor}) {
       <dt>${text.memory}</dt><dd class="number">${size(estimate.memory_bytes)}</dd></dl></section>`}
     ${estimate && html`<section><h2>${text.accuracy}</h2><${Target} editor=${editor} /></section>`}
     ${validation.valid && html`<section><h2>${text.needs}</h2>${reasons.length === 0 ? html`<p class="dim">${text.noReasons}</p>` : html`<ul>${reasons.map(([name, pointer]) => html`
-      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}<${NotModelled} requirements=${validation.requirements} /></section>`}
+      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}<${NotModelled} requirements=${validation.requirements} /><p class="dim">${text.globalLight(validation.global_light || '')}</p></section>`}
   </aside>`;
 }
 

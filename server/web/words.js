@@ -143,7 +143,8 @@ export const words = {
     imageAlt: 'Render of the document',
     facts: 'Facts', estimate: 'Estimate', target: 'Error at most', accuracy: 'Accuracy', seconds: 'time', memory: 'memory', samples: 'samples', needs: 'Needs', warnings: 'Warnings', problems: 'Problems',
     history: 'Earlier images', historyEmpty: 'Images of earlier texts appear here.', restore: 'Put this text back', backToNow: 'Back to now',
-    older: 'Earlier image', noReasons: 'Nothing beyond first hits.', notYet: 'Known after the first render', uploading: (/** @type {string} */ name) => `Uploading ${name}`,
+    older: 'Earlier image', noReasons: 'Nothing beyond first hits.', globalLight: (/** @type {string} */ light) => `Model global: ${light}.`,
+    notYet: 'Known after the first render', uploading: (/** @type {string} */ name) => `Uploading ${name}`,
     uploaded: (/** @type {string} */ name) => `${name} is uploaded and named at the cursor`, known: (/** @type {string} */ name) => `${name} was known already and is named at the cursor`,
   },
   keys: {

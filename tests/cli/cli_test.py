@@ -272,11 +272,25 @@ class Check(unittest.TestCase):
     def test_prints_the_requirements_of_a_valid_scene(self):
         done = whittle("check", SCENES / "tiny.json")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
-        first, *needs = done.stdout.decode().splitlines()
+        first, *needs, light = done.stdout.decode().splitlines()
         self.assertEqual(first, "valid; requires:")
+        self.assertRegex(light, "^global light +adds light between surfaces of 2 diffuse colors ")
         self.assertEqual(dict(line.split() for line in needs),
                          {"reflection": "#/objects/0/material", "shadows": "#/lights/0", "spheres": "#/objects/0",
                           "planes": "#/objects/1"})
+
+    def test_names_the_parts_that_need_global_light(self):
+        paper = {"model": "lambert", "color": 0.5, "diffuse": 0.5, "diffuse_transmission": 0.5}
+        document = scene("tiny", materials={"paper": paper, "lamp": {"diffuse": 0, "emission": 4}}, ambient=0,
+                         accuracy={"model": "global", "approximate": {"shadows": "none"}})
+        for each, material in zip(document["objects"], ("paper", "lamp")):
+            each["material"] = material
+        document["objects"].append({"type": "sphere", "center": [0, 5, 0], "radius": 1, "material": "lamp"})
+        lines = whittle("check", "-", document=document).stdout.decode().splitlines()
+        needs = dict(line.split() for line in lines if line.startswith("  "))
+        self.assertEqual({name: needs.get(name) for name in ("global_light", "emitters", "transmitted_light", "approximations")},
+                         {"global_light": "#/accuracy/model", "emitters": "#/materials/lamp",
+                          "transmitted_light": "#/materials/paper", "approximations": "#/accuracy/approximate"})
 
     def test_prints_warnings_of_a_valid_scene(self):
         document = scene("tiny", camera={"position": [0, 1, 5], "look_at": [0, 0.5, 0], "fov": 0.7})
@@ -329,6 +343,7 @@ class Check(unittest.TestCase):
         result = json.loads(valid.stdout)
         self.assertEqual((result["valid"], result["errors"]), (True, []))
         self.assertTrue(result["requirements"]["reflection"])
+        self.assertTrue(result["global_light"].startswith("adds light between surfaces of "), result["global_light"])
         for document, code in [('{"version": 2}', None), ("{", "not_json"), (b"[" * ((64 << 20) + 1), "too_large")]:
             bad = whittle("check", "-", "--json", document=document)
             self.assertEqual(bad.returncode, 1)

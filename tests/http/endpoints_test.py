@@ -95,6 +95,7 @@ class Validating(OneDaemon):
         self.assertFalse(verdict["requirements"]["refraction"])
         self.assertEqual(set(verdict["reasons"]), {name for name, needed in verdict["requirements"].items() if needed})
         self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
+        self.assertTrue(verdict["global_light"].startswith("adds light between surfaces of "), verdict["global_light"])
         del verdict["estimate"]["seconds"]  # of what this daemon rendered before
         self.assertEqual(verdict["estimate"], {"samples": 400, "memory_bytes": 10 * 10 * 40 + 2 * 650})
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
@@ -136,7 +137,8 @@ class Validating(OneDaemon):
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))
         self.assertEqual(reply.status, 200)
         verdict = json_of(reply)
-        self.assertEqual((verdict["valid"], verdict["requirements"], verdict["estimate"]), (False, None, None))
+        self.assertEqual((verdict["valid"], verdict["requirements"], verdict["global_light"], verdict["estimate"]),
+                         (False, None, None, None))
         self.assertEqual([error["pointer"] for error in verdict["errors"]], ["#/colour"])
 
     def test_rejects_invalid_json(self):

@@ -10,7 +10,7 @@
 namespace cli {
 namespace {
 
-/// Each requirement with the first part of the document that needs it, then warnings.
+/// Each requirement with the first part of the document that needs it, the light of the global model, then warnings.
 void print_valid(const tracer::Scene& scene) {
   std::vector<tracer::RequirementReason> reasons;
   tracer::requirements(scene, &reasons);
@@ -20,6 +20,7 @@ void print_valid(const tracer::Scene& scene) {
       if (reason.needed == needed)
         std::printf("  %-22.*s %s\n", static_cast<int>(name.size()), name.data(),
                     api::uri_fragment(reason.pointer).c_str());
+  std::printf("global light %s\n", tracer::global_light_summary(scene).c_str());
   print_warnings(stdout, scene);
 }
 

@@ -69,13 +69,15 @@ std::optional<ReportFigures> read_report(std::string_view report);
 
 // ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.
 
-/// {valid: true, errors: [], warnings: [{pointer, code, detail}], requirements, reasons, estimate{samples, seconds,
-/// memory_bytes}}. `samples` is the total over all pixels; with adaptive sampling, the minimum. `seconds` is
-/// estimated_work (api/estimate.h) times `seconds_per_work`, at most the time budget; null if neither is known.
-/// Precondition: tracer::validate accepts `scene`.
+/// {valid: true, errors: [], warnings: [{pointer, code, detail}], requirements, reasons, global_light,
+/// estimate{samples, seconds, memory_bytes}}. `global_light` is tracer::global_light_summary. `samples` is the total
+/// over all pixels; with adaptive sampling, the minimum. `seconds` is estimated_work (api/estimate.h) times
+/// `seconds_per_work`, at most the time budget; null if neither is known. Precondition: tracer::validate accepts
+/// `scene`.
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work);
 
-/// {valid: false, errors: [{pointer, code, detail}], warnings: [], requirements: null, reasons: null, estimate: null}
+/// {valid: false, errors: [{pointer, code, detail}], warnings: [], requirements: null, reasons: null, global_light:
+/// null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
 
 /// A JSON pointer as a URI fragment (RFC 6901, section 6): characters that RFC 3986 excludes are percent-encoded.

@@ -89,6 +89,12 @@ struct RequirementReason {
 /// null, receives one entry for each requirement that holds.
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
 
+/// One sentence, without a subject: the light that Accuracy::Model::global adds to the scene, from its materials and
+/// background alone: "adds light between surfaces of 3 diffuse colors that reflect up to 0.89, at most 8 times the
+/// brightest light without it; glowing surfaces light others (/materials/lamp)". Image files count as white.
+/// Precondition: validate() accepts the scene.
+std::string global_light_summary(const Scene& scene);
+
 /// Requirements of the scene without its approximations.
 Requirements exact_requirements(const Scene& scene);
 

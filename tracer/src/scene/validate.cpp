@@ -9,6 +9,7 @@
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/materials/energy_balance.h"
 #include "tracer/src/scene/checks.h"
+#include "tracer/src/scene/color_bound.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -266,14 +267,7 @@ std::set<std::uint32_t> named_materials(const Scene& scene) {
 /// Image files are not read yet: they count as white, and compile() checks them.
 void check_energy(Checks& checks, const Scene& scene) {
   if (scene.accuracy.model != Accuracy::Model::global) return;
-  const auto bound_of = [&](const ColorOrTexture& color) {
-    const auto* id = std::get_if<TextureId>(&color);
-    if (id == nullptr) return std::get<Color>(color);
-    const bool is_image =
-        id->index >= scene.textures.size() || std::holds_alternative<ImageTexture>(scene.textures[id->index].pattern);
-    const double bound = is_image ? 1 : texture_bound(scene.textures[id->index], nullptr);
-    return Color{bound, bound, bound};
-  };
+  const auto bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color); };
   for (const std::uint32_t index : named_materials(scene)) {
     if (index >= scene.materials.size()) continue;  // reported where it is named
     const Material& material = scene.materials[index];

@@ -1,0 +1,21 @@
+#pragma once
+/// Bounds of colors before files of images are read.
+
+#include <variant>
+
+#include "tracer/scene.h"
+#include "tracer/src/textures/texture.h"
+
+namespace tracer {
+
+/// Upper bound of a color. An image file counts as white, and so does a texture that does not exist.
+inline Color bound_before_reading(const Scene& scene, const ColorOrTexture& color) {
+  const auto* id = std::get_if<TextureId>(&color);
+  if (id == nullptr) return std::get<Color>(color);
+  const bool is_image =
+      id->index >= scene.textures.size() || std::holds_alternative<ImageTexture>(scene.textures[id->index].pattern);
+  const double bound = is_image ? 1 : texture_bound(scene.textures[id->index], nullptr);
+  return {bound, bound, bound};
+}
+
+}  // namespace tracer
