@@ -86,6 +86,15 @@ tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
   return json::parse(text, {.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024});
 }
 
+Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures) {
+  if (!figures) return nullptr;
+  return object_of({{"patches", figures->patches},
+                    {"rays", figures->rays},
+                    {"factors", figures->factors},
+                    {"sweeps", figures->sweeps},
+                    {"bound", finite_or_null(figures->bound)}});
+}
+
 }  // namespace
 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
@@ -112,6 +121,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
   report["geometry_reused"] = times.cache_hits.geometry;
   report["textures"] =
       object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}});
+  report["radiosity"] = radiosity_json(times.radiosity);
   report["estimated_work"] = or_null(estimated_work(scene));
   report["memory_bytes"] = memory_bytes;
   report["non_finite"] = statistics.non_finite;

@@ -37,6 +37,8 @@ Json approximations_json(const Approximations& approximate) {
   if (approximate.shading == Approximations::Shading::gouraud) json["shading"] = "gouraud";
   if (approximate.shading == Approximations::Shading::flat) json["shading"] = "flat";
   if (approximate.interreflection == Approximations::Interreflection::ambient) json["interreflection"] = "ambient";
+  if (approximate.interreflection == Approximations::Interreflection::gather) json["interreflection"] = "gather";
+  if (approximate.interreflection == Approximations::Interreflection::radiosity) json["interreflection"] = "radiosity";
   if (approximate.interreflection == Approximations::Interreflection::none) json["interreflection"] = "none";
   if (approximate.nearest_lights != 0) json["lights"] = "nearest-" + std::to_string(approximate.nearest_lights);
   return json;

@@ -108,6 +108,10 @@ TEST(AccuracyReader, ReadsEveryApproximation) {
   EXPECT_EQ(approximate(R"("reflections": "none")"), Approximations{.reflections = Approximations::Reflections::none});
   EXPECT_EQ(approximate(R"("shading": "gouraud")"), Approximations{.shading = Approximations::Shading::gouraud});
   EXPECT_EQ(approximate(R"("shading": "flat")"), Approximations{.shading = Approximations::Shading::flat});
+  EXPECT_EQ(approximate(R"("interreflection": "gather")"),
+            Approximations{.interreflection = Approximations::Interreflection::gather});
+  EXPECT_EQ(approximate(R"("interreflection": "radiosity")"),
+            Approximations{.interreflection = Approximations::Interreflection::radiosity});
   EXPECT_EQ(approximate(R"("interreflection": "ambient")"),
             Approximations{.interreflection = Approximations::Interreflection::ambient});
   EXPECT_EQ(approximate(R"("interreflection": "none")"),

@@ -47,7 +47,8 @@ struct RenderSummary {
     tracer::FileError error;
   };
   double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
-  std::uint64_t memory_bytes = 0;                                  ///< size of the compiled scene and the image
+  std::optional<tracer::RadiosityFigures> radiosity;
+  std::uint64_t memory_bytes = 0;  ///< size of the compiled scene and the image
   std::vector<File> files;
 };
 
@@ -141,6 +142,7 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, co
       **compiled, {.elapsed_ms = [&] { return whole.elapsed_ms(); }, .threads = options.threads}, control);
   summary.trace_ms = watch.lap_ms();
   summary.memory_bytes = tracer::memory_bytes(**compiled);
+  summary.radiosity = tracer::radiosity_figures(**compiled);
   if (rendered) summary.memory_bytes += rendered->image.rgb.size() * sizeof(float);
   return rendered;
 }
@@ -158,6 +160,7 @@ std::string report_of(const tracer::Scene& scene, const tracer::Rendered& render
   times.build = summary.build_ms;
   times.trace = summary.trace_ms;
   times.encode = summary.encode_ms;
+  times.radiosity = summary.radiosity;
   return api::write_report(scene, rendered.error, artifacts, rendered.statistics, times, memory_bytes) + '\n';
 }
 

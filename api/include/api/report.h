@@ -21,6 +21,7 @@ namespace api {
 struct StageTimes {
   double queue = 0, parse = 0, build = 0, trace = 0, encode = 0;
   tracer::CacheHits cache_hits{};  ///< results of earlier jobs that shortened `parse` and `build`
+  std::optional<tracer::RadiosityFigures> radiosity{};
 };
 
 /// Work of other nodes on the image.
@@ -40,10 +41,11 @@ struct ReportedArtifact {
 /// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
 /// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
 /// holdout_samples, rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates,
-/// time_ms{...}, workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, estimated_work,
-/// memory_bytes, non_finite, build}. Null: targets that were not requested, `proven` if nothing is proven, `limit` with
-/// a fixed number of samples. `samples` are those of the image, without `holdout_samples`. Precondition:
-/// tracer::validate accepts `scene`. Throws std::bad_alloc only.
+/// time_ms{...}, workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, radiosity{patches, rays,
+/// factors, sweeps, bound}, estimated_work,
+/// memory_bytes, non_finite, build}. Null: targets that were not requested, `proven` if nothing is proven, `radiosity`
+/// without patches, its `bound` if there is none, `limit` with a fixed number of samples. `samples` are those of the
+/// image, without `holdout_samples`. Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {});

@@ -31,7 +31,10 @@ inline constexpr Word<Approximations::Shading> words<Approximations::Shading>[] 
     {"gouraud", Approximations::Shading::gouraud}, {"flat", Approximations::Shading::flat}};
 template <>
 inline constexpr Word<Approximations::Interreflection> words<Approximations::Interreflection>[] = {
-    {"ambient", Approximations::Interreflection::ambient}, {"none", Approximations::Interreflection::none}};
+    {"gather", Approximations::Interreflection::gather},
+    {"radiosity", Approximations::Interreflection::radiosity},
+    {"ambient", Approximations::Interreflection::ambient},
+    {"none", Approximations::Interreflection::none}};
 
 namespace {
 

@@ -206,6 +206,7 @@ class RenderStages {
     auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get()));
     times_.build = watch_.lap();
     times_.cache_hits = tracer::cache_hits(*compiled);
+    times_.radiosity = tracer::radiosity_figures(*compiled);
     return compiled;
   }
 

@@ -26,8 +26,10 @@ struct Approximations {
   /// Overrides the shading of every material.
   enum class Shading { exact, gouraud, flat };
   /// Light that arrives by way of diffuse surfaces, with Accuracy::Model::global. ambient: the ambient term stands for
-  /// it, as in Accuracy::Model::whitted. none: it is left out.
-  enum class Interreflection { exact, ambient, none };
+  /// it, as in Accuracy::Model::whitted. none: it is left out. radiosity: it is found for patches of the surfaces, once
+  /// for the scene, by a linear system (Goral, Torrance, Greenberg, Battaile 1984). gather: one diffuse ray finds the
+  /// patches.
+  enum class Interreflection { exact, gather, radiosity, ambient, none };
   Shadows shadows = Shadows::exact;
   Reflections reflections = Reflections::exact;
   Shading shading = Shading::exact;
@@ -97,7 +99,8 @@ struct Accuracy {
 
   /// True if, with these approximations, surfaces light each other.
   [[nodiscard]] bool has_interreflection(const Approximations& by) const {
-    return model == Model::global && by.interreflection == Approximations::Interreflection::exact;
+    return model == Model::global && by.interreflection != Approximations::Interreflection::ambient &&
+           by.interreflection != Approximations::Interreflection::none;
   }
   /// True if, with these approximations, the ambient term stands for light from diffuse surfaces.
   [[nodiscard]] bool has_ambient_term(const Approximations& by) const {

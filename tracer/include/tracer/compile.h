@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tracer/control.h"
@@ -45,6 +46,18 @@ struct CacheHits {
   std::uint32_t decoded_textures = 0;  ///< texture images decoded for this scene
 };
 CacheHits cache_hits(const CompiledScene& scene);
+
+/// The linear system that stands for light between surfaces (Approximations::Interreflection).
+struct RadiosityFigures {
+  std::uint32_t patches = 0;
+  std::uint64_t rays = 0;     ///< diffuse rays from patches, and all that follow from them
+  std::uint64_t factors = 0;  ///< entries of the system
+  std::uint32_t sweeps = 0;
+  /// Upper bound of the error that the sweeps leave, as radiance; infinity if a patch receives all the light of others.
+  double bound = 0;
+};
+/// None if the scene has no patches.
+std::optional<RadiosityFigures> radiosity_figures(const CompiledScene& scene);
 
 /// Bytes held by the compiled scene, including the BVH and parts shared with other scenes.
 std::uint64_t memory_bytes(const CompiledScene& scene);

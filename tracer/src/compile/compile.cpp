@@ -193,6 +193,12 @@ Emitters emitters_of(const CompiledScene& scene) {
   return {scene.geometry(), std::move(radiance)};
 }
 
+bool uses_patches(const Accuracy& accuracy) {
+  using enum Approximations::Interreflection;
+  const auto by = accuracy.approximate.interreflection;
+  return by == radiosity || by == gather;
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -227,6 +233,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     if (compiled->exact.needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
+    if (uses_patches(scene.accuracy) && compiled->needs.global_light)
+      compiled->objects.radiosity = solve_radiosity(*compiled, bounds, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
@@ -249,6 +257,10 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scen
 
 CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
+std::optional<RadiosityFigures> radiosity_figures(const CompiledScene& scene) {
+  return scene.objects.radiosity == nullptr ? std::nullopt : std::optional(scene.objects.radiosity->figures);
+}
+
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
                         bytes_of(scene.terms) + bytes_of(scene.exact.terms) + bytes_of(scene.objects.material) +
@@ -256,6 +268,8 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
                         bytes_of(scene.objects.diagonal) + scene.objects.emitters.memory_bytes();
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
+  if (scene.objects.radiosity != nullptr)
+    bytes += scene.objects.radiosity->patches.memory_bytes() + bytes_of(scene.objects.radiosity->arriving);
   std::set<const ImageMap*> images;  // textures may share one
   for (const auto& image : scene.images)
     if (image && images.insert(image.get()).second) bytes += image->memory_bytes();

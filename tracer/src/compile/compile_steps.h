@@ -1,6 +1,7 @@
 #pragma once
 /// Steps of compile().
 
+#include <memory>
 #include <vector>
 
 #include "tracer/compile.h"
@@ -24,5 +25,11 @@ void drop_duplicates(GeometrySet& geometry);
 /// arena; after cancellation it returns early with meaningless maps. Throws std::bad_alloc.
 std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Bounds& finite,
                                           const RenderControl& control);
+
+/// Divides the surfaces that reflect diffusely into patches and solves for the light that arrives at each
+/// (Approximations::Interreflection). Precondition: the scene is complete otherwise. Runs on the calling thread's
+/// oneTBB arena; after cancellation the result is meaningless. Throws std::bad_alloc.
+std::shared_ptr<const Radiosity> solve_radiosity(CompiledScene& scene, const Bounds& finite,
+                                                 const RenderControl& control);
 
 }  // namespace tracer

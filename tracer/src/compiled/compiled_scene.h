@@ -12,6 +12,7 @@
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/lights/shadow_map.h"
 #include "tracer/src/materials/compiled_material.h"
+#include "tracer/src/radiosity/patches.h"
 #include "tracer/src/scene/render_space.h"
 #include "tracer/src/textures/background.h"
 #include "tracer/src/textures/image_map.h"
@@ -22,9 +23,10 @@ namespace tracer {
 struct ObjectTable {
   std::vector<std::uint32_t> material;
   std::vector<std::uint8_t> shadowless;  ///< 1: shadow rays pass unchanged
-  std::vector<Axes> uv_axes;    ///< axes of a sphere; a plane's e0 and e1 are the world gradients of u and v. Empty
-                                ///< without textures
-  Emitters emitters;            ///< those that glow; empty unless the scene needs them
+  std::vector<Axes> uv_axes;  ///< axes of a sphere; a plane's e0 and e1 are the world gradients of u and v. Empty
+                              ///< without textures
+  Emitters emitters;          ///< those that glow; empty unless the scene needs them
+  std::shared_ptr<const Radiosity> radiosity;  ///< null unless patches approximate diffuse light
   std::vector<float> diagonal;  ///< diagonals of bounding boxes, world, up to the last transmissive object
 };
 

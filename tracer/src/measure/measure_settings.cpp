@@ -103,6 +103,8 @@ class SettingList {
     if (needs_.triangles) approximate("shading: gouraud", {.shading = A::Shading::gouraud});
     if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", {.shading = A::Shading::flat});
     if (needs_.global_light) {
+      approximate("interreflection: gather", {.interreflection = A::Interreflection::gather});
+      approximate("interreflection: radiosity", {.interreflection = A::Interreflection::radiosity});
       approximate("interreflection: ambient", {.interreflection = A::Interreflection::ambient});
       approximate("interreflection: none", {.interreflection = A::Interreflection::none});
     }

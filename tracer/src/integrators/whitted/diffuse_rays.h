@@ -29,7 +29,7 @@ struct alignas(64) ReceiverPacket {
 };
 
 /// Random choices at a hit; area lights have their number, from 1.
-enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side };
+enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side, patch };
 
 /// Numbers in [0,1) and points in [0,1)^2 for a choice.
 void random_numbers(const RandomPacket& random, Choice choice, double* to);
@@ -63,7 +63,7 @@ class DiffuseRays {
   void begin(const RayQueue& rays, const ShadingPointPacket& shading_points, const MediaBehind& media_behind) {
     const HitPacket& hit = state_.hit;
     begin_diffuse(hit, shading_points, rays_, places_);
-    after_diffuse_ = 0;
+    after_diffuse_ = at_patch_ = 0;
     for (int i = 0; i < hit.count; ++i) {
       const Batch::Sample& sample = state_.batch.samples[shading_points.sample[i]];
       random_.key[i] = sample.key;
@@ -76,6 +76,7 @@ class DiffuseRays {
     const LaneMask transmits = hit.coefficients.transmits_light & first_lanes(hit.count);
     const LaneMask far_side = transmits == 0 ? 0 : choose_sides(transmits, shading_points, media_behind);
     if (state_.template needs<&Requirements::gouraud>()) move_to_corners(far_side);
+    if (state_.patches() != nullptr) find_patches();
   }
 
   [[nodiscard]] SecondaryRayPacket& rays() { return rays_; }
@@ -99,9 +100,10 @@ class DiffuseRays {
           state_.scene.objects.emitters.sample(places_.origin[i], {points.x[i], points.y[i]});
       const double cosine = dot(places_.normal[i], sample.direction);
       const double own = cosine / std::numbers::pi;
+      const double found_by_ray = (at_patch_ >> i & 1) != 0 ? 0 : own;  // no ray continues from there
       going |= lane_bit(i, cosine > 0 && dot(sample.direction, places_.outward[i]) > 0 && sample.density > 0);
       direction.set(i, sample.direction);
-      throughput.set(i, rays_.throughput[i] * (own / (own + sample.density)));
+      throughput.set(i, rays_.throughput[i] * (own / (found_by_ray + sample.density)));
       emitter[i] = sample.primitive;
     });
     if (going == 0) return;
@@ -120,6 +122,20 @@ class DiffuseRays {
     choose_branch(weight_, numbers, {&transmission, &reflection, &rays_});
   }
 
+  /// Ends the rays of lanes that have a patch. Its light takes their place, or the share of it that they bring is
+  /// recorded.
+  void end_at_patches(const ShadingPointPacket& shading_points) {
+    for_each_lane(rays_.going & at_patch_, [&](int i) {
+      const std::uint32_t sample = shading_points.sample[i];
+      if (state_.landings != nullptr) {
+        state_.landings->push_back({sample, {patch_[i], rays_.throughput[i]}});
+      } else {
+        state_.radiance[sample] += rays_.throughput[i] * state_.scene.objects.radiosity->arriving[patch_[i]];
+      }
+    });
+    rays_.going &= ~at_patch_;
+  }
+
   /// Aims the rays. Light from below the face is dropped, as that of lights is.
   void aim() {
     if (rays_.going == 0) return;
@@ -136,6 +152,22 @@ class DiffuseRays {
   }
 
  private:
+  /// Finds the patches of the lanes whose rays end there: all, or those after a diffuse bounce.
+  void find_patches() {
+    PointLanes beside;
+    random_points(random_, Choice::patch, beside);
+    const PointPacket& points = state_.hit.points;
+    for_each_lane(state_.gathers() ? rays_.going & after_diffuse_ : rays_.going, [&](int i) {
+      Vec3 normal = places_.normal[i];
+      if (state_.template needs<&Requirements::bump>()) {  // patches have unperturbed normals
+        normal = points.smooth ? points.normal[i] : points.face[i];
+        if (dot(normal, places_.outward[i]) < 0) normal = -normal;
+      }
+      patch_[i] = state_.patches()->find(points.object[i], places_.origin[i], normal, {beside.x[i], beside.y[i]});
+      at_patch_ |= lane_bit(i, patch_[i] != PatchGrid::none);
+    });
+  }
+
   /// Selects one side of each surface that light comes through, in proportion to the light that is kept there. Returns
   /// the lanes on the far side.
   template <class MediaBehind>
@@ -196,7 +228,8 @@ class DiffuseRays {
   RandomPacket random_ = {};
   ReceiverPacket places_;
   SecondaryRayPacket rays_;
-  LaneMask after_diffuse_ = 0;
+  LaneMask after_diffuse_ = 0, at_patch_ = 0;
+  std::uint32_t patch_[lanes] = {};
   MediumStack::List media_[lanes] = {};
   double weight_[lanes] = {}, density_[lanes] = {};
 };

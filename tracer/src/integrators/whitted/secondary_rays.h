@@ -153,6 +153,7 @@ class SecondaryRays {
   /// Pushes the diffuse rays and those toward emitters.
   void spawn_diffuse(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
     if (state_.template needs<&Requirements::emitters>()) diffuse_.sample_emitters(shading_points, next.emission);
+    diffuse_.end_at_patches(shading_points);
     diffuse_.choose_branches(transmission_, reflection_);
     diffuse_.aim();
     push_rays(rays, diffuse_.rays(), shading_points, diffuse_.media(), next.diffuse);

@@ -32,6 +32,23 @@ void apply_depth_cue(const CompiledScene& scene, const GBuffer& gbuffer, std::ve
 
 template <class Features>
 bool Wavefront<Features>::trace() {
+  BounceQueuesPtr first = acquire_queues(0);
+  generate_camera_rays(first->camera);
+  return trace_all(std::move(first));
+}
+
+template <class Features>
+bool Wavefront<Features>::trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings) {
+  BounceQueuesPtr first = acquire_queues(1);
+  first->diffuse = diffuse;
+  state_.landings = &landings;
+  const bool complete = trace_all(std::move(first));
+  state_.landings = nullptr;
+  return complete;
+}
+
+template <class Features>
+bool Wavefront<Features>::trace_all(BounceQueuesPtr first_bounce) {
   const std::size_t count = state_.batch.samples.size();
   state_.radiance.resize(count);
   std::fill(state_.radiance.begin(), state_.radiance.end(), Color{});  // inlined, unlike some assign()
@@ -40,8 +57,7 @@ bool Wavefront<Features>::trace() {
   if (state_.writes_gbuffer()) state_.gbuffer.reset(count);
   state_.statistics.samples += count;
   std::vector<BounceQueuesPtr> pending;
-  pending.push_back(acquire_queues(0));
-  generate_camera_rays(pending.back()->camera);
+  pending.push_back(std::move(first_bounce));
   std::size_t pending_rays = pending.back()->size();
   while (!pending.empty()) {
     if (state_.control.cancelled()) return false;
@@ -64,7 +80,8 @@ bool Wavefront<Features>::trace() {
       release_queues(std::move(next));
     }
   }
-  if (state_.scene.depth_cue) apply_depth_cue(state_.scene, state_.gbuffer, state_.radiance);
+  if (state_.scene.depth_cue && state_.landings == nullptr)
+    apply_depth_cue(state_.scene, state_.gbuffer, state_.radiance);
   for (const Color& sample : state_.radiance) state_.statistics.non_finite += finite(sample) ? 0 : 1;
   return !state_.control.cancelled();  // the last bounce may be incomplete
 }

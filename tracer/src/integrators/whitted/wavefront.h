@@ -149,6 +149,9 @@ class Wavefront {
 
   [[nodiscard]] Batch& batch() { return state_.batch; }
   bool trace();
+  /// Traces diffuse rays in place of camera rays, one for each sample of the batch, and appends to `landings` where
+  /// their paths end at patches; radiance() is the rest. Precondition: the scene has patches.
+  bool trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings);
 
   [[nodiscard]] const std::vector<Color>& radiance() const { return state_.radiance; }
   [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const { return state_.omitted; }
@@ -160,6 +163,7 @@ class Wavefront {
   }
 
  private:
+  bool trace_all(BounceQueuesPtr first_bounce);
   BounceQueuesPtr acquire_queues(std::uint32_t depth);
   void release_queues(BounceQueuesPtr queues);
   void generate_camera_rays(RayQueue& rays) const;

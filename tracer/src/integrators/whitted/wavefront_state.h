@@ -12,6 +12,7 @@
 #include "tracer/src/compiled/medium_stack.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
+#include "tracer/src/radiosity/transport.h"
 
 namespace tracer {
 
@@ -75,6 +76,12 @@ void for_each_part(const RaySpan& rays, const RenderControl& control, const Trac
           first);
 }
 
+/// A place on a patch at which a path ends, and the share of the light there that it brings to its sample.
+struct Landing {
+  std::uint32_t sample = 0;
+  TransportEntry entry;
+};
+
 template <class Features>
 struct WavefrontState {
   WavefrontState(const CompiledScene& compiled_scene, const RenderControl& render_control,
@@ -127,6 +134,16 @@ struct WavefrontState {
     return needs<&Requirements::absorption>() ? throughput * media.transmittance(rays.media(ray), hits.t[ray])
                                               : throughput;
   }
+  /// Patches at which paths end; null: they do not.
+  [[nodiscard]] const PatchGrid* patches() const {
+    const bool uses = scene.objects.radiosity != nullptr && needs<&Requirements::global_light>() &&
+                      approximations.interreflection != Approximations::Interreflection::exact;
+    return uses ? &scene.objects.radiosity->patches : nullptr;
+  }
+  /// True if paths continue from the first diffuse surface.
+  [[nodiscard]] bool gathers() const {
+    return landings != nullptr || approximations.interreflection == Approximations::Interreflection::gather;
+  }
   [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return terms[hit.material[lane]]; }
 
   const CompiledScene& scene;
@@ -143,6 +160,7 @@ struct WavefrontState {
   GBuffer gbuffer;
   RenderStatistics statistics;
   MediumStack media;
+  std::vector<Landing>* landings = nullptr;  ///< not null: where paths end, in place of the light there
 
   // The queue being shaded.
   Hits hits;                            ///< one per ray

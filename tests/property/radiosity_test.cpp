@@ -1,0 +1,180 @@
+// Radiosity and gathering, against closed forms and against paths.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "tests/support/scenes.h"
+#include "tracer/image.h"
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+namespace {
+
+using Interreflection = Approximations::Interreflection;
+
+double mean_of_channel(const Image& image, std::size_t channel = 0) {
+  double sum = 0;
+  for (std::size_t i = channel; i < image.rgb.size(); i += 3) sum += image.rgb[i];
+  return sum / (static_cast<double>(image.rgb.size()) / 3);
+}
+
+Rendered rendered_with(Scene scene, Interreflection interreflection) {
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.max_depth = 1000;
+  scene.accuracy.approximate.interreflection = interreflection;
+  return scenes::render(scene);
+}
+
+Material gray_wall(double diffuse, double emission = 0) {
+  Material material = scenes::matte({1, 1, 1});
+  material.ambient = 0;
+  material.diffuse = diffuse;
+  material.emission = Color{emission, emission, emission};
+  return material;
+}
+
+Scene view_from_center() {
+  Scene scene = scenes::empty(24);
+  scene.camera = {{0, 0, 0}, {0.3, 1, 0.2}, {0, 0.6, 0.8}, 90};
+  return scene;
+}
+
+TEST(Radiosity, OfAnIntegratingSphereIsTheClosedForm) {
+  constexpr double rho = 0.6, intensity = 2, radius = 1.5;
+  for (const Vec3& position : {Vec3{0, 0, 0}, Vec3{0.5, 0, 0}, Vec3{-0.6, 0.6, 0.6}}) {
+    Scene scene = view_from_center();
+    scenes::add(scene, Sphere{{0, 0, 0}, radius}, gray_wall(rho));
+    scene.lights.push_back(scenes::point_light(position, {intensity, intensity, intensity}));
+    scene.lights.back().attenuation.kind = Attenuation::Kind::inverse_square;
+    const double direct = mean_of_channel(rendered_with(scene, Interreflection::none).image);
+    const double truth = rho * rho * intensity / (radius * radius * (1 - rho));
+    const auto indirect = [&](Interreflection by) { return mean_of_channel(rendered_with(scene, by).image) - direct; };
+    EXPECT_NEAR(indirect(Interreflection::radiosity), truth, 0.01 * truth) << position.x;
+    EXPECT_NEAR(indirect(Interreflection::gather), truth, 0.02 * truth) << position.x;  // one ray a hit: noise
+  }
+}
+
+TEST(Radiosity, OfAWhiteFurnaceIsOneAtEveryPixel) {
+  constexpr double rho = 0.7;
+  Scene scene = view_from_center();
+  scene.accuracy.samples = 16;
+  scenes::add(scene, Sphere{{0, 0, 0}, 3}, gray_wall(rho, 1 - rho));
+  scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.5, {0.4, 1.5, 0.2}), gray_wall(rho, 1 - rho));
+  const Rendered seen = rendered_with(scene, Interreflection::radiosity);
+  EXPECT_NEAR(mean_of_channel(seen.image), 1, 0.02);
+}
+
+TEST(Radiosity, UnderAUniformSkyIsTheReflectanceOfAConvexBody) {
+  Scene scene = scenes::empty(16);
+  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
+  scene.background.color = {0.5, 1, 2};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, gray_wall(0.8));
+  for (const auto by : {Interreflection::radiosity, Interreflection::gather}) {
+    const Image seen = rendered_with(scene, by).image;
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(mean_of_channel(seen, c), 0.4 * std::pow(2.0, c), 1e-6);
+  }
+}
+
+/// A room of five walls that is open toward the camera, lit by a lamp, with a mirror ball and a ball of glass.
+Scene room() {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 3.2}, {0, 0, 0}, {0, 1, 0}, 45};
+  const auto wall = [&](const Vec3& corner, const Vec3& u, const Vec3& v, const Color& color) {
+    Mesh mesh;
+    mesh.positions = {corner, corner + u, corner + u + v, corner + v};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    Material material = gray_wall(1);
+    material.color = color;
+    scenes::add(scene, mesh, material);
+  };
+  const Color white{0.8, 0.8, 0.8};
+  wall({-1, -1, -1}, {2, 0, 0}, {0, 0, 2}, white);
+  wall({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);
+  wall({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, white);
+  wall({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.8, 0.1, 0.1});
+  wall({1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.1, 0.6, 0.1});
+  Mesh lamp;
+  lamp.positions = {{-0.3, 0.8, -0.3}, {0.3, 0.8, -0.3}, {0.3, 0.8, 0.3}, {-0.3, 0.8, 0.3}};
+  lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
+  scenes::add(scene, lamp, scenes::glowing({4, 3, 2}));
+  scenes::add(scene, Sphere{{-0.4, -0.6, -0.2}, 0.4}, scenes::mirror(0.9));
+  return scene;
+}
+
+TEST(Radiosity, IsWithinItsClaimOfPaths) {
+  Scene scene = room();
+  scene.accuracy.samples = 64;
+  Scene converged = scene;
+  converged.accuracy.samples = 1024;
+  const std::vector<std::uint8_t> truth = scenes::codes(rendered_with(converged, Interreflection::exact).image);
+  const auto error_of = [&](Interreflection by) {
+    const Rendered seen = rendered_with(scene, by);
+    const std::vector<std::uint8_t> codes = scenes::codes(seen.image);
+    double squares = 0;
+    for (std::size_t i = 0; i < codes.size(); ++i) squares += std::pow(int{codes[i]} - int{truth[i]}, 2);
+    const double error = std::sqrt(squares / static_cast<double>(codes.size()));
+    EXPECT_LE(error, seen.error.estimate + 1) << static_cast<int>(by);  // the reference has noise
+    return error;
+  };
+  const double paths = error_of(Interreflection::exact);
+  EXPECT_LT(error_of(Interreflection::radiosity), 4);
+  EXPECT_LT(error_of(Interreflection::gather), paths) << "gathering has no more noise than paths";
+  EXPECT_GT(error_of(Interreflection::none), 10);
+}
+
+TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
+  Scene scene = room();
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.approximate.interreflection = Interreflection::radiosity;
+  RenderControl control;
+  const auto first = *compile(scene, control), second = *compile(scene, control);
+  const Image one = render(*first, {.threads = 1}, control)->image;
+  const Image two = render(*second, {.threads = 2}, control)->image;
+  EXPECT_EQ(one.rgb, two.rgb);
+}
+
+std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interreflection, double target) {
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.target_error = target;
+  scene.accuracy.approximate.interreflection = interreflection;
+  RenderControl control;
+  return radiosity_figures(**compile(scene, control));
+}
+
+TEST(Radiosity, HasMorePatchesForASmallerTargetAndReportsThem) {
+  EXPECT_FALSE(figures_of(room(), Interreflection::exact, 1));
+  EXPECT_FALSE(figures_of(room(), Interreflection::ambient, 1));
+  const auto coarse = figures_of(room(), Interreflection::radiosity, 4),
+             fine = figures_of(room(), Interreflection::gather, 2);
+  ASSERT_TRUE(coarse && fine);
+  // Cells at borders are cut.
+  EXPECT_NEAR(coarse->patches, 560, 200);
+  EXPECT_NEAR(fine->patches, 3200, 900);
+  for (const RadiosityFigures& figures : {*coarse, *fine}) {
+    EXPECT_GE(figures.rays, 200u * figures.patches);
+    EXPECT_LE(figures.factors, 256u * figures.patches);
+    EXPECT_GT(figures.factors, 10u * figures.patches);
+    EXPECT_GT(figures.sweeps, 2u);
+    EXPECT_LT(figures.bound, 1e-4);
+  }
+}
+
+TEST(Radiosity, OfWallsThatAbsorbNothingHasNoBound) {
+  Scene scene = view_from_center();
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, gray_wall(1, 0.01));
+  EXPECT_EQ(figures_of(scene, Interreflection::radiosity, 4)->bound, std::numeric_limits<double>::infinity());
+}
+
+TEST(Radiosity, IsCancelledWhileTheSceneIsBuilt) {
+  Scene scene = room();
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.approximate.interreflection = Interreflection::radiosity;
+  RenderControl control;
+  control.cancel();
+  EXPECT_FALSE(compile(scene, control).has_value());
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,96 @@
+#pragma once
+/// Patches: the parts of surfaces that lie in one cell of a grid and face about the same way. They need no parameters
+/// of the surfaces, so that every shape has them. A cell extends over two axes of space, those across which the surface
+/// faces, and twice as far along the third, so that flat surfaces at any place are cut into squares or parallelograms.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "tracer/compile.h"
+#include "tracer/src/math/sampling.h"
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+class PatchGrid {
+ public:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  PatchGrid() = default;
+  /// `side`: of the cells, in render space.
+  explicit PatchGrid(double side) : side_(side) {}
+
+  /// Patch of a place on an object, with the unit normal of the side that light arrives at. The number of a new patch
+  /// is their count before. Throws std::bad_alloc.
+  std::uint32_t insert(std::uint32_t object, const Vec3& position, const Vec3& normal) {
+    return patches_.emplace(key(object, position, normal), static_cast<std::uint32_t>(patches_.size())).first->second;
+  }
+
+  /// Patch of the place or, so that values change gradually, of one up to half a cell beside it in the tangent plane,
+  /// by `xi` uniform in [0,1)^2: in the mean the values are interpolated. `none` if the place has none.
+  [[nodiscard]] std::uint32_t find(std::uint32_t object, const Vec3& position, const Vec3& normal,
+                                   const Vec2& xi) const {
+    const std::uint32_t own = find(key(object, position, normal));
+    if (own == none) return none;
+    const int axis = dominant_axis(normal), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    std::array<double, 3> p = array(position);
+    const std::array<double, 3> n = array(normal);
+    const double along_a = (xi.x - 0.5) * side_, along_b = (xi.y - 0.5) * side_;
+    p[index(a)] += along_a;
+    p[index(b)] += along_b;
+    p[index(axis)] -= (n[index(a)] * along_a + n[index(b)] * along_b) / n[index(axis)];
+    const std::uint32_t beside = find(key(object, {p[0], p[1], p[2]}, normal));
+    return beside == none ? own : beside;
+  }
+
+  [[nodiscard]] std::size_t size() const { return patches_.size(); }
+  [[nodiscard]] double side() const { return side_; }
+  [[nodiscard]] std::uint64_t memory_bytes() const {
+    return patches_.bucket_count() * sizeof(void*) + patches_.size() * 4 * sizeof(std::uint64_t);
+  }
+
+ private:
+  static std::size_t index(int axis) { return static_cast<std::size_t>(axis); }
+  static std::array<double, 3> array(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+  static int dominant_axis(const Vec3& n) {
+    const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
+    return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  }
+
+  /// Hash of the object, the cell and the direction. Equal hashes of two patches are less likely than 1 in 2^32 for as
+  /// many patches as there may be.
+  [[nodiscard]] std::uint64_t key(std::uint32_t object, const Vec3& position, const Vec3& normal) const {
+    const int axis = dominant_axis(normal), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const std::array<double, 3> p = array(position), n = array(normal);
+    const double height = n[index(axis)];
+    // Of three parts, so that surfaces along the axes face the middle of one.
+    const auto part = [&](int other) { return std::floor((n[index(other)] / std::abs(height) + 1) * 1.5); };
+    const auto cell = [&](int other, double side) { return std::floor(p[index(other)] / side + 0.37); };
+    std::uint64_t hash = mix(std::uint64_t{object} * 6 + static_cast<std::uint64_t>(2 * axis + (height < 0 ? 1 : 0)));
+    for (const double value : {part(a), part(b), cell(a, side_), cell(b, side_), cell(axis, 2 * side_)})
+      hash = mix(hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(value)));
+    return hash;
+  }
+
+  [[nodiscard]] std::uint32_t find(std::uint64_t hash) const {
+    const auto found = patches_.find(hash);
+    return found == patches_.end() ? none : found->second;
+  }
+
+  double side_ = 1;
+  std::unordered_map<std::uint64_t, std::uint32_t> patches_;
+};
+
+/// Patches, and the mean H of what arrives at each by way of surfaces and from the background: without the light of
+/// lights and of the emitters that are sampled, which is found exactly.
+struct Radiosity {
+  PatchGrid patches;
+  std::vector<Color> arriving;  ///< by patch
+  RadiosityFigures figures;
+};
+
+}  // namespace tracer
