@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "tracer/src/compile/compile_steps.h"
+#include "tracer/src/compile/patch_points.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/radiosity/transport.h"
@@ -17,72 +18,11 @@ constexpr std::uint32_t row_rays = 256;
 constexpr std::size_t patch_points_max = 64;
 constexpr std::uint32_t sweeps_max = 1000;
 
-/// A place on a surface, on the side that light arrives at.
-struct PatchPoint {
-  BoundedPoint point;
-  Vec3 normal, outward;  ///< shading and geometric normal
-  std::uint32_t object = 0;
-};
-
-/// Sphere in which the surfaces are divided.
-struct Region {
-  Vec3 center;
-  double radius = 0;
-};
-
 /// Infinite planes are divided as far as three radii of everything else.
 Region region_of(const CompiledScene& scene, const Bounds& finite) {
   const Vec3 low = scene.frame.render_from_world(finite.low), high = scene.frame.render_from_world(finite.high);
   const double radius = length(high - low) * 0.5;
   return {(low + high) * 0.5, scene.geometry().planes.point.empty() ? radius : 3 * radius};
-}
-
-Vec3 on_unit_sphere(const Vec2& xi) {
-  const double z = 1 - 2 * xi.x, across = std::sqrt(std::max(0.0, 1 - z * z)), angle = 2 * std::numbers::pi * xi.y;
-  return {across * std::cos(angle), across * std::sin(angle), z};
-}
-
-bool reflects_diffusely(const CompiledMaterial& material) {
-  return max_component(material.diffuse) > 0 || max_component(material.diffuse_transmission) > 0;
-}
-
-/// The surface points on `lines` random lines through the region: uniform over the area of all surfaces, whatever their
-/// shapes (Sbert 1993, "An Integral Geometry Based Method for Fast Form-Factor Computation").
-std::vector<PatchPoint> points_on_lines(const CompiledScene& scene, const Region& region, std::uint32_t lines,
-                                        const RenderControl& control) {
-  constexpr std::uint32_t block = 256;
-  constexpr int line_points_max = 64;
-  const std::uint64_t key = mix(scene.accuracy.seed ^ 0x7261646961746573u);
-  std::vector<std::vector<PatchPoint>> found((lines + block - 1) / block);
-  for_each_tile(found.size(), 0, [&](std::uint64_t number) {
-    if (control.cancelled()) return;
-    RayQueue rays, next;
-    const auto first = static_cast<std::uint32_t>(number) * block;
-    for (std::uint32_t line = first; line < std::min(first + block, lines); ++line) {
-      const Vec3 from = region.center + on_unit_sphere(sequence_point(line, key)) * region.radius;
-      const Vec3 way = region.center + on_unit_sphere(shuffled_point(line, mix(key))) * region.radius - from;
-      if (length(way) > 0) rays.push(from, way / length(way), {}, line, {}, 0, 0);
-    }
-    Hits hits;
-    for (int point = 0; point < line_points_max && !rays.empty(); ++point) {
-      scene.accelerator->intersect(rays.span(), hits.resize_to_fit(rays.size()), Coherence::incoherent);
-      next.clear();
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (!hits.primitive[i].hit()) continue;
-        const Surface at = surface_at(scene, hits.at(i), rays.origin(i), rays.direction(i));
-        if (length(at.point.position - region.center) > region.radius * (1 + 0x1p-20)) continue;
-        if (reflects_diffusely(scene.terms[at.material]))
-          found[number].push_back(
-              {at.point, at.normal, at.back ? -at.geometric_normal : at.geometric_normal, at.object});
-        next.push(offset_origin(at.point, at.geometric_normal, rays.direction(i)), rays.direction(i), {},
-                  rays.sample(i), {}, 0, 0);
-      }
-      std::swap(rays, next);
-    }
-  });
-  std::vector<PatchPoint> points;
-  for (const std::vector<PatchPoint>& some : found) points.insert(points.end(), some.begin(), some.end());
-  return points;
 }
 
 /// More patches for smaller target errors: the error of a Cornell box falls with the power 0.4 of their number, and
@@ -94,17 +34,15 @@ double wanted_patches(const Accuracy& accuracy) {
 /// The points of each patch, at most patch_points_max.
 std::vector<std::vector<PatchPoint>> divide(const CompiledScene& scene, const Region& region, PatchGrid& patches,
                                             const RenderControl& control) {
-  constexpr std::uint32_t trial_lines = 4096, lines_max = 1u << 22;
-  constexpr double points_per_patch = 16;
+  constexpr double points_per_patch = 16, lines_max = 1u << 22;
   const double wanted = wanted_patches(scene.accuracy);
-  const auto trial = static_cast<double>(points_on_lines(scene, region, trial_lines, control).size());
-  if (trial == 0) return {};
-  // The number of points on a line is the area over 2 pi r^2 (Crofton's formula).
-  const double area = trial / trial_lines * 2 * std::numbers::pi * region.radius * region.radius;
-  patches = PatchGrid(std::sqrt(area / wanted));
-  const auto lines = std::min<double>(std::ceil(wanted * points_per_patch * trial_lines / trial), lines_max);
+  const PatchPoints surfaces(scene, region, control);
+  if (!(surfaces.per_line() > 0)) return {};
+  const double side = std::sqrt(surfaces.per_line() * 2 * std::numbers::pi / wanted) * region.radius;
+  patches = PatchGrid(side);
+  const double lines = std::min(std::ceil(wanted * points_per_patch / surfaces.per_line()), lines_max);
   std::vector<std::vector<PatchPoint>> points;
-  for (const PatchPoint& at : points_on_lines(scene, region, static_cast<std::uint32_t>(lines), control)) {
+  for (const PatchPoint& at : surfaces.on_lines(static_cast<std::uint32_t>(lines), side * 0x1p-6)) {
     const std::uint32_t patch = patches.insert(at.object, offset_origin(at.point, at.outward, at.outward), at.normal);
     if (patch == points.size()) points.emplace_back();
     if (points[patch].size() < patch_points_max) points[patch].push_back(at);
