@@ -259,15 +259,23 @@ TEST(VarianceUpdate, PredictsPilotsFromLooksAtOthers) {
   EXPECT_NEAR(pixels[0].variance, 15 * 2 / 17.0, 1e-3) << "without its own look";
 }
 
-TEST(VarianceUpdate, CountsCertifiedPixelsByTheirBounds) {
-  std::vector<PixelState> pixels(9);
-  for (PixelState& pixel : pixels) {
-    pixel.bound = 4;
-    pixel.certified = true;
+/// The worst case: each pilot is one of two equally probable values, which are the ends of the interval.
+TEST(VarianceUpdate, ExpectsTheGreatestVarianceWithinTheBoundsOfCertifiedPixels) {
+  const DisplayTransform display({}, 1);
+  const RadianceInterval interval{.low = {0.1F, 0.1F, 0.1F}, .high = {0.11F, 0.11F, 0.11F}};
+  std::vector<PixelState> pixels(10);
+  double truth = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double end = i % 2 == 0 ? double{interval.low[0]} : double{interval.high[0]};
+    const double mean = (double{interval.low[0]} + double{interval.high[0]}) / 2;
+    pixels[i].pilot = {end, end, end};
+    pixels[i].bound = squared_error_bound(interval, display);
+    pixels[i].certified = true;
+    truth += 3 * std::pow(display.level(end) - display.level(mean), 2);
   }
-  const SampledParts parts = update_variances({pixels, 3}, DisplayTransform({}, 1), {}, one_by_one);
-  EXPECT_DOUBLE_EQ(parts.certified, 36);
-  EXPECT_DOUBLE_EQ(parts.estimated({}).squared_upper, 36);
+  const SampledParts parts = update_variances({pixels, 5}, display, {}, one_by_one);
+  EXPECT_NEAR(parts.certified, 10 * double{pixels[0].bound}, 1e-3);
+  EXPECT_NEAR(parts.estimated({}).squared_upper, truth, 0.02 * truth);
 }
 
 TEST(VarianceUpdate, AcceptsInfiniteContrast) {

@@ -228,7 +228,7 @@ class AdaptiveSampler {
   void measure_fixed_parts(const DisplayTransform& display) {
     known_.omitted = film_.omitted_error(display);
     known_.tone = scene_.output.overflow == Output::Overflow::scale ? film_.tone_error() : 0;
-    known_.fixed = parts_.certified + known_.omitted.both + known_.tone;
+    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.tone;
     if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
   }
 

@@ -313,7 +313,7 @@ SampledError SampledParts::estimated(const EstimatedSum& looks) const {
     largest = std::max(largest, ratio * expected.largest);
   }
   const EstimatedSum missed = suspected.expected();
-  const double sum = refined_sum + certified + undetected + missed.squared + looks.squared;
+  const double sum = refined_sum + certified_mean() + undetected + missed.squared + looks.squared;
   const double deviation = std::sqrt(spread + largest * largest + missed.variance + looks.variance);
   return {sum, std::max(0.0, sum + deviations * deviation)};
 }

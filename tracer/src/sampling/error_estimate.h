@@ -123,7 +123,7 @@ struct SuspectedErrors {
 struct SampledParts {
   SummedErrors refined;   ///< estimated by their halves
   SummedErrors expected;  ///< the same, from the deviation of their samples
-  double certified = 0;   ///< bounded
+  double certified = 0;   ///< bounds of the errors of certified pixels
   double undetected = 0;  ///< errors of features that no sample has found yet
   SuspectedErrors suspected;
   double brightest = 0;  ///< channel of a sample, as far as the sums show it
@@ -135,6 +135,9 @@ struct SampledParts {
     undetected += part.undetected;
     suspected.add(part.suspected);
   }
+  /// Expected error of certified pixels, at most. Samples in an interval of width w have a variance of at most w^2 / 4
+  /// (Popoviciu 1935), which is the mean squared error of one of them; `certified` is the sum of w^2.
+  [[nodiscard]] double certified_mean() const { return certified / 4; }
   [[nodiscard]] SampledError estimated(const EstimatedSum& looks) const;
 };
 
