@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tests/support/random.h"
+#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 namespace {
@@ -194,6 +195,44 @@ TEST(PixelError, CountsHitsOfAnythingThatIsNotThePilot) {
   }
   EXPECT_NEAR(effective_hits(pixel), 4, 1e-4);
   EXPECT_NEAR(brightest_sample(pixel), (4 * 64 + 12 * 0.0625) / (4 * 8 + 12 * 0.25), 1e-4);
+}
+
+/// Squares of several sizes at random places in the pixel, whose samples are those of refined pixels.
+TEST(PixelError, HasTheDeviationOfStratifiedHalves) {
+  oracle::Random random(5);
+  constexpr std::uint32_t half_samples = 512;
+  constexpr double height = 8;
+  for (const double side : {0.2, 0.5, 0.9}) {
+    double truth = 0, stratified = 0, independent = 0;
+    for (std::uint64_t key = 0; key < 200; ++key) {
+      const double left = random.in(0, 1 - side), top = random.in(0, 1 - side);
+      PixelState pixel;
+      pixel.role = PixelState::Role::refined;
+      pixel.half_count = {half_samples, half_samples};
+      for (std::size_t i = 0; i < 2 * half_samples; ++i) {
+        const Vec2 at = sequence_point(static_cast<std::uint32_t>(i / 2), mix(2 * key + i % 2 + 1));
+        const bool hit = at.x >= left && at.x < left + side && at.y >= top && at.y < top + side;
+        const Color sample = hit ? Color{height, 0, 0} : Color{};
+        pixel.half[i % 2] += sample;
+        pixel.add_square(sample);
+      }
+      truth += std::pow(pixel.mean().r - height * side * side, 2);
+      stratified += std::pow(stratified_deviation_of_mean(pixel, 0), 2);
+      independent += std::pow(deviation_of_mean(pixel, 0), 2);
+    }
+    EXPECT_GT(stratified, truth) << side;
+    EXPECT_LT(stratified, 7 * truth) << side;
+    EXPECT_GT(independent, 2 * stratified) << side;
+  }
+}
+
+TEST(PixelError, HasAtLeastTheDeviationOfTheHalves) {
+  PixelState pixel;
+  pixel.role = PixelState::Role::refined;
+  pixel.half_count = {128, 128};
+  pixel.half[1] = {128, 0, 0};
+  pixel.squares = {128, 0, 0};
+  EXPECT_DOUBLE_EQ(stratified_deviation_of_mean(pixel, 0), 0.5);
 }
 
 TEST(PixelError, HasTheHeightOfWhatFewSamplesHit) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tracer/src/sampling/camera_samples.h"
+
 namespace tracer {
 namespace {
 
@@ -166,13 +168,16 @@ BrightestRange Film::brightest_of(std::size_t place) const {
   const Color mean = pixel.mean();
   const double count = pixel.count();
   const double share = pixel.certified ? 1 : pixel.edge || !pixel.refined() ? missed_share(count) : 0;
+  const bool only_positions_vary = !scene_.needs.lens && !uses_random_choices(scene_);
   BrightestRange range;
   for (std::size_t i = 0; i < 3; ++i) {
     const double value = i == 0 ? mean.r : i == 1 ? mean.g : mean.b;
     const double low = bounds_.empty() ? value : std::min(value, double{bounds_[place].low[i]});
     const double high = bounds_.empty() ? value : std::max(value, std::min(double{bounds_[place].high[i]}, 1e30));
-    range.add(value, pixel.refined() && count > 1 ? deviation_of_mean(pixel, i) : 0, (value - low) * share,
-              (high - value) * share);
+    const double deviation = !pixel.refined() || count < 2             ? 0
+                             : only_positions_vary && pixel.measured() ? stratified_deviation_of_mean(pixel, i)
+                                                                       : deviation_of_mean(pixel, i);
+    range.add(value, deviation, (value - low) * share, (high - value) * share);
   }
   return range;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numbers>
 
 namespace tracer {
 namespace {
@@ -110,6 +111,15 @@ double bounded_refined_error(const PixelState& pixel, const DisplayTransform& di
 double deviation_of_mean(const PixelState& pixel, std::size_t channel) {
   const double count = pixel.count(), mean = pixel.mean().*channels[channel];
   return std::sqrt(std::max(0.0, pixel.squares[channel] / count - mean * mean) / (count - 1));
+}
+
+double stratified_deviation_of_mean(const PixelState& pixel, std::size_t channel) {
+  const double count = pixel.count(), differ = std::clamp(effective_hits(pixel), 1.0, count - 1);
+  const double hits = std::min(differ, count - differ), share = hits / count;
+  const double ratio = 8 / (3 * std::numbers::pi * (1 - share) * std::sqrt(hits / 2));
+  const auto channel_of = channels[channel];
+  const double difference = std::abs(mean_of(pixel, 0).*channel_of - mean_of(pixel, 1).*channel_of) / 2;
+  return std::max(difference, deviation_of_mean(pixel, channel) * std::sqrt(std::min(1.0, ratio)));
 }
 
 double expected_refined_error(const PixelState& pixel, const DisplayTransform& display) {

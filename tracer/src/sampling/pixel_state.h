@@ -156,6 +156,13 @@ double refined_error(const PixelState& pixel, const DisplayTransform& display);
 double bounded_refined_error(const PixelState& pixel, const DisplayTransform& display);
 /// Standard deviation of the mean of a channel, as if the samples were independent. Precondition: more than one sample.
 double deviation_of_mean(const PixelState& pixel, std::size_t channel);
+/// The same, of halves that are stratified, if nothing but the position in the pixel depends on chance. The samples hit
+/// a feature of the fraction p and some height h. If it is compact, its perimeter is about 4 sqrt(p), which crosses
+/// some (4 / pi) 4 sqrt(p) sqrt(m) of the m strata of a half. The variance within one of these is h^2 / 6 in the mean
+/// over the places of an edge, that within the others is 0. Relative to p (1 - p) h^2 / m, the variance of m
+/// independent samples, that of the half is 8 / (3 pi (1 - p) sqrt(p m)). The deviation is at least that of the two
+/// halves. Precondition: measured().
+double stratified_deviation_of_mean(const PixelState& pixel, std::size_t channel);
 /// Squared error that is expected from the deviation of all samples, if stratification helps half as much as usual
 /// (`variance_power`). Halves with few hits often agree by chance; this has more degrees of freedom.
 double expected_refined_error(const PixelState& pixel, const DisplayTransform& display);
