@@ -4,6 +4,7 @@
 
 #include "tests/statistics/error_coverage/corpus.h"
 #include "tests/support/scenes.h"
+#include "tracer/encode.h"
 #include "tracer/src/math/vec.h"
 
 namespace error_coverage {
@@ -236,6 +237,37 @@ CorpusScene corner_light(Canvas canvas, Random& random) {
   return result;
 }
 
+/// A sky of one radiance with a sun of ten texels, nearly as bright as the rest together.
+CorpusScene sunny_sky(Canvas canvas, Random& random) {
+  constexpr std::uint32_t columns = 512, rows = 256;
+  constexpr double pi = std::numbers::pi;
+  CorpusScene result = global_scene(canvas);
+  Image sky{columns, rows, {}};
+  const auto left = static_cast<std::uint32_t>(random.in(8, 100)), top = static_cast<std::uint32_t>(random.in(64, 190));
+  Color irradiance;  // over pi, of the ground that z is perpendicular to: u = 0 is z, and a quarter beside it is seen
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      const bool sun = column - left < 5 && row - top < 2;
+      const Color radiance = sun ? Color{500, 450, 300} : Color{0.1, 0.2, 0.4};
+      for (const double channel : {radiance.r, radiance.g, radiance.b}) sky.rgb.push_back(static_cast<float>(channel));
+      if (column >= columns / 4 && column < columns * 3 / 4) continue;
+      const auto along = [](double v) { return pi * (0.5 - v / rows) / 2 + std::sin(2 * pi * (0.5 - v / rows)) / 4; };
+      const auto across = [](double u) { return std::sin(2 * pi * u / columns); };
+      irradiance += radiance * ((along(row) - along(row + 1.0)) * (across(column + 1.0) - across(column)) / pi);
+    }
+  Texture texture;
+  texture.pattern = ImageTexture{};
+  texture.filter = Texture::Filter::nearest;
+  texture.path = "/background/environment";
+  result.scene.textures.push_back(texture);
+  result.scene.assets = {{"sky.exr", "/background/environment/file"}};
+  result.scene.background.environment = Environment{};
+  result.assets = {{encode(sky, Format::exr)->bytes}};
+  scenes::add(result.scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(sand));
+  result.exact = image_of(canvas, [=](double, double) { return sand * irradiance; });
+  return result;
+}
+
 /// A leaf that is lit from behind.
 CorpusScene leaf(Canvas canvas, Random& random) {
   CorpusScene result = global_scene(canvas);
@@ -325,6 +357,7 @@ std::vector<CorpusEntry> global_entries() {
       {family, "81 lamps", tiles, many_lamps},
       {family, "lamp of 800 triangles", tiles, mesh_lamp},
       {family, "lamp in a corner", tiles, corner_light},
+      {family, "sun of ten texels", tiles, sunny_sky},
       {family, "leaf", tiles, leaf},
       {family, "integrating sphere", tiles, integrating_sphere},
       {family, "parallel planes", targets, parallel_planes, true, true},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tests/support/scenes.h"
@@ -40,6 +41,7 @@ Estimate solid_angle(const CompiledScene& scene, const Vec3& from) {
   double sum = 0, squares = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const Emitters::Sample sample = scene.objects.emitters.sample(from, sequence_point(i, mix(7)));
+    if (!sample.primitive.hit()) continue;  // the sky
     EXPECT_NEAR(sample.density, scene.objects.emitters.density(sample.primitive, from, sample.direction),
                 1e-9 * sample.density);
     EXPECT_NEAR(length(sample.direction), 1, 1e-12);
@@ -96,6 +98,59 @@ TEST(Emitters, AreSelectedInProportionToTheirPower) {
   EXPECT_NEAR(second / double{count}, 0.75, 0.01);
   const Vec3 from{}, up{0, 0, 1};
   EXPECT_EQ(made->objects.emitters.density({made->geometry().plane_geometry(), 0}, from, up), 0) << "an infinite plane";
+}
+
+/// A checkered sky without black, turned about an inclined axis.
+Scene under_checkered_sky() {
+  Scene scene = scenes::empty(1);
+  scene.camera.up = {1, 2, 3};
+  scene.textures = {Texture{CheckerTexture{{Color{1, 1, 1}, Color{9, 5, 1}}}, {8, 6}, {}, "/background/environment"}};
+  scene.textures.back().wrap = Texture::Wrap::repeat;
+  scene.background.environment = Environment{{}, 20};
+  return scene;
+}
+
+TEST(Emitters, IncludeASkyWithADensityThatIntegratesToTheWholeSphere) {
+  const auto made = compiled(under_checkered_sky());
+  constexpr std::uint32_t count = 1 << 14;
+  double sum = 0, power = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Emitters::Sample sample = made->objects.emitters.sample({}, sequence_point(i, mix(3)));
+    ASSERT_FALSE(sample.primitive.hit());
+    ASSERT_NEAR(length(sample.direction), 1, 1e-12);
+    ASSERT_NEAR(sample.density, made->objects.emitters.density_of_sky(sample.direction), 0.3 * sample.density) << i;
+    sum += 1 / sample.density / count;
+    power += made->background->radiance(sample.direction, 0).r / sample.density / count;
+  }
+  EXPECT_NEAR(sum, 4 * pi, 0.05);
+  double truth = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec2 xi = sequence_point(i, mix(4));
+    const double z = 1 - 2 * xi.x, across = std::sqrt(1 - z * z);
+    const Vec3 direction{across * std::cos(2 * pi * xi.y), across * std::sin(2 * pi * xi.y), z};
+    truth += made->background->radiance(direction, 0).r * 4 * pi / count;
+  }
+  EXPECT_NEAR(power, truth, 0.02 * truth);
+}
+
+TEST(Emitters, ShareTheirSamplesWithTheSky) {
+  Scene scene = under_checkered_sky();
+  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({1, 1, 1}));
+  const auto made = compiled(scene);
+  int sky = 0;
+  constexpr int count = 1 << 12;
+  for (std::uint32_t i = 0; i < count; ++i)
+    sky += made->objects.emitters.sample({0, 0, 0}, sequence_point(i, mix(1))).primitive.hit() ? 0 : 1;
+  EXPECT_NEAR(sky / double{count}, 0.5, 0.01);
+  expect_solid_angle(scene, {0, 0, 0}, 2 * pi * (1 - std::sqrt(0.75)), "sphere before a sky");
+}
+
+TEST(Emitters, AreEmptyUnderABlackOrInfiniteSky) {
+  for (const double radiance : {0.0, std::numeric_limits<double>::infinity()}) {
+    Scene scene = under_checkered_sky();
+    scene.textures[0].pattern = CheckerTexture{{Color{}, Color{radiance, 0, 0}}};
+    EXPECT_TRUE(compiled(scene)->objects.emitters.empty());
+  }
 }
 
 TEST(Emitters, AreNotMadeForScenesThatNeedNone) {

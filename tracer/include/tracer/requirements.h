@@ -34,7 +34,7 @@ struct Requirements {
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
   bool global_light = false;    ///< surfaces reflect the light of other surfaces diffusely
-  bool emitters = false;        ///< and a finite surface glows
+  bool emitters = false;        ///< and a finite surface glows, or the background has textures
   bool approximations = false;  ///< an approximation changes the image
 };
 

@@ -184,13 +184,13 @@ std::optional<Failure> find_excess_of_light(const CompiledScene& scene) {
   return std::nullopt;
 }
 
-/// Precondition: the accelerator is set.
+/// Precondition: the accelerator and the background are set.
 Emitters emitters_of(const CompiledScene& scene) {
   std::vector<float> radiance;
   radiance.reserve(scene.objects.material.size());
   for (const std::uint32_t material : scene.objects.material)
     radiance.push_back(static_cast<float>(max_component(color_bound(scene, scene.materials[material].emission))));
-  return {scene.geometry(), std::move(radiance)};
+  return {scene.geometry(), std::move(radiance), SkyTable(*scene.background)};
 }
 
 bool uses_patches(const Accuracy& accuracy) {

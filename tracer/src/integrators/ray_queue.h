@@ -50,7 +50,8 @@ struct PathState {
   double weight = 0;
   /// Density of the direction of a diffuse ray, per solid angle, if emitters are sampled as well; else 0.
   double density = 0;
-  PrimitiveRef emitter{};  ///< set for a ray toward an emitter, which brings the emission of this primitive alone
+  /// For a ray toward an emitter, which brings the emission of this primitive alone; no hit: that of the sky.
+  PrimitiveRef emitter{};
 };
 
 /// Rays of one kind, as arrays. Their order is the order of the contributions to a sample, so it must depend on the

@@ -107,8 +107,8 @@ double area_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
 
 }  // namespace
 
-Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance)
-    : geometry_(&geometry), radiance_(std::move(radiance)) {
+Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky)
+    : geometry_(&geometry), radiance_(std::move(radiance)), sky_(std::move(sky)) {
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number) {
     const auto add_all = [&](std::size_t count) {
       for (std::uint32_t i = 0; i < count; ++i) add({number, i});
@@ -127,6 +127,7 @@ Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance)
         break;
     }
   }
+  if (!sky_.empty()) sky_share_ = primitive_.empty() ? 1 : 0.5;
 }
 
 void Emitters::add(const PrimitiveRef& primitive) {
@@ -138,12 +139,14 @@ void Emitters::add(const PrimitiveRef& primitive) {
 }
 
 Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
-  const double wanted = xi.x * power_.back();
-  const auto found = std::min(std::upper_bound(power_.begin(), power_.end(), wanted), power_.end() - 1);
-  const double before = found == power_.begin() ? 0 : *(found - 1);
+  if (xi.x < sky_share_) {
+    const SkyTable::Sample sky = sky_.sample({xi.x / sky_share_, xi.y});
+    return {.primitive = {}, .direction = sky.direction, .density = sky_share_ * sky.density};
+  }
   // The position in the interval of the selected primitive is uniform: the same number serves twice.
-  const Vec2 rest{std::clamp((wanted - before) / (*found - before), 0.0, 1.0), xi.y};
-  Sample sample{.primitive = primitive_[static_cast<std::size_t>(found - power_.begin())], .direction = {}};
+  const Selected selected = select_interval(power_, (xi.x - sky_share_) / (1 - sky_share_));
+  const Vec2 rest{selected.position, xi.y};
+  Sample sample{.primitive = primitive_[selected.index], .direction = {}};
   if (const auto flat = flat_shape(*geometry_, sample.primitive)) {
     const Vec3 offset = flat->point(rest) - from, normal = cross(flat->u, flat->v);
     const double squared = dot(offset, offset), distance = std::sqrt(squared);
@@ -169,12 +172,12 @@ double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const 
 }
 
 double Emitters::share_per_area(const PrimitiveRef& primitive) const {
-  return radiance_[geometry_->object_of(primitive)] / power_.back();
+  return (1 - sky_share_) * radiance_[geometry_->object_of(primitive)] / power_.back();
 }
 
 std::uint64_t Emitters::memory_bytes() const {
   return radiance_.capacity() * sizeof(float) + primitive_.capacity() * sizeof(PrimitiveRef) +
-         power_.capacity() * sizeof(double);
+         power_.capacity() * sizeof(double) + sky_.memory_bytes();
 }
 
 }  // namespace tracer

@@ -1,13 +1,15 @@
 #pragma once
-/// Sampling of glowing surfaces, as directions from a point. A surface is selected in proportion to its area times its
-/// radiance. Triangles and discs are sampled uniformly over their area; of any other shape the cone around its bounding
-/// sphere is, which for a sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo
-/// Techniques for Direct Lighting Calculations"). Infinite planes are never selected.
+/// Sampling of glowing surfaces and of a sky with textures, as directions from a point. The sky is selected in half of
+/// the cases, or always if nothing else glows; a surface is in proportion to its area times its radiance. Triangles and
+/// discs are sampled uniformly over their area; of any other shape the cone around its bounding sphere is, which for a
+/// sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo Techniques for Direct
+/// Lighting Calculations"). Infinite planes are never selected.
 
 #include <cstdint>
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/lights/sky_table.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -17,19 +19,24 @@ class Emitters {
   Emitters() = default;
   /// `radiance`: by object, any measure of what it emits; 0 if it does not glow. The geometry must outlive it. Throws
   /// std::bad_alloc.
-  Emitters(const GeometrySet& geometry, std::vector<float> radiance);
+  Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky);
 
-  [[nodiscard]] bool empty() const { return primitive_.empty(); }
+  [[nodiscard]] bool empty() const { return primitive_.empty() && sky_.empty(); }
 
   struct Sample {
-    PrimitiveRef primitive;
-    Vec3 direction;      ///< unit, from the point to the primitive; may miss a primitive sampled by its cone
-    double density = 0;  ///< as density(); 0 or NaN if there is no direction
+    PrimitiveRef primitive;  ///< no hit: the sky
+    Vec3 direction;          ///< unit, from the point to the primitive; may miss a primitive sampled by its cone
+    double density = 0;      ///< as density(); 0 or NaN if there is no direction
   };
-  /// A direction from the render-space point `from`, for `xi` uniform in [0,1)^2.
+  /// A direction from the render-space point `from`, for `xi` uniform in [0,1)^2. Precondition: it is not empty.
   [[nodiscard]] Sample sample(const Vec3& from, const Vec2& xi) const;
   /// Density, per solid angle, with which sample() selects this primitive and the unit direction; 0 if it never does.
   [[nodiscard]] double density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const;
+
+  /// The same of a direction to the sky.
+  [[nodiscard]] double density_of_sky(const Vec3& direction) const {
+    return sky_.empty() ? 0 : sky_share_ * sky_.density(direction);
+  }
 
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
@@ -42,6 +49,8 @@ class Emitters {
   std::vector<float> radiance_;  ///< by object
   std::vector<PrimitiveRef> primitive_;
   std::vector<double> power_;  ///< sums up to each primitive
+  SkyTable sky_;
+  double sky_share_ = 0;  ///< probability that the sky is selected
 };
 
 }  // namespace tracer

@@ -1,9 +1,12 @@
 #pragma once
 /// Sample positions from a hash of (pixel, sample, seed): stateless, so the image does not depend on the scheduling.
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <span>
 
 #include "tracer/scene.h"
 
@@ -86,6 +89,23 @@ inline Vec3 cosine_direction(const Vec2& xi) {
   const double radius = std::sqrt(xi.x);
   const Vec2 at = point_of_circle(xi.y);
   return {radius * at.x, radius * at.y, std::sqrt(1 - xi.x)};
+}
+
+/// One of several intervals that lie side by side.
+struct Selected {
+  std::size_t index = 0;
+  double position = 0;     ///< in the interval, in [0,1]: uniform if the selecting number is
+  double probability = 0;  ///< length of the interval over that of all
+};
+
+/// The interval that contains the part `xi` of all, for xi in [0,1). `ends`: where each ends; the first begins at 0.
+/// Precondition: the last end is positive.
+inline Selected select_interval(std::span<const double> ends, double xi) {
+  const double wanted = xi * ends.back();
+  const auto found = std::min(std::upper_bound(ends.begin(), ends.end(), wanted), ends.end() - 1);
+  const double before = found == ends.begin() ? 0 : *(found - 1);
+  return {static_cast<std::size_t>(found - ends.begin()), std::clamp((wanted - before) / (*found - before), 0.0, 1.0),
+          (*found - before) / ends.back()};
 }
 
 /// Hash key from which all random numbers of a pixel are derived.

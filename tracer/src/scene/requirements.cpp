@@ -56,6 +56,9 @@ class Finder {
       add(placed);
     });
     if (emitter_) need(&Requirements::emitters, needs_.global_light, *emitter_);
+    const Background& sky = scene_.background;
+    need(&Requirements::emitters, needs_.global_light && sky.environment, "/background/environment");
+    need(&Requirements::emitters, needs_.global_light && sky.cube, "/background/cube");
     return needs_;
   }
 

@@ -79,8 +79,7 @@ Color CompiledBackground::environment(const Vec3& direction, double spread) cons
   const Vec2 uv{turn - std::floor(turn), 0.5 + std::atan2(dot(direction, around.up), level) / pi};
   const Texture& texture = around.texture;
   const ImageMap* image = around.image.get();
-  if (!(spread > 0) || texture.filter != Texture::Filter::mipmap)
-    return texture_color(texture, lookup(texture, uv, {}), image, around.wraps);
+  if (!(spread > 0) || texture.filter != Texture::Filter::mipmap) return radiance_at(uv);
   const double height = std::min(1.0, spread / pi);
   const double width = spread < 2 * pi * level ? spread / (2 * pi * level) : 1;
   constexpr double lookups_max = 1024;  // exceeded only in pixels that contain a pole
@@ -108,6 +107,25 @@ Color CompiledBackground::cube(const Vec3& direction, double spread) const {
   return texture_color(face->texture,
                        lookup(face->texture, {(1 + right) / 2, (1 + up) / 2}, {covered(right), covered(up)}),
                        face->image.get(), face->wraps);
+}
+
+CompiledBackground::DirectionGrid CompiledBackground::grid() const {
+  if (faces_.empty()) return {};
+  const Face& face = faces_.front();
+  const double faces = kind_ == Kind::cube ? 4 : 1;
+  if (face.image == nullptr) return {face.axis, face.right, face.up, 512, 256};  // a pattern has a value everywhere
+  const Image& image = face.image->levels().front();
+  return {face.axis, face.right, face.up, faces * std::abs(face.texture.scale.x) * image.width,
+          std::ceil(faces / 2) * std::abs(face.texture.scale.y) * image.height};
+}
+
+Color CompiledBackground::radiance_at(const Vec2& uv) const {
+  const Face& face = faces_.front();
+  if (kind_ == Kind::environment)
+    return texture_color(face.texture, lookup(face.texture, uv, {}), face.image.get(), face.wraps);
+  const double longitude = 2 * pi * (uv.x - 0.5), latitude = pi * (uv.y - 0.5);
+  const Vec3 level = face.axis * std::cos(longitude) + face.right * std::sin(longitude);
+  return radiance(level * std::cos(latitude) + face.up * std::sin(latitude), 0);
 }
 
 double CompiledBackground::bound() const {

@@ -29,6 +29,15 @@ class CompiledBackground {
   /// Gradient along up(), or null.
   [[nodiscard]] const Gradient* gradient() const { return kind_ == Kind::gradient ? &gradient_ : nullptr; }
   [[nodiscard]] const Vec3& up() const { return up_; }
+  /// Directions at which the textures have their texels: `columns` around `up` from behind, turning to `right`, and
+  /// `rows` of equal angles from below. Those of a cube are as close. No columns without textures.
+  struct DirectionGrid {
+    Vec3 ahead, right, up;
+    double columns = 0, rows = 0;
+  };
+  [[nodiscard]] DirectionGrid grid() const;
+  /// Unfiltered, at a point of the unit square over the grid. Precondition: it has columns.
+  [[nodiscard]] Color radiance_at(const Vec2& uv) const;
   /// Upper bound of the radiance over all directions and channels.
   [[nodiscard]] double bound() const;
 

@@ -88,7 +88,7 @@ class DiffuseRays {
 
   /// Adds a ray toward an emitter for each lane with a ray. To be called before any of them is dropped by chance.
   void sample_emitters(const ShadingPointPacket& shading_points, RayQueue& to) {
-    if (rays_.going == 0) return;
+    if (rays_.going == 0 || state_.scene.objects.emitters.empty()) return;
     PointLanes points;
     random_points(random_, Choice::emitter, points);
     VecLanes direction;

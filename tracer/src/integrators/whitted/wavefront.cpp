@@ -189,9 +189,17 @@ void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_
       state_.template needs<&Requirements::environment>() && state_.template needs<&Requirements::filtered_textures>();
   for (const std::uint32_t ray : escaped_rays_) {
     const double spread = filtered ? std::abs(rays.cone(ray).spread) : 0;
-    const Color radiance = plain != nullptr ? *plain : scene.background->radiance(rays.direction(ray), spread);
+    Color radiance = plain != nullptr ? *plain : scene.background->radiance(rays.direction(ray), spread);
+    if (state_.template needs<&Requirements::emitters>()) radiance = radiance * weight_of_sky(rays, ray);
     state_.radiance[rays.sample(ray)] += state_.throughput_at_hit(rays, ray) * radiance;
   }
+}
+
+/// Weight of the sky that a ray finds, if rays toward emitters may have found it as well.
+template <class Features>
+double Wavefront<Features>::weight_of_sky(const RayQueue& rays, std::size_t ray) const {
+  const double own = rays.path_state(ray).density;
+  return own == 0 ? 1 : own / (own + state_.scene.objects.emitters.density_of_sky(rays.direction(ray)));
 }
 
 /// Loads up to 16 hits, from `first` on in `hit_rays`: all that does not depend on the light.
@@ -263,8 +271,15 @@ void Wavefront<Features>::add_emission(const RayQueue& rays) {
   const HitSpan found = find_hits(rays, Coherence::incoherent);
   std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   hit_rays.clear();
-  for (std::size_t i = 0; i < rays.size(); ++i)
-    if (found.primitive[i] == rays.path_state(i).emitter) hit_rays.push_back(static_cast<std::uint32_t>(i));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (found.primitive[i] != rays.path_state(i).emitter) continue;
+    if (found.primitive[i].hit()) {
+      hit_rays.push_back(static_cast<std::uint32_t>(i));
+    } else {
+      const Color radiance = state_.scene.background->radiance(rays.direction(i), 0);
+      state_.radiance[rays.sample(i)] += state_.throughput_at_hit(rays, i) * radiance;
+    }
+  }
   ShadingPointPacket shading_points;
   for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
     load_hits(rays, first, shading_points);
