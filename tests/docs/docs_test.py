@@ -73,7 +73,7 @@ class Readme(Page):
         self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
 
     def test_renders_and_checks_on_the_command_line(self):
-        self.assertRegex(self.output("whittle check"), r"\A.*valid.*\n(  \w+ +#\S+\n)+\Z")
+        self.assertRegex(self.output("whittle check"), r"\A.*valid.*\n(  \w+ +#\S+\n)+global light .+\n\Z")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
         self.assertEqual(images.read_exr((self.directory / "cornell.exr").read_bytes()).shape, (512, 512, 3))
 

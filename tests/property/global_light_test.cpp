@@ -6,68 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/support/scenes.h"
-#include "tracer/encode.h"
-#include "tracer/image.h"
+#include "tests/property/global_radiance.h"
 
 namespace tracer {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-
-struct Mean {
-  double value = 0, error = 0;
-};
-
-/// Mean of a channel over the whole image.
-double mean_radiance(const Image& image, std::size_t channel = 0) {
-  double sum = 0;
-  for (std::size_t i = channel; i < image.rgb.size(); i += 3) sum += image.rgb[i];
-  return sum / (static_cast<double>(image.rgb.size()) / 3);
-}
-
-/// Over renders with different seeds.
-template <class Value>
-Mean mean_over_seeds(Scene scene, const Value& value, std::uint64_t seeds = 24) {
-  double sum = 0, squares = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    scene.accuracy.seed = seed;
-    const double one = value(scene);
-    sum += one;
-    squares += one * one;
-  }
-  const auto n = static_cast<double>(seeds);
-  const double mean = sum / n;
-  return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1))};
-}
-
-Mean radiance(const Scene& scene) {
-  return mean_over_seeds(scene, [](const Scene& one) { return mean_radiance(scenes::render(one).image); });
-}
-
-void expect_mean(const Mean& found, double truth, const std::string& name) {
-  EXPECT_LE(std::abs(found.value - truth), 4 * found.error + 1e-6 * truth)
-      << name << ": " << found.value << " +- " << found.error << ", must be " << truth;
-  EXPECT_LE(std::abs(found.value - truth), 0.005 * truth) << name << ": " << found.value << " +- " << found.error;
-}
-
-Material surface(double diffuse, double emission = 0) {
-  Material material = scenes::matte({1, 1, 1});
-  material.ambient = 0;
-  material.diffuse = diffuse;
-  material.emission = Color{emission, emission, emission};
-  return material;
-}
-
-/// Two by two pixels of a narrow view from `position` to `target`.
-Scene view_of(const Vec3& target, const Vec3& position, std::uint32_t samples) {
-  Scene scene = scenes::empty(2);
-  scene.camera = {position, target, {0, 0.6, 0.8}, 0.05};
-  scene.accuracy.model = Accuracy::Model::global;
-  scene.accuracy.samples = samples;
-  scene.accuracy.max_depth = 1000;
-  return scene;
-}
 
 /// Parallel to z = 0, in the given number of triangles along x and y.
 Mesh square(double low, double high, double z, std::uint32_t parts = 1) {
@@ -177,21 +119,6 @@ TEST(GlobalLight, BehindAFilterCountsOnce) {
   expect_mean(radiance(scene), square_factor * 4 / 2, "square behind a filter");
 }
 
-TEST(GlobalLight, OfTheSkyIsThePartThatIsInSight) {
-  constexpr double rho = 0.7, sky = 3;
-  for (const bool wall : {false, true}) {
-    Scene scene = view_of({0.5, 0, 0}, {3, -3, 3}, 512);
-    scene.background.color = {sky, sky, sky};
-    scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(rho));
-    if (wall) scenes::add(scene, Plane{{0, 0, 0}, {1, 0, 0}, {}}, surface(0));
-    expect_mean(radiance(scene), rho * sky / (wall ? 2 : 1), wall ? "beside a black wall" : "open");
-  }
-  Scene body = view_of({0, 0, 0}, {3, -3, 3}, 64);
-  body.background.color = {sky, sky, sky};
-  scenes::add(body, Sphere{{0, 0, 0}, 1}, surface(rho));
-  expect_mean(radiance(body), rho * sky, "sphere");
-}
-
 TEST(GlobalLight, ComesThroughALeafFromItsOtherSide) {
   Material leaf = surface(0.3);
   leaf.diffuse_transmission = 0.4;
@@ -226,40 +153,6 @@ TEST(GlobalLight, OfLightsEmissionAndSkyIsTheirSum) {
   };
   const Mean found = mean_over_seeds(scene, difference);
   EXPECT_LE(std::abs(found.value), 4 * found.error) << found.value << " +- " << found.error;
-}
-
-TEST(GlobalLight, OfASkyWithASunHasItsIrradianceAndASmallVariance) {
-  constexpr std::uint32_t columns = 256, rows = 128, row = 20, column = 40;
-  constexpr float sun = 20'000;
-  Image sky{columns, rows, {}};
-  for (std::uint32_t i = 0; i < columns * rows; ++i) {
-    const float of_sky = i < columns * rows / 2 ? 1 : 0;
-    sky.rgb.insert(sky.rgb.end(), 3, i == row * columns + column ? sun : of_sky);
-  }
-  const Assets assets{{encode(sky, Format::exr)->bytes}};
-  Scene scene = view_of({0, 0, 0}, {0, -8, 1}, 64);
-  scene.camera.up = {0, 0, 1};
-  scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(0.8));
-  scene.textures.emplace_back().pattern = ImageTexture{};
-  scene.textures.back().filter = Texture::Filter::nearest;
-  scene.textures.back().path = "/background/environment";
-  scene.assets = {{"sky.exr", "/background/environment/file"}};
-  scene.background.environment = Environment{};
-  const auto squared_sine = [](double v) { return std::pow(std::sin(pi * (0.5 - v / rows)), 2); };
-  // Over pi: half of the difference of the squared sines of the latitudes, for the part of a turn.
-  const double of_sun = (sun - 1) * (squared_sine(row) - squared_sine(row + 1.0)) / columns;
-  const Mean found =
-      mean_over_seeds(scene, [&](const Scene& one) { return mean_radiance(scenes::render(one, 1, assets).image); });
-  expect_mean(found, 0.8 * (1 + of_sun), "sun");
-  EXPECT_GT(of_sun, 1) << "the sun is brighter than the sky";
-  EXPECT_LT(found.error * std::sqrt(24 * 4 * 64), 1.5) << "of a sample; hits alone: " << std::sqrt(sun * of_sun);
-  for (const auto filter : {Texture::Filter::bilinear, Texture::Filter::mipmap}) {  // both widen the sun
-    scene.textures[0].filter = filter;
-    const Mean widened =
-        mean_over_seeds(scene, [&](const Scene& one) { return mean_radiance(scenes::render(one, 1, assets).image); });
-    EXPECT_NEAR(widened.value, found.value, 4 * std::hypot(widened.error, found.error) + 0.002 * found.value);
-    EXPECT_LT(widened.error * std::sqrt(24 * 4 * 64), 3);
-  }
 }
 
 TEST(GlobalLight, OfASmallEmitterHasATenthOfTheVarianceOfHitsAlone) {
@@ -340,15 +233,6 @@ TEST(GlobalLight, IsOneInAFurnaceOfAllShapesAndMaterials) {
   }
   const double count = static_cast<double>(sum.size());
   expect_mean({all / count, std::sqrt(3 * variance) / count}, 1, "whole image");  // channels share their paths
-}
-
-TEST(GlobalLight, IsOneOnAConvexWhiteBodyUnderAWhiteSky) {
-  Scene scene = view_of({0, 0, 0}, {3, -3, 3}, 64);
-  scene.camera.fov_deg = 30;
-  scene.background.color = {1, 1, 1};
-  scenes::add(scene, Box{{-1, -1, -1}, {1, 1, 1}}, surface(1));
-  const Rendered rendered = scenes::render(scene);
-  for (const float value : rendered.image.rgb) EXPECT_NEAR(value, 1, 1e-6);
 }
 
 TEST(GlobalLight, IsBitIdenticalForThreadsAndCrops) {
