@@ -13,7 +13,7 @@ using reader_tests::accepted;
 using reader_tests::document_with;
 
 /// Spheres of these materials, and `members`.
-std::string summary_of(const std::vector<std::string>& materials, const std::string& members = {}) {
+std::string global_summary_of(const std::vector<std::string>& materials, const std::string& members = {}) {
   std::string defined, objects;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const std::string name = "m" + std::to_string(i), separator = i == 0 ? "" : ", ";
@@ -27,44 +27,46 @@ std::string summary_of(const std::vector<std::string>& materials, const std::str
 
 TEST(GlobalLightSummary, BoundsTheLightByTheBrightestDiffuseSurface) {
   EXPECT_EQ(
-      summary_of({R"({"model": "lambert", "color": [0.8, 0, 0]})", R"({"model": "lambert", "color": 0.5})",
-                  R"({"color": [0.8, 0, 0], "diffuse": 1})"}),
+      global_summary_of({R"({"model": "lambert", "color": [0.8, 0, 0]})", R"({"model": "lambert", "color": 0.5})",
+                         R"({"color": [0.8, 0, 0], "diffuse": 1})"}),
       "adds light between surfaces of 2 diffuse colors that reflect up to 0.8, at most 4 times the brightest light "
       "without it");
   EXPECT_EQ(
-      summary_of({R"({"color": 0.5, "diffuse": 1, "reflection": 0.25})"}),
+      global_summary_of({R"({"color": 0.5, "diffuse": 1, "reflection": 0.25})"}),
       "adds light between surfaces of 1 diffuse color that reflect up to 0.5, at most 2 times the brightest light "
       "without it");
 }
 
 TEST(GlobalLightSummary, IgnoresMirrorsAndGlassWithoutDiffuseLight) {
   const std::string mirror = R"({"diffuse": 0, "reflection": 1})";
-  EXPECT_EQ(summary_of({mirror, R"({"diffuse": 0, "transmission": 1, "ior": 1.5})"}),
+  EXPECT_EQ(global_summary_of({mirror, R"({"diffuse": 0, "transmission": 1, "ior": 1.5})"}),
             "adds nothing: no surface reflects light diffusely");
-  EXPECT_EQ(summary_of({mirror, R"({"model": "lambert", "color": 0.5})"}),
-            summary_of({R"({"model": "lambert", "color": 0.5})"}));
+  EXPECT_EQ(global_summary_of({mirror, R"({"model": "lambert", "color": 0.5})"}),
+            global_summary_of({R"({"model": "lambert", "color": 0.5})"}));
 }
 
 TEST(GlobalLightSummary, HasNoBoundForWhite) {
-  EXPECT_NE(summary_of({R"({"model": "lambert", "color": 1})"}).find("reflect up to 1, without an upper bound"),
+  EXPECT_NE(global_summary_of({R"({"model": "lambert", "color": 1})"}).find("reflect up to 1, without an upper bound"),
             std::string::npos);
 }
 
 TEST(GlobalLightSummary, BoundsTexturesByTheirColors) {
   const std::string textures = R"("textures": {"squares": {"checker": [0.2, 0.75]}})";
-  EXPECT_NE(summary_of({R"({"model": "lambert", "color": "squares"})"}, textures).find("up to 0.75, at most 3 times"),
-            std::string::npos);
+  EXPECT_NE(
+      global_summary_of({R"({"model": "lambert", "color": "squares"})"}, textures).find("up to 0.75, at most 3 times"),
+      std::string::npos);
 }
 
 TEST(GlobalLightSummary, NamesGlowingSurfacesAndTheBackground) {
   const std::string grey = R"({"model": "lambert", "color": 0.5})", lamp = R"({"diffuse": 0, "emission": 2})";
-  EXPECT_TRUE(summary_of({grey, lamp}).ends_with("; glowing surfaces light others (/materials/m1)"));
-  EXPECT_TRUE(summary_of({grey}, R"("background": {"color": 0.2})").ends_with("; the background lights surfaces"));
-  EXPECT_EQ(summary_of({grey}).find("background"), std::string::npos);
+  EXPECT_TRUE(global_summary_of({grey, lamp}).ends_with("; glowing surfaces light others (/materials/m1)"));
+  EXPECT_TRUE(
+      global_summary_of({grey}, R"("background": {"color": 0.2})").ends_with("; the background lights surfaces"));
+  EXPECT_EQ(global_summary_of({grey}).find("background"), std::string::npos);
 }
 
 TEST(GlobalLightSummary, NamesAMaterialThatTheModelRefuses) {
-  EXPECT_TRUE(summary_of({R"({"color": 1, "diffuse": 0.02, "transmission": 1, "ior": 1.5})"})
+  EXPECT_TRUE(global_summary_of({R"({"color": 1, "diffuse": 0.02, "transmission": 1, "ior": 1.5})"})
                   .starts_with("not possible: /materials/m0 gives back "));
 }
 
