@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "api/src/json/json_text.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/request.h"
@@ -127,8 +127,6 @@ std::vector<tracer::Issue> validated(Reading& reading) {
 
 void append_value(std::string& text, json::Tape& tape, json::Node* node);
 
-void append_string(std::string& text, std::string_view value) { text += nlohmann::json(value).dump(); }
-
 void append_array(std::string& text, json::Tape& tape, json::Node* node) {
   json::Node* element = node + 1;
   text += '[';
@@ -148,7 +146,7 @@ void append_object(std::string& text, json::Tape& tape, json::Node* node) {
   text += '{';
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0) text += ',';
-    append_string(text, keys[i]->string());
+    json::append_string(text, keys[i]->string());
     text += ':';
     append_value(text, tape, keys[i] + 1);
   }
@@ -162,7 +160,7 @@ void append_value(std::string& text, json::Tape& tape, json::Node* node) {
     std::array<char, 32> digits{};
     text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), node->number).ptr);
   }
-  if (node->kind == json::Kind::string) append_string(text, node->string());
+  if (node->kind == json::Kind::string) json::append_string(text, node->string());
   if (node->kind == json::Kind::array) append_array(text, tape, node);
   if (node->kind == json::Kind::object) append_object(text, tape, node);
 }

@@ -7,6 +7,7 @@
 
 #include "api/estimate.h"
 #include "api/src/json/json_parser.h"
+#include "api/src/json/json_text.h"
 #include "api/src/result_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"
@@ -100,36 +101,37 @@ Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures) {
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes, const Division& division) {
-  Json report = requirements_json(scene);
-  report["warnings"] = issues_json(tracer::warnings(scene));
-  report["error"] = error_json(error);
-  report["artifacts"] = artifacts_json(artifacts);
-  report["samples"] = samples_json(scene, statistics);
-  report["holdout_samples"] = statistics.holdout_samples;
-  report["rays"] = rays_json(statistics.rays);
-  report["culled_shadows"] =
-      object_of({{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}});
-  report["duplicates"] = statistics.duplicates;
-  report["time_ms"] = object_of({{"queue", times.queue},
-                                 {"parse", times.parse},
-                                 {"build", times.build},
-                                 {"trace", times.trace},
-                                 {"encode", times.encode}});
-  report["workers"] = division.workers;
-  report["tasks"] = division.tasks;
-  report["repeated_tasks"] = division.repeated_tasks;
-  report["geometry_reused"] = times.cache_hits.geometry;
-  report["textures"] =
-      object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}});
-  report["radiosity"] = radiosity_json(times.radiosity);
-  report["estimated_work"] = or_null(estimated_work(scene));
-  report["memory_bytes"] = memory_bytes;
-  report["non_finite"] = statistics.non_finite;
-  report["build"] = tracer::build();
-  return report.dump();
+  Json needs = requirements_json(scene);
+  return json::text_of(object_of(
+      {{"requirements", std::move(needs["requirements"])},
+       {"reasons", std::move(needs["reasons"])},
+       {"warnings", issues_json(tracer::warnings(scene))},
+       {"error", error_json(error)},
+       {"artifacts", artifacts_json(artifacts)},
+       {"samples", samples_json(scene, statistics)},
+       {"holdout_samples", statistics.holdout_samples},
+       {"rays", rays_json(statistics.rays)},
+       {"culled_shadows",
+        object_of({{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}})},
+       {"duplicates", statistics.duplicates},
+       {"time_ms", object_of({{"queue", times.queue},
+                              {"parse", times.parse},
+                              {"build", times.build},
+                              {"trace", times.trace},
+                              {"encode", times.encode}})},
+       {"workers", division.workers},
+       {"tasks", division.tasks},
+       {"repeated_tasks", division.repeated_tasks},
+       {"geometry_reused", times.cache_hits.geometry},
+       {"textures", object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}})},
+       {"radiosity", radiosity_json(times.radiosity)},
+       {"estimated_work", or_null(estimated_work(scene))},
+       {"memory_bytes", memory_bytes},
+       {"non_finite", statistics.non_finite},
+       {"build", tracer::build()}}));
 }
 
-std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
+std::string write_accuracy(const tracer::Accuracy& accuracy) { return json::text_of(accuracy_json(accuracy)); }
 
 std::optional<ReportFigures> read_report(std::string_view report) {
   if (report.size() > report_bytes_max) return std::nullopt;

@@ -63,13 +63,6 @@ std::optional<double> number_or_none(const Json& json) {
 
 }  // namespace
 
-Json object_of(std::initializer_list<std::pair<const char*, Json>> members) {
-  Json::object_t object;
-  object.reserve(members.size());
-  for (const auto& [name, value] : members) object.emplace_back(name, value);
-  return object;
-}
-
 Json accuracy_json(const tracer::Accuracy& accuracy) {
   const tracer::Accuracy usual;
   Json json = Json::object();

@@ -2,7 +2,7 @@
 /// JSON members that several documents share: accuracy, error estimate and ray counts.
 
 #include <cmath>
-#include <initializer_list>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -19,8 +19,14 @@ inline Json or_null(const std::optional<double>& value) { return value ? Json(*v
 inline Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 /// An object with these members, whose names must differ. Unlike an initializer list of Json it makes no array of each
-/// member first.
-Json object_of(std::initializer_list<std::pair<const char*, Json>> members);
+/// member first, and moves the values.
+template <std::size_t count>
+Json object_of(std::pair<const char*, Json> (&&members)[count]) {
+  Json::object_t object;
+  object.reserve(count);
+  for (auto& [name, value] : members) object.emplace_back(name, std::move(value));
+  return object;
+}
 
 /// The accuracy section of a document that has this accuracy. Defaults are omitted.
 Json accuracy_json(const tracer::Accuracy& accuracy);

@@ -4,6 +4,8 @@
 
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tracer/version.h"
 
@@ -53,6 +55,25 @@ TEST(Report, MembersOfOtherTypesCountAsZero) {
   EXPECT_EQ(huge->rays.camera, std::uint64_t{1} << 63);
   EXPECT_EQ(huge->rays.shadow, 0u);
   EXPECT_EQ(huge->target_met, false);
+}
+
+TEST(Report, WritesTheShortestDigitsOfNumbers) {
+  const std::vector<std::pair<double, std::string>> texts{{0, "0.0"},
+                                                          {-0.0, "-0.0"},
+                                                          {1.0 / 3, "0.3333333333333333"},
+                                                          {1e-4, "0.0001"},
+                                                          {9.999e-5, "9.999e-05"},
+                                                          {5e-324, "5e-324"},
+                                                          {999999999999999, "999999999999999.0"},
+                                                          {1e15, "1e+15"},
+                                                          {-1.5e300, "-1.5e+300"},
+                                                          {std::numeric_limits<double>::infinity(), "null"}};
+  for (const auto& [number, text] : texts) {
+    tracer::ErrorEstimate error;
+    error.estimate = number;
+    const std::string report = api::write_report({}, error, {}, {}, {}, 0);
+    EXPECT_NE(report.find(R"("estimate":)" + text + ","), std::string::npos) << report;
+  }
 }
 
 TEST(Report, HasEveryMember) {

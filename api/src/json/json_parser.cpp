@@ -169,10 +169,11 @@ std::string sentence(std::string_view message, std::string_view bytes, std::size
 
 /// The reason to refuse the first string or number that is over its limit whatever its escapes are; empty if there is
 /// none before the end or the first error. The parser would read it completely before it reports its size, which takes
-/// seconds.
+/// seconds if the document is longer than a string may be.
 std::string oversized_token(std::string_view bytes, const DocumentLimits& limits) {
   constexpr std::string_view number = "0123456789+-.eE";
   const std::size_t string_bytes = std::max(limits.string_bytes, limits.key_bytes);
+  if (bytes.size() <= string_bytes) return {};
   for (std::size_t at = 0; at < bytes.size();) {
     const char c = bytes[at];
     if (c == '"') {

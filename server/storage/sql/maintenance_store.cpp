@@ -57,7 +57,7 @@ struct Step {
         " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expiring"
         "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL) <= ?1"
         " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expired WHERE expired = 1) <= ?2"
-        " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0) <= ?3"
+        " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at IS NOT NULL) <= ?3"
         " OR (SELECT min(expires_at) FROM replies) <= ?1" +
             oldest_of("succeeded") + " <= ?5" + oldest_of("failed") + " <= ?6" + oldest_of("cancelled") + " <= ?6",
         limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before,
@@ -207,7 +207,7 @@ class SqlMaintenance final : public queue::MaintenanceStore {
       if (database.is_shared()) return 0;
       database.change(
           "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
-          " cancel_requested = 0, revision = revision + 1 WHERE keep = 0 AND ended_at IS NULL",
+          " cancel_requested = 0, revision = revision + 1 WHERE state IN ('queued', 'running') AND keep = 0",
           now);
       return database.change(std::string(released_columns) +
                                  " 'daemon_ended ', attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",

@@ -119,7 +119,7 @@ CREATE INDEX jobs_delayed ON jobs (not_before, work) WHERE not_before IS NOT NUL
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
 CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
 CREATE INDEX jobs_ended ON jobs (state, ended_at) WHERE ended_at IS NOT NULL AND expired = 0;
-CREATE INDEX jobs_not_kept ON jobs (ended_at) WHERE keep = 0;
+CREATE INDEX jobs_not_kept ON jobs (ended_at) WHERE keep = 0 AND ended_at IS NOT NULL;
 CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
 CREATE INDEX jobs_by_content ON jobs (content_key, id)
   WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
