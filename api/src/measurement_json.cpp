@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <iterator>
 #include <locale>
 #include <sstream>
 
@@ -24,7 +25,33 @@ Json measured_json(const tracer::Measurement& measurement, const tracer::Measure
           {"settings", accuracy_json(setting.accuracy)},
           {"seconds", point.seconds},
           {"error", point.error},
-          {"broken", tracer::is_broken(measurement, point)}};
+          {"broken", tracer::is_broken(measurement, point)},
+          {"model", setting.model.empty() ? Json(nullptr) : Json(setting.model)},
+          {"model_error", or_null(point.model_error)},
+          {"total_error", or_null(point.total_error)}};
+}
+
+Json color_json(const tracer::Color& color) { return Json::array({color.r, color.g, color.b}); }
+
+/// Null without the parameter "model".
+Json model_error_json(const tracer::Measurement& measurement) {
+  if (measurement.not_measured) return {{"not_measured", *measurement.not_measured}};
+  if (!measurement.model_error) return nullptr;
+  const tracer::ModelError& error = *measurement.model_error;
+  Json fronts = Json::object();
+  for (const std::string_view model : tracer::light_models)
+    fronts[std::string(model)] = tracer::model_front(measurement, model);
+  return {{"levels", error.levels},
+          {"standard_error", error.standard_error},
+          {"bias", error.bias},
+          {"by",
+           {{"interreflection", color_json(error.by.interreflection)},
+            {"emission", color_json(error.by.emission)},
+            {"environment", color_json(error.by.environment)},
+            {"ambient", color_json(error.by.ambient)}}},
+          {"fitted_ambient", color_json(error.fitted_ambient)},
+          {"fitted_levels", error.fitted_levels},
+          {"fronts", std::move(fronts)}};
 }
 
 Json point_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
@@ -49,6 +76,7 @@ void append_results(const tracer::Measurement& measurement,
   Json& points = json["points"] = Json::array();
   for (const tracer::MeasuredPoint& point : measurement.points) points.push_back(write_point(measurement, point));
   json["pareto_front"] = tracer::pareto_front(measurement);
+  json["model_error"] = model_error_json(measurement);
   json["advice"] = tracer::advice(measurement);
 }
 
@@ -64,6 +92,10 @@ tracer::MeasuredPoint point_of(const Json& json) {
   json.at("samples").at("mean").get_to(point.samples_mean);
   json.at("samples").at("total").get_to(point.samples);
   point.rays = rays_of_json(json.at("rays"));
+  for (const auto& [name, member] : {std::pair{"model_error", &tracer::MeasuredPoint::model_error},
+                                     std::pair{"total_error", &tracer::MeasuredPoint::total_error}})
+    if (const auto found = json.find(name); found != json.end() && found->is_number())
+      point.*member = found->get<double>();
   return point;
 }
 
@@ -83,7 +115,12 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
        {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction, point.rays.diffuse})
     line << ',' << count;
   line << ',' << in_front << ',' << measurement.reference_error << ',' << tracer::is_broken(measurement, point) << ','
-       << point.runs.size() << '\n';
+       << point.runs.size() << ',' << point.setting.model;
+  for (const std::optional<double>& error : {point.model_error, point.total_error}) {
+    line << ',';
+    if (error) line << *error;
+  }
+  line << '\n';
   return line.str();
 }
 
@@ -116,11 +153,13 @@ std::string write_measurement_summary(const tracer::Measurement& measurement, bo
 }
 
 std::string write_measurement_csv(const tracer::Measurement& measurement) {
-  const std::vector<std::size_t> front = tracer::pareto_front(measurement);
+  std::vector<std::size_t> front = tracer::pareto_front(measurement);
+  for (const std::string_view model : tracer::light_models)
+    std::ranges::copy(tracer::model_front(measurement, model), std::back_inserter(front));
   std::string text =
       "parameter,value,preset,seconds,error,claimed,proven,confidence,met,worst_tile,sampling,depth,cutoff,"
       "approximation,tone,samples_mean,camera,shadow,reflection,refraction,diffuse,pareto_front,reference_error,broken,"
-      "runs\n";
+      "runs,model,model_error,total_error\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     text += csv_line(measurement, measurement.points[i], in_front);

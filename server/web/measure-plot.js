@@ -17,6 +17,7 @@ const MARKS = {
   max_depth: {mark: 'M0 -5.500L5.500 4.500H-5.500Z', color: '--ok'},
   cutoff: {mark: 'M0 -6L6 0L0 6L-6 0Z', color: '--off'},
   approximate: {mark: 'M-5 -3L-3 -5L0 -2L3 -5L5 -3L2 0L5 3L3 5L0 2L-3 5L-5 3L-2 0Z', color: '--bad'},
+  model: {mark: 'M0 -6L1.400 -1.900H5.700L2.200 0.700L3.500 4.900L0 2.300L-3.500 4.900L-2.200 0.700L-5.700 -1.900H-1.400Z', color: '--run'},
   document: {mark: 'M-1.500 -6H1.500V-1.500H6V1.500H1.500V6H-1.500V1.500H-6V-1.500H-1.500Z', color: '--text'},
 };
 
@@ -25,7 +26,7 @@ export const time = (seconds) => seconds < 1 ? `${figure(seconds * 1000)} ms` : 
 
 /** "target_error 1 (standard)" @param {Point} point */
 export function nameOf({parameter, value, preset}) {
-  const name = parameter === 'document' ? text.document : parameter === 'approximate' ? value : `${parameter} ${value}`;
+  const name = parameter === 'document' ? text.document : parameter === 'approximate' || parameter === 'model' ? value : `${parameter} ${value}`;
   return preset ? `${name} (${preset})` : name;
 }
 

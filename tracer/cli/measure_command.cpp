@@ -50,6 +50,11 @@ std::string header_of(const tracer::Reference& reference, const std::string& key
   return std::move(header).str();
 }
 
+/// The file of a reference: that of the scene's model or of the other one.
+std::string reference_path(const std::string& name, std::size_t index) {
+  return name + (index == 0 ? ".reference" : ".model-reference");
+}
+
 /// Returns nothing for a file that is invalid, truncated or of another key; the reference is then computed again.
 std::optional<tracer::Reference> parse_reference(std::string_view bytes, const std::string& key) {
   const std::size_t end = bytes.substr(0, header_bytes_max).find('\n');
@@ -86,15 +91,16 @@ std::string fingerprint(std::string_view document, const tracer::Assets& assets,
 /// State of an interrupted run.
 struct SavedMeasurement {
   std::vector<tracer::MeasuredPoint> points;
-  std::optional<tracer::Reference> reference;
+  std::vector<std::optional<tracer::Reference>> references;
   bool has_other_key = false;  ///< one exists for another scene, size or build; it will be replaced
 };
 
-/// Reads `name`.json and `name`.reference. Fails if one of them exists and cannot be read, or if `name`.json is not a
-/// measurement, so that no other file is overwritten.
-tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key) {
+/// Reads `name`.json and the files of `count` references. Fails if one of them exists and cannot be read, or if
+/// `name`.json is not a measurement, so that no other file is overwritten.
+tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key,
+                                                                   std::size_t count) {
   SavedMeasurement saved;
-  const std::string json_path = name + ".json", reference_path = name + ".reference";
+  const std::string json_path = name + ".json";
   std::error_code ignored;
   if (std::filesystem::exists(json_path, ignored)) {
     const auto text = read_text(json_path, json_bytes_max);
@@ -108,20 +114,23 @@ tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::st
       saved.has_other_key = true;
     }
   }
-  if (std::filesystem::exists(reference_path, ignored)) {
-    const auto bytes = read_text(reference_path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max);
+  for (std::size_t index = 0; index < count; ++index) {
+    const std::string path = reference_path(name, index);
+    if (!std::filesystem::exists(path, ignored)) continue;
+    const auto bytes = read_text(path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max);
     if (!bytes) return bytes.error();
-    saved.reference = parse_reference(*bytes, key);
+    saved.references.resize(index + 1);
+    saved.references[index] = parse_reference(*bytes, key);
   }
   return saved;
 }
 
-/// Writes `name`.reference: one line of text, then the sums as doubles in native byte order.
-FileResult write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
+/// Writes the file of a reference: one line of text, then the sums as doubles in native byte order.
+FileResult write_reference(const std::string& path, const std::string& key, const tracer::Reference& reference) {
   std::string bytes = header_of(reference, key);
   for (const std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
-  return write_file(name + ".reference", bytes_of(bytes));
+  return write_file(path, bytes_of(bytes));
 }
 
 /// Writes `name`.json.
@@ -180,18 +189,20 @@ void resize(tracer::ImageSize& image, const MeasureOptions& options) {
 /// Takes one step and saves its result. Returns an exit code on failure only.
 std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOptions& options, const std::string& key,
                                   tracer::RenderControl& control) {
-  const std::uint32_t images = run.reference().images;
-  const bool was_complete = run.reference().complete;
+  std::vector<std::pair<std::uint32_t, bool>> before;
+  for (const tracer::Reference& each : run.references()) before.emplace_back(each.images, each.complete);
   std::optional<tracer::Failure> failure;
   {
     const std::string label = std::to_string(run.steps_done() + 1) + "/" + std::to_string(run.steps());
     const ProgressBar bar(control, !options.quiet, label + " " + run.next());
     failure = run.step(control);
   }
-  const tracer::Reference& reference = run.reference();
-  if (reference.images != images || reference.complete != was_complete)
-    if (const auto written = write_reference(options.name, key, reference); !written)
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const tracer::Reference& reference = run.references()[i];
+    if (std::pair(reference.images, reference.complete) == before[i]) continue;
+    if (const auto written = write_reference(reference_path(options.name, i), key, reference); !written)
       return fail(written.error().message);
+  }
   if (failure) return fail(*failure, "interrupted; rerun the command to resume from " + options.name + ".json");
   if (const auto written = write_points(options.name, key, run.measurement(), run.done()); !written)
     return fail(written.error().message);
@@ -201,8 +212,11 @@ std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOpti
 /// One line of the table: * is on the Pareto front, ! has a broken claim, and is red on a terminal.
 void print_point(const tracer::MeasuredPoint& point, char mark) {
   const bool red = mark == '!' && ::isatty(STDOUT_FILENO) != 0;
-  std::printf("%s%c %-37s %9.4f %9.4f %9.4f %9.2f%s\n", red ? "\x1b[31m" : "", mark, title(point.setting).c_str(),
-              point.seconds, point.error, point.claimed.estimate, point.samples_mean, red ? "\x1b[0m" : "");
+  std::printf("%s%c %-37s %9.4f %9.4f %9.4f %9.2f", red ? "\x1b[31m" : "", mark, title(point.setting).c_str(),
+              point.seconds, point.error, point.claimed.estimate, point.samples_mean);
+  if (point.model_error) std::printf(" %9.4f", *point.model_error);
+  if (point.total_error) std::printf(" %9.4f", *point.total_error);
+  std::puts(red ? "\x1b[0m" : "");
 }
 
 /// The reference, one line per point, and the advice.
@@ -211,25 +225,34 @@ void print_table(const tracer::Measurement& measurement) {
   std::printf("reference  %u samples per pixel, standard error %.4f levels\n", measurement.reference_samples,
               measurement.reference_error);
   std::printf("* fastest with at most its claimed error    ! true error above the claimed one\n\n");
-  std::printf("  %-37s %9s %9s %9s %9s\n", "setting", "seconds", "error", "claimed", "samples");
-  const std::vector<std::size_t> front = tracer::pareto_front(measurement);
+  std::printf("  %-37s %9s %9s %9s %9s%s\n", "setting", "seconds", "error", "claimed", "samples",
+              measurement.model_error ? "     model     total" : "");
+  std::vector<std::size_t> front = tracer::pareto_front(measurement);
+  for (const std::string_view model : tracer::light_models)
+    for (const std::size_t index : tracer::model_front(measurement, model)) front.push_back(index);
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const tracer::MeasuredPoint& point = measurement.points[i];
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     print_point(point, in_front ? '*' : tracer::is_broken(measurement, point) ? '!' : ' ');
   }
+  if (measurement.not_measured)
+    std::printf("  model, rendering equation             not measured: %s\n", measurement.not_measured->c_str());
   std::puts("");
   for (const std::string& sentence : tracer::advice(measurement)) std::printf("- %s\n", sentence.c_str());
 }
 
 /// Takes all remaining steps, resuming from saved files, and writes the results.
 ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options, const std::string& key) {
-  auto saved = read_saved_measurement(options.name, key);
+  auto saved = read_saved_measurement(options.name, key, run.references().size());
   if (!saved) return fail(saved.error().message);
   if (saved->has_other_key)
     std::fprintf(stderr, "%s.json has another scene, size or build: starting again\n", options.name.c_str());
-  if (saved->reference) run.resume(*std::move(saved->reference));
-  if (run.reference().complete) run.resume(std::move(saved->points));  // points are valid for their reference only
+  for (std::size_t i = 0; i < saved->references.size(); ++i) {
+    if (!saved->references[i]) continue;
+    saved->references[i]->model = run.references()[i].model;
+    run.resume(*std::move(saved->references[i]));
+  }
+  run.resume(std::move(saved->points));
   tracer::RenderControl control;
   const CancelOnSignal cancel_on_signal(control);
   while (!run.done())

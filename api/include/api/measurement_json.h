@@ -20,21 +20,26 @@ struct MeasurementInfo {
 };
 
 /// {kind: "whittle measurement", version: 2, build, key, complete, scene, width, height, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, runs[seconds], error, broken, claimed{...}, samples{mean,
-/// total}, rays{...}}], pareto_front[index], advice[sentence]}, with the names and units of tracer::Measurement.
-/// `settings` is the "accuracy" section of a document with the same result; `preset` is null if the setting has no
-/// name; `broken` is that of tracer::is_broken; `pareto_front` has indices of points, fastest first.
+/// points[{parameter, value, preset, settings, seconds, runs[seconds], error, broken, model, model_error, total_error,
+/// claimed{...}, samples{mean, total}, rays{...}}], pareto_front[index], model_error{levels, standard_error, bias,
+/// by{interreflection[3], emission[3], environment[3], ambient[3]}, fitted_ambient[3], fitted_levels,
+/// fronts{MODEL[index]}}, advice[sentence]}, with the names and units of tracer::Measurement. `settings` is the
+/// "accuracy" section of a document with the same result (and with `fitted_ambient` as `ambient` for that model);
+/// `preset`, `model` and its errors are null if the setting has none; `broken` is that of tracer::is_broken; the fronts
+/// have indices of points, fastest first. The measurement's `model_error` is null without the parameter "model", and
+/// {not_measured} if the rendering equation refuses the scene.
 std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info);
 
-/// Comma-separated: a line of column names, then a line per point. `pareto_front` is 1 if no point is better, `broken`
-/// if the claim is broken; `proven` is empty if nothing is proven; `runs` is their number. Lines end in \n, and no
-/// value contains a comma or a quote.
+/// Comma-separated: a line of column names, then a line per point. `pareto_front` is 1 if no point is better (of the
+/// same model and by total error, with the parameter "model"), `broken` if the claim is broken; `proven` is empty if
+/// nothing is proven; `runs` is their number. Lines end in \n, and no value contains a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
 /// The part that a job document contains, some kilobytes: {width, height, alone, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, error, broken, claimed}], pareto_front[index],
-/// advice[sentence]} as in write_measurement; `claimed` is the estimate alone. `alone`: no other job was rendered by
-/// the same process at the same time, so `seconds` are those of an otherwise idle machine.
+/// points[{parameter, value, preset, settings, seconds, error, broken, model, model_error, total_error, claimed}],
+/// pareto_front[index], model_error, advice[sentence]} as in write_measurement; `claimed` is the estimate alone.
+/// `alone`: no other job was rendered by the same process at the same time, so `seconds` are those of an otherwise idle
+/// machine.
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
 
 struct SavedMeasurement {

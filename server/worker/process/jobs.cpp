@@ -256,9 +256,7 @@ double steady_seconds() {
 
 /// Linear, as the images of which it is the mean.
 std::vector<std::uint8_t> reference_exr(const tracer::Reference& reference) {
-  tracer::Image image{.width = reference.width, .height = reference.height, .rgb = {}};
-  for (const double sum : reference.radiance_sum) image.rgb.push_back(static_cast<float>(sum / reference.images));
-  auto exr = tracer::encode(image, tracer::Format::exr);
+  auto exr = tracer::encode(tracer::mean_image(reference), tracer::Format::exr);
   if (!exr) throw Stop{queue::Problem{"internal", exr.error(), {}}};
   return std::move(exr->bytes);
 }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "tests/support/scenes.h"
+
 namespace {
 
 using tracer::MeasuredPoint;
@@ -215,6 +217,106 @@ TEST(Settings, ApproximateOnlyWhatTheSceneHas) {
   EXPECT_FALSE(has(titles(scene), "approximate reflections: environment")) << "there is nothing but black";
   scene.background.color = {1, 1, 1};
   EXPECT_TRUE(has(titles(scene), "approximate reflections: environment"));
+}
+
+/// A scene that can be rendered.
+tracer::Scene valid_sphere(double diffuse, double reflection) {
+  tracer::Scene scene = scenes::empty(4);
+  scene.camera.position = {0, 0, 4};
+  tracer::Material material = scenes::mirror(reflection);
+  material.color = tracer::Color{1, 1, 1};
+  material.diffuse = diffuse;
+  material.path = "/materials/glazed";
+  scenes::add(scene, tracer::Sphere{}, material);
+  scene.accuracy.samples = 5;  // as none of the settings
+  return scene;
+}
+
+TEST(Settings, CompareModelsByNameOrIfTheSceneIsLitGlobally) {
+  tracer::Scene scene = valid_sphere(0.5, 0.5);
+  EXPECT_FALSE(has(titles(scene), "model whitted: 16 samples"));
+  EXPECT_TRUE(has(titles(scene, {"model"}), "model fitted ambient: target 0.5"));
+  EXPECT_TRUE(has(titles(scene, {"model"}), "model path: 16 samples"));
+  scene.accuracy.model = tracer::Accuracy::Model::global;
+  EXPECT_TRUE(has(titles(scene), "model path: target 4"));
+  for (const tracer::Setting& setting : tracer::settings(scene, std::vector<std::string>{"model"}))
+    EXPECT_EQ(setting.accuracy.model == tracer::Accuracy::Model::whitted,
+              setting.model == "whitted" || setting.model == "fitted ambient");
+  EXPECT_EQ(tracer::settings(scene, std::vector<std::string>{"model"}).size(), 20u);
+}
+
+TEST(Settings, HaveOnlyWhittedsModelIfTheRenderingEquationRefusesTheScene) {
+  const tracer::Scene scene = valid_sphere(1, 0.5);
+  EXPECT_EQ(titles(scene, {"model"}),
+            (std::vector<std::string>{"model whitted: 16 samples", "model whitted: target 4", "model whitted: target 1",
+                                      "model whitted: target 0.5"}));
+  EXPECT_TRUE(
+      tracer::refusal_of_global(scene).value_or("").starts_with("/materials/glazed gives back 1.5 of the light"));
+}
+
+/// A point of the parameter "model".
+MeasuredPoint model_point(const char* model, const char* value, double seconds, double total, double model_error) {
+  MeasuredPoint measured = point("model", value, seconds, 1, 2);
+  measured.setting.model = model;
+  measured.total_error = total;
+  measured.model_error = model_error;
+  return measured;
+}
+
+Measurement measured_models() {
+  Measurement measured =
+      measurement({model_point("whitted", "a", 1, 35, 34.6), model_point("whitted", "b", 2, 36, 34.6),
+                   model_point("fitted ambient", "c", 1.5, 14, 13), model_point("path", "d", 5, 10, 0),
+                   model_point("path", "e", 4, 12, 0)});
+  measured.model_error = {
+      .levels = 34.6, .standard_error = 0.5, .bias = -30, .fitted_ambient = {0.107, 0.035, 0.007}, .fitted_levels = 13};
+  return measured;
+}
+
+TEST(ModelFront, HasTheBestPointsOfOneModel) {
+  const Measurement measured = measured_models();
+  EXPECT_EQ(tracer::model_front(measured, "whitted"), (std::vector<std::size_t>{0}));
+  EXPECT_EQ(tracer::model_front(measured, "path"), (std::vector<std::size_t>{4, 3}));
+  EXPECT_TRUE(tracer::pareto_front(measured).empty()) << "their claims have different truths";
+}
+
+TEST(ModelFront, IsDrawnForEachModel) {
+  std::vector<std::string> names;
+  for (const tracer::PlotSeries& series : tracer::chart(measured_models()).series) names.push_back(series.name);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"total error: whitted", "total error: fitted ambient", "total error: path"}));
+}
+
+TEST(Advice, StatesTheDistanceOfEachModel) {
+  Measurement measured = measured_models();
+  EXPECT_TRUE(contains(measured,
+                       "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
+                       "0.007] would make it 13; below 13 levels only paths help"));
+  MeasuredPoint radiosity = model_point("radiosity", "f", 1.25, 3, 1.9);
+  radiosity.setting.accuracy.approximate.interreflection = tracer::Approximations::Interreflection::radiosity;
+  measured.points.push_back(radiosity);
+  EXPECT_TRUE(contains(measured,
+                       "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
+                       "0.007] would make it 13; radiosity 1.9 for 0.25 s more; below 1.9 levels only paths help"));
+  measured.model_error->levels = 0.4;
+  EXPECT_TRUE(contains(measured,
+                       "Whitted's image is that of the rendering equation, as far as references with an error of 0.50 "
+                       "levels show"));
+  measured.model_error.reset();
+  measured.not_measured = "/materials/glass gives back 1.03";
+  EXPECT_TRUE(contains(measured, "the rendering equation is not measured: /materials/glass gives back 1.03"));
+}
+
+TEST(Advice, StatesTheCausesOfTheMissingLight) {
+  Measurement measured = measured_models();
+  measured.model_error->by.interreflection = {0.3, 0.2, 0.1};
+  const auto starts = [](const std::string& sentence) { return sentence.starts_with("of the light that"); };
+  EXPECT_TRUE(std::ranges::none_of(tracer::advice(measured), starts));
+  measured.model_error->by.environment = {0.05, 0.05, 0.05};
+  EXPECT_TRUE(
+      contains(measured,
+               "of the light that Whitted's model leaves out come 80 % from interreflection of lights, 20 % from "
+               "the background"));
 }
 
 TEST(Settings, IncludeThePresets) {

@@ -3,10 +3,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <optional>
 
 #include "tracer/measurement.h"
+#include "tracer/src/measure/model_advice.h"
 #include "tracer/src/measure/time_ranking.h"
 
 namespace tracer {
@@ -20,14 +22,7 @@ struct Goal {
 constexpr std::array goals{Goal{4, "4 levels"}, Goal{1, "1 level"}, Goal{0.5, "0.5 levels"}};
 constexpr double significant = 0.05;  // relative; smaller differences of errors or times occur by chance
 
-/// Two digits, the accuracy of single runs.
-std::string text(double number) {
-  std::array<char, 32> buffer{};
-  const double size = std::abs(number);
-  const char* format = size >= 9.95 ? "%.0f" : size >= 0.995 ? "%.1f" : size >= 0.0995 ? "%.2f" : "%.2g";
-  std::snprintf(buffer.data(), buffer.size(), format, number);
-  return buffer.data();
-}
+std::string text(double number) { return text_of_number(number); }
 
 std::string levels(double error) { return text(error) + " levels"; }
 
@@ -127,8 +122,9 @@ std::optional<std::string> uncertain_times(const Measurement& measurement) {
   return sentence + " and " + std::to_string(unranked.size() - named) + " other settings";
 }
 
-constexpr std::array marks{PlotMark::circle,   PlotMark::square, PlotMark::diamond,
-                           PlotMark::triangle, PlotMark::square, PlotMark::diamond};
+/// "model" has series of its own.
+constexpr std::array marks{PlotMark::circle, PlotMark::square, PlotMark::diamond, PlotMark::triangle,
+                           PlotMark::square, PlotMark::none,   PlotMark::diamond};
 static_assert(marks.size() == std::size(parameters));
 constexpr std::uint32_t grey = 0x767676;
 
@@ -156,7 +152,7 @@ PlotSeries claim_series(const Measurement& measurement, bool broken) {
                     .join = PlotJoin::pairs,
                     .color = broken ? red : grey};
   for (const MeasuredPoint& point : measurement.points) {
-    if (is_broken(measurement, point) != broken) continue;
+    if (!point.setting.model.empty() || is_broken(measurement, point) != broken) continue;
     series.points.push_back({point.seconds, point.claimed.estimate});
     series.points.push_back({point.seconds, point.error});
   }
@@ -175,7 +171,9 @@ PlotSeries front_series(const Measurement& measurement) {
 }  // namespace
 
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point) {
-  return point.error - measurement.reference_error > point.claimed.estimate;
+  const bool has_both = !point.setting.model.empty() && measurement.model_error;
+  const double slack = has_both ? measurement.model_error->standard_error : measurement.reference_error;
+  return point.error - slack > point.claimed.estimate;
 }
 
 std::vector<std::size_t> pareto_front(const Measurement& measurement) {
@@ -183,7 +181,7 @@ std::vector<std::size_t> pareto_front(const Measurement& measurement) {
   const auto claim = [&](std::size_t index) { return points[index].claimed.estimate; };
   std::vector<std::size_t> by_claim;
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!is_broken(measurement, points[i])) by_claim.push_back(i);
+    if (points[i].setting.model.empty() && !is_broken(measurement, points[i])) by_claim.push_back(i);
   std::ranges::stable_sort(by_claim, {}, claim);
   std::vector<std::size_t> front;  // slowest first
   for (const std::size_t index : by_claim) {
@@ -205,7 +203,10 @@ std::vector<std::size_t> pareto_front(const Measurement& measurement) {
 
 std::vector<std::string> advice(const Measurement& measurement) {
   if (measurement.points.empty()) return {};
-  std::vector<std::string> sentences{cheapest(measurement), claims(measurement)};
+  std::vector<std::string> sentences = model_advice(measurement);
+  const auto has_claim = [](const MeasuredPoint& point) { return point.setting.model.empty(); };
+  if (std::ranges::any_of(measurement.points, has_claim)) sentences.push_back(cheapest(measurement));
+  sentences.push_back(claims(measurement));
   if (auto order = uncertain_times(measurement)) sentences.push_back(*std::move(order));
   if (auto depth = saturation(measurement, "max_depth", "beyond")) sentences.push_back(*std::move(depth));
   if (auto cutoff = saturation(measurement, "cutoff", "below")) sentences.push_back(*std::move(cutoff));
@@ -219,17 +220,18 @@ Plot chart(const Measurement& measurement) {
   Plot plot{.title = measurement.name.empty() ? "Accuracy and time" : "Accuracy and time: " + measurement.name};
   plot.x = {"time to build and trace (s)", true};
   plot.y = {"error (levels, root mean square)", true};
-  plot.series = {front_series(measurement), claim_series(measurement, false)};
-  if (PlotSeries broken = claim_series(measurement, true); !broken.points.empty())
-    plot.series.push_back(std::move(broken));
+  for (PlotSeries series :
+       {front_series(measurement), claim_series(measurement, false), claim_series(measurement, true)})
+    if (!series.points.empty()) plot.series.push_back(std::move(series));
   for (std::size_t i = 0; i < std::size(parameters); ++i) {
     PlotSeries series{.name = std::string(parameters[i]), .points = {}, .mark = marks[i]};
     for (const MeasuredPoint& point : measurement.points)
-      if (point.setting.parameter == parameters[i])
+      if (point.setting.parameter == parameters[i] && point.setting.model.empty())
         series.points.push_back(
             {point.seconds, point.error, point.setting.preset.empty() ? point.setting.value : title(point.setting)});
     if (!series.points.empty()) plot.series.push_back(std::move(series));
   }
+  std::ranges::move(model_series(measurement), std::back_inserter(plot.series));
   plot.note = std::to_string(measurement.width) + " x " + std::to_string(measurement.height) + " pixels; " +
               reference_text(measurement) + ".";
   for (const std::string& sentence : advice(measurement)) plot.note += " " + capitalized(sentence) + ".";

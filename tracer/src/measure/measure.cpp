@@ -10,11 +10,13 @@
 #include <utility>
 
 #include "tracer/compare.h"
+#include "tracer/src/measure/model_comparison.h"
 #include "tracer/src/measure/time_ranking.h"
 
 namespace tracer {
 namespace {
 
+constexpr std::string_view fitted_ambient = "fitted ambient";
 constexpr std::uint32_t images_min = 4;   // for a usable variance
 constexpr double reference_share = 0.1;   // maximum standard error, relative to the error of the finest setting
 constexpr double run_seconds_min = 0.02;  // caches and interrupts dominate shorter renders
@@ -23,27 +25,36 @@ constexpr double repeat_share_max = 2;    // time of the repeated runs, relative
 constexpr double repeat_seconds_min = 10;
 const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
-/// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors; the
-/// reference's part is subtracted. Precondition: equal sizes.
-double error_of(const DisplayImage& reference, double reference_error, const DisplayImage& image) {
-  const auto comparison = compare(reference, image, 0);
-  assert(comparison.has_value());
-  const double difference = comparison->rmse;
-  return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
-}
-
 void add_run(MeasuredPoint& point, double seconds) {
   point.runs.push_back(seconds);
   point.seconds = std::ranges::min(point.runs);
 }
 
-/// The setting with the smallest expected error.
-const Setting& finest(const std::vector<Setting>& settings) {
+/// The setting of the model with the smallest expected error; null if there is none.
+const Setting* finest(const std::vector<Setting>& settings, Accuracy::Model model) {
   const auto coarser = [](const Setting& one, const Setting& other) {
+    const bool one_exact = !one.accuracy.approximate.any(), other_exact = !other.accuracy.approximate.any();
+    if (one_exact != other_exact) return other_exact;
     const double one_target = one.accuracy.target().value_or(1e9), other_target = other.accuracy.target().value_or(1e9);
     return one_target != other_target ? one_target > other_target : one.accuracy.samples < other.accuracy.samples;
   };
-  return *std::max_element(settings.begin(), settings.end(), coarser);
+  const Setting* found = nullptr;
+  for (const Setting& setting : settings)
+    if (setting.accuracy.model == model && (found == nullptr || coarser(*found, setting))) found = &setting;
+  return found;
+}
+
+/// The document's reference, and that of the other model if settings have to be compared with both.
+std::vector<Reference> empty_references(const Scene& scene, const MeasureSettings& options,
+                                        const std::vector<Setting>& settings) {
+  std::vector<Reference> references{empty_reference(scene, options.reference_samples)};
+  const bool compares = std::ranges::any_of(settings, [](const Setting& setting) { return setting.model == "path"; });
+  if (compares) {
+    using enum Accuracy::Model;
+    references.push_back(references.front());
+    references.back().model = scene.accuracy.model == whitted ? global : whitted;
+  }
+  return references;
 }
 
 }  // namespace
@@ -54,26 +65,46 @@ MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, Measure
       options_(std::move(settings)),
       settings_(tracer::settings(scene, options_.parameters)),
       points_(settings_.size()),
-      reference_(empty_reference(scene, options_.reference_samples)) {}
+      references_(empty_references(scene, options_, settings_)),
+      images_(references_.size()) {}
+
+MeasurementRun::~MeasurementRun() = default;
 
 void MeasurementRun::resume(Reference reference) {
-  const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.radiance_sum.size(); };
-  if (reference.width != reference_.width || reference.height != reference_.height ||
-      reference.image_samples != reference_.image_samples || !same_size(reference.radiance_sum) ||
-      !same_size(reference.squared_sum) || (reference.complete && reference.images == 0))
+  const std::size_t index = reference_of(reference.model);
+  if (index == references_.size()) return;
+  const Reference& own = references_[index];
+  const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == own.radiance_sum.size(); };
+  if (reference.width != own.width || reference.height != own.height || reference.image_samples != own.image_samples ||
+      !same_size(reference.radiance_sum) || !same_size(reference.squared_sum) ||
+      (reference.complete && reference.images == 0))
     return;
-  reference_ = std::move(reference);
-  reference_display_.reset();
+  references_[index] = std::move(reference);
+  images_[index].mean.reset();
+  comparison_.reset();
 }
 
 void MeasurementRun::resume(std::vector<MeasuredPoint> points) {
   for (MeasuredPoint& point : points)
-    for (std::size_t i = 0; i < settings_.size(); ++i)
-      if (settings_[i].parameter == point.setting.parameter && settings_[i].value == point.setting.value) {
-        point.setting = settings_[i];
-        points_[i] = point;
-      }
+    for (std::size_t i = 0; i < settings_.size(); ++i) {
+      const Setting& setting = settings_[i];
+      if (setting.parameter != point.setting.parameter || setting.value != point.setting.value) continue;
+      const bool complete = setting.model.empty() ? reference().complete : next_reference() == references_.size();
+      if (!complete) continue;
+      point.setting = setting;
+      points_[i] = point;
+    }
 }
+
+std::size_t MeasurementRun::next_reference() const {
+  return static_cast<std::size_t>(std::ranges::find(references_, false, &Reference::complete) - references_.begin());
+}
+
+std::size_t MeasurementRun::reference_of(Accuracy::Model model) const {
+  return static_cast<std::size_t>(std::ranges::find(references_, model, &Reference::model) - references_.begin());
+}
+
+bool MeasurementRun::needs_comparison() const { return references_.size() > 1 && comparison_ == nullptr; }
 
 std::size_t MeasurementRun::next_setting() const {
   const auto missing = std::find_if(points_.begin(), points_.end(), [](const auto& point) { return !point; });
@@ -95,14 +126,21 @@ std::vector<std::size_t> MeasurementRun::settings_to_time() const {
 }
 
 bool MeasurementRun::done() const {
-  return reference_.complete && next_setting() == settings_.size() && settings_to_time().empty();
+  return next_reference() == references_.size() && !needs_comparison() && next_setting() == settings_.size() &&
+         settings_to_time().empty();
 }
 
 std::string MeasurementRun::next() const {
   assert(!done());
-  if (!reference_.complete)
-    return "reference, " + std::to_string(std::uint64_t{reference_.images} * reference_.image_samples) +
-           " of at most " + std::to_string(options_.reference_samples) + " samples";
+  if (const std::size_t index = next_reference(); index < references_.size()) {
+    const Reference& grown = references_[index];
+    const char* const of = references_.size() == 1                  ? "reference, "
+                           : grown.model == Accuracy::Model::global ? "reference of the rendering equation, "
+                                                                    : "reference of Whitted's model, ";
+    return of + std::to_string(std::uint64_t{grown.images} * grown.image_samples) + " of at most " +
+           std::to_string(options_.reference_samples) + " samples";
+  }
+  if (needs_comparison()) return "comparison of the models";
   if (next_setting() < settings_.size()) return title(settings_[next_setting()]);
   return "timings of " + std::to_string(settings_to_time().size()) + " settings";
 }
@@ -118,13 +156,22 @@ std::size_t MeasurementRun::rounds_done() const {
 std::size_t MeasurementRun::steps_done() const {
   const auto measured = static_cast<std::size_t>(
       std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); }));
-  const std::size_t images =
-      reference_.complete ? options_.reference_samples / reference_.image_samples : reference_.images;
-  return images + measured + (measured == settings_.size() ? rounds_done() : 0);
+  std::size_t done = measured + (references_.size() > 1 && !needs_comparison() ? 1 : 0);
+  for (const Reference& each : references_)
+    done += each.complete ? options_.reference_samples / each.image_samples : each.images;
+  return done + (measured == settings_.size() && next_reference() == references_.size() ? rounds_done() : 0);
 }
 
 std::size_t MeasurementRun::steps() const {
-  return options_.reference_samples / reference_.image_samples + settings_.size() + timing_runs_max - 1;
+  const std::size_t references = references_.size() * (options_.reference_samples / reference().image_samples);
+  return references + (references_.size() > 1 ? 1 : 0) + settings_.size() + timing_runs_max - 1;
+}
+
+Scene MeasurementRun::varied(const Setting& setting) const {
+  Scene scene = scene_;
+  scene.accuracy = setting.accuracy;
+  if (setting.model == fitted_ambient) scene.ambient = comparison_->error.fitted_ambient;
+  return scene;
 }
 
 Result<MeasurementRun::Timed, Failure> MeasurementRun::render_timed(const Scene& scene, RenderControl& control) const {
@@ -150,17 +197,16 @@ Result<double, Failure> MeasurementRun::time_run(const Scene& scene, RenderContr
 }
 
 /// Renders one setting and compares it with the complete reference.
-Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, RenderControl& control) const {
-  Scene varied = scene_;
-  varied.accuracy = setting.accuracy;
-  const auto timed = render_timed(varied, control);
+Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, RenderControl& control) {
+  const Scene scene = varied(setting);
+  const auto timed = render_timed(scene, control);
   if (!timed) return timed.error();
   const RenderStatistics& statistics = timed->rendered.statistics;
   MeasuredPoint point{.setting = setting, .claimed = timed->rendered.error};
   if (timed->seconds >= run_seconds_min) {
     add_run(point, timed->seconds);
   } else {
-    const auto seconds = time_run(varied, control);
+    const auto seconds = time_run(scene, control);
     if (!seconds) return seconds.error();
     add_run(point, *seconds);
   }
@@ -168,23 +214,62 @@ Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, R
   point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
                        static_cast<double>(scene_.image.window().pixels());
   point.rays = statistics.rays;
-  point.error = error_of(*reference_display_, standard_error(reference_, scene_.output),
-                         to_display(timed->rendered.image, varied.output));
+  const DisplayImage image = to_display(timed->rendered.image, scene_.output);
+  add_errors(image, point);
+  if (!point.model_error || !setting.accuracy.approximate.any()) return point;
+  Scene again = scene;
+  again.accuracy.seed = ~scene.accuracy.seed;
+  const auto other = render_timed(again, control);
+  if (!other) return other.error();
+  const std::size_t global = reference_of(Accuracy::Model::global);
+  point.model_error = common_distance(mean_display(global), standard_error(references_[global], scene_.output), image,
+                                      to_display(other->rendered.image, scene_.output));
   return point;
+}
+
+const DisplayImage& MeasurementRun::mean_display(std::size_t reference) {
+  auto& mean = images_[reference].mean;
+  if (!mean) mean = to_display(references_[reference], scene_.output);
+  return *mean;
+}
+
+void MeasurementRun::add_errors(const DisplayImage& image, MeasuredPoint& point) {
+  const Setting& setting = point.setting;
+  const std::size_t own = reference_of(setting.accuracy.model);
+  const bool is_fitted = setting.model == fitted_ambient;
+  const double own_error = standard_error(references_[own], scene_.output);
+  point.error = distance(is_fitted ? comparison_->fitted : mean_display(own), own_error, image);
+  if (setting.model.empty() || comparison_ == nullptr) return;
+  const std::size_t global = reference_of(Accuracy::Model::global);
+  point.total_error = distance(mean_display(global), standard_error(references_[global], scene_.output), image);
+  point.model_error = own == global ? 0 : is_fitted ? comparison_->error.fitted_levels : comparison_->error.levels;
 }
 
 std::optional<Failure> MeasurementRun::step(RenderControl& control) {
   assert(!done());
   try {
-    if (!reference_.complete) return grow_reference(control);
+    if (const std::size_t index = next_reference(); index < references_.size()) return grow_reference(index, control);
+    if (needs_comparison()) return compare(control);
     return next_setting() < settings_.size() ? measure_next(control) : repeat_timings(control);
   } catch (const std::bad_alloc&) {
     return no_memory;
   }
 }
 
+std::optional<Failure> MeasurementRun::compare(RenderControl& control) {
+  const auto image = [&](const Scene& scene) -> Result<Image, Failure> {
+    auto timed = render_timed(scene, control);
+    if (!timed) return std::move(timed.error());
+    return std::move(timed->rendered.image);
+  };
+  using enum Accuracy::Model;
+  auto compared = compare_models(scene_, references_[reference_of(whitted)], references_[reference_of(global)], image);
+  if (!compared) return std::move(compared.error());
+  comparison_ = std::make_unique<ModelComparison>(std::move(*compared));
+  return std::nullopt;
+}
+
 std::optional<Failure> MeasurementRun::measure_next(RenderControl& control) {
-  if (!reference_display_) reference_display_ = to_display(reference_, scene_.output);
   const std::size_t index = next_setting();
   auto point = measure(settings_[index], control);
   if (!point) return std::move(point.error());
@@ -196,47 +281,53 @@ std::optional<Failure> MeasurementRun::measure_next(RenderControl& control) {
 /// before it.
 std::optional<Failure> MeasurementRun::repeat_timings(RenderControl& control) {
   for (const std::size_t index : settings_to_time()) {
-    Scene varied = scene_;
-    varied.accuracy = settings_[index].accuracy;
-    const auto seconds = time_run(varied, control);
+    const auto seconds = time_run(varied(settings_[index]), control);
     if (!seconds) return seconds.error();
     add_run(*points_[index], *seconds);
   }
   return std::nullopt;
 }
 
-std::optional<Failure> MeasurementRun::grow_reference(RenderControl& control) {
-  if (reference_.images < options_.reference_samples / reference_.image_samples) {
-    auto timed = render_timed(reference_scene(scene_, reference_), control);
+std::optional<Failure> MeasurementRun::grow_reference(std::size_t index, RenderControl& control) {
+  Reference& grown = references_[index];
+  if (grown.images < options_.reference_samples / grown.image_samples) {
+    auto timed = render_timed(reference_scene(scene_, grown), control);
     if (!timed) return std::move(timed.error());
-    add(reference_, timed->rendered.image);
+    add(grown, timed->rendered.image);
   }
-  return check_reference(control);
+  return check_reference(index, control);
 }
 
 /// Sets `complete` once the reference is accurate enough or has all its samples.
-std::optional<Failure> MeasurementRun::check_reference(RenderControl& control) {
-  if (reference_.images >= options_.reference_samples / reference_.image_samples) {
-    reference_.complete = true;
+std::optional<Failure> MeasurementRun::check_reference(std::size_t index, RenderControl& control) {
+  Reference& grown = references_[index];
+  if (grown.images >= options_.reference_samples / grown.image_samples) {
+    grown.complete = true;
     return std::nullopt;
   }
-  if (reference_.images < images_min || settings_.empty()) return std::nullopt;
-  if (!finest_) {
-    Scene varied = scene_;
-    varied.accuracy = finest(settings_).accuracy;
-    auto timed = render_timed(varied, control);
+  const Setting* const setting = finest(settings_, grown.model);
+  if (grown.images < images_min || setting == nullptr) return std::nullopt;
+  std::optional<DisplayImage>& finest_image = images_[index].finest;
+  if (!finest_image) {
+    Scene scene = scene_;
+    scene.accuracy = setting->accuracy;
+    auto timed = render_timed(scene, control);
     if (!timed) return std::move(timed.error());
-    finest_ = to_display(timed->rendered.image, scene_.output);
+    finest_image = to_display(timed->rendered.image, scene_.output);
   }
-  const double own = standard_error(reference_, scene_.output);
-  reference_.complete = own <= reference_share * error_of(to_display(reference_, scene_.output), own, *finest_);
+  const double own = standard_error(grown, scene_.output);
+  grown.complete = own <= reference_share * distance(to_display(grown, scene_.output), own, *finest_image);
   return std::nullopt;
 }
 
 Measurement MeasurementRun::measurement() const {
-  Measurement found{.name = scene_.name, .width = reference_.width, .height = reference_.height};
-  found.reference_samples = reference_.images * reference_.image_samples;
-  if (reference_.images > 1) found.reference_error = standard_error(reference_, scene_.output);
+  const Reference& own = reference();
+  Measurement found{.name = scene_.name, .width = own.width, .height = own.height};
+  found.reference_samples = own.images * own.image_samples;
+  if (own.images > 1) found.reference_error = standard_error(own, scene_.output);
+  if (comparison_ != nullptr) found.model_error = comparison_->error;
+  const bool has_models = std::ranges::any_of(settings_, [](const Setting& setting) { return !setting.model.empty(); });
+  if (has_models && references_.size() == 1) found.not_measured = refusal_of_global(scene_);
   for (const auto& point : points_)
     if (point) found.points.push_back(*point);
   return found;

@@ -5,8 +5,10 @@
 #include <functional>
 #include <utility>
 
+#include "tracer/limits.h"
 #include "tracer/measurement.h"
 #include "tracer/requirements.h"
+#include "tracer/validate.h"
 
 namespace tracer {
 namespace {
@@ -37,6 +39,7 @@ class SettingList {
     if (parameter == "max_depth" && branches) vary(parameter, &Accuracy::max_depth, {1u, 2u, 4u, 8u});
     if (parameter == "cutoff" && branches) vary(parameter, &Accuracy::cutoff, {0.1, 0.01, 0.001, 0.0001});
     if (parameter == "approximate") approximations();
+    if (parameter == "model") models();
     if (parameter == "document" && !has(scene_.accuracy))
       settings_.push_back({"document", "as it is", scene_.accuracy});
   }
@@ -55,21 +58,26 @@ class SettingList {
 
   [[nodiscard]] bool has(const Accuracy& accuracy) const {
     return std::any_of(settings_.begin(), settings_.end(),
-                       [&](const Setting& setting) { return setting.accuracy == accuracy; });
+                       [&](const Setting& setting) { return setting.model.empty() && setting.accuracy == accuracy; });
   }
 
-  /// The accuracy of a document that contains only this target error.
+  /// The accuracy of a document that contains only this target error, and its model.
+  [[nodiscard]] Accuracy with_target(double target, Accuracy::Model model) const {
+    Accuracy accuracy;
+    accuracy.model = model;
+    accuracy.seed = baseline_.seed;
+    accuracy.cutoff_by_chance = true;
+    accuracy.adaptive.emplace().target_error = target;
+    return accuracy;
+  }
+
   void targets() {
     std::vector<double> selected{8, 4, 2, 1, 0.5, 0.25};
     for (const auto& [name, preset] : presets) selected.push_back(target_error_of(preset));
     std::sort(selected.begin(), selected.end(), std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
-      Setting setting{"target_error", text(target), {}};
-      setting.accuracy.model = baseline_.model;
-      setting.accuracy.seed = baseline_.seed;
-      setting.accuracy.cutoff_by_chance = true;
-      setting.accuracy.adaptive.emplace().target_error = target;
+      Setting setting{"target_error", text(target), with_target(target, baseline_.model)};
       for (const auto& [name, preset] : presets)
         if (target_error_of(preset) == target) setting.preset = name;
       settings_.push_back(std::move(setting));
@@ -82,6 +90,27 @@ class SettingList {
     for (const Value value : values) {
       settings_.push_back({std::string(parameter), text(value), baseline_});
       settings_.back().accuracy.*member = value;
+    }
+  }
+
+  /// Each model with the baseline's samples and with targets.
+  void models() {
+    const bool refused = refusal_of_global(scene_).has_value();
+    for (const std::string_view model : light_models) {
+      if (refused && model != "whitted") continue;
+      using Interreflection = Approximations::Interreflection;
+      const bool is_whitted = model == "whitted" || model == "fitted ambient";
+      const auto kind = is_whitted ? Accuracy::Model::whitted : Accuracy::Model::global;
+      const std::string name(model);
+      const auto add = [&](const std::string& value, Accuracy accuracy) {
+        if (model == "radiosity") accuracy.approximate.interreflection = Interreflection::radiosity;
+        if (model == "gather") accuracy.approximate.interreflection = Interreflection::gather;
+        settings_.push_back({"model", name + ": " + value, accuracy, {}, name});
+      };
+      Accuracy uniform = baseline_;
+      uniform.model = kind;
+      add(std::to_string(baseline_samples) + " samples", uniform);
+      for (const double target : {4.0, 1.0, 0.5}) add("target " + text(target), with_target(target, kind));
     }
   }
 
@@ -132,10 +161,22 @@ class SettingList {
 
 std::vector<Setting> settings(const Scene& scene, std::span<const std::string> selected) {
   SettingList list(scene);
+  const bool all_have_model = scene.accuracy.model == Accuracy::Model::global;
   for (const std::string_view parameter : parameters)
-    if (selected.empty() || std::find(selected.begin(), selected.end(), parameter) != selected.end())
+    if ((selected.empty() && (parameter != "model" || all_have_model)) ||
+        std::find(selected.begin(), selected.end(), parameter) != selected.end())
       list.add(parameter);
   return list.take();
+}
+
+std::optional<std::string> refusal_of_global(const Scene& scene) {
+  Scene global = scene;
+  global.accuracy = {};
+  global.accuracy.model = Accuracy::Model::global;
+  // Limits are those of whoever accepted the scene.
+  const auto issues = validate(global, Limits(), [](const Issue& issue) { return issue.code == "limit_exceeded"; });
+  if (issues.empty()) return std::nullopt;
+  return issues.front().pointer + " " + issues.front().detail;
 }
 
 std::string title(const Setting& setting) {

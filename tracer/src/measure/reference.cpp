@@ -13,8 +13,8 @@ constexpr std::uint32_t reference_images_min = 8;  // the variance of fewer imag
 constexpr double reference_cutoff = 1e-3;          // by chance: unbiased; smaller values cost 1 / cutoff rays in glass
 constexpr std::uint32_t reference_depth = 200;
 
-/// Mean radiance plus `deviations` standard deviations, after display transform.
-DisplayImage displayed_mean(const Reference& reference, const Output& output, double deviations) {
+/// Mean radiance plus `deviations` standard deviations.
+Image mean_beside(const Reference& reference, double deviations) {
   const double count = reference.images;
   Image image;
   image.width = reference.width;
@@ -27,7 +27,7 @@ DisplayImage displayed_mean(const Reference& reference, const Output& output, do
     const double beside = deviations == 0 ? 0 : deviations * std::sqrt(variance);
     image.rgb.push_back(static_cast<float>(radiance / count + beside));
   }
-  return to_display(image, output);
+  return image;
 }
 
 }  // namespace
@@ -35,6 +35,7 @@ DisplayImage displayed_mean(const Reference& reference, const Output& output, do
 Reference empty_reference(const Scene& scene, std::uint32_t samples) {
   const PixelWindow window = scene.image.window();
   Reference reference{.width = window.width(), .height = window.height()};
+  reference.model = scene.accuracy.model;
   reference.image_samples = std::clamp(samples / reference_images_min, 2u, image_samples_max);
   const auto values = static_cast<std::size_t>(3 * window.pixels());
   for (std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum}) sums->resize(values);
@@ -45,7 +46,7 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   Scene independent = scene;
   Accuracy& accuracy = independent.accuracy;
   accuracy = Accuracy();
-  accuracy.model = scene.accuracy.model;
+  accuracy.model = reference.model;
   accuracy.samples = reference.image_samples;
   accuracy.max_depth = reference_depth;
   accuracy.cutoff = reference_cutoff;
@@ -68,7 +69,8 @@ void add(Reference& reference, const Image& image) {
 }
 
 double standard_error(const Reference& reference, const Output& output) {
-  const DisplayImage below = displayed_mean(reference, output, -1), above = displayed_mean(reference, output, 1);
+  const DisplayImage below = to_display(mean_beside(reference, -1), output);
+  const DisplayImage above = to_display(mean_beside(reference, 1), output);
   double sum = 0;
   const std::size_t row = 3 * std::size_t{reference.width};
   for (std::size_t first = 0; first < above.codes.size(); first += row) {
@@ -82,8 +84,10 @@ double standard_error(const Reference& reference, const Output& output) {
   return std::sqrt(sum / static_cast<double>(above.codes.size())) / codes_per_level;
 }
 
+Image mean_image(const Reference& reference) { return mean_beside(reference, 0); }
+
 DisplayImage to_display(const Reference& reference, const Output& output) {
-  return displayed_mean(reference, output, 0);
+  return to_display(mean_image(reference), output);
 }
 
 }  // namespace tracer
