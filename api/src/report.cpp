@@ -90,6 +90,7 @@ tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
 Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures) {
   if (!figures) return nullptr;
   return object_of({{"patches", figures->patches},
+                    {"limited", figures->limited},
                     {"rays", figures->rays},
                     {"factors", figures->factors},
                     {"sweeps", figures->sweeps},

@@ -76,6 +76,7 @@ std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config
                                                          {"max_depth", limits.scene.max_depth},
                                                          {"materials", limits.scene.materials},
                                                          {"textures", limits.scene.textures},
+                                                         {"radiosity_patches", limits.scene.radiosity_patches},
                                                          {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
                                                          {"request_line_bytes", head.request_line_bytes},
                                                          {"target_bytes", head.target_bytes},

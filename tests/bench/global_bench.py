@@ -1,6 +1,6 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
-"""Time to an image of the rendering equation with a given error: Whittle by paths, Blender's Cycles, and POV-Ray with its
-radiosity.
+"""Time to an image of the rendering equation with a given error: Whittle by paths, by radiosity and by gathering, Blender's
+Cycles, and POV-Ray with its radiosity.
 
     tests/bench/global_bench.py [--size 512x512] [--rounds 1] [--points FILE]
 
@@ -8,7 +8,8 @@ The scene is scenes/cornell_box.json. The error of every image is its distance t
 mean of (image - a)(image - b) for two independent images a and b by paths (peers/sweeps.py). Cycles solves the same
 equation: the distance of its limit to theirs is printed, found from two independent images likewise. POV-Ray's radiosity has
 a limit of its own, which is part of its error. Every program uses all processors. Seconds are those of the process without
-those of an image of 16 x 16 pixels. `claim` is the error that Whittle states in its report.
+those of an image of 16 x 16 pixels, which has no patches: these are part of the time. `claim` is the error that Whittle
+states in its report.
 Programs that are not installed are left out.
 """
 import argparse
@@ -34,8 +35,11 @@ CYCLES_REFERENCES = [{"samples": 512, "threshold": 0, "seed": seed} for seed in 
 TARGETS = (4, 2, 1)  # levels
 THREADS = os.cpu_count()
 
+TARGET_ERRORS = (16, 8, 4, 2.8, 2, 1.4, 1)
 EXACT = [[{"samples": [count, count]} for count in (4, 16, 64, 256, 1024, 4096)],
-         [{"target_error": target} for target in (16, 8, 4, 2.8, 2, 1.4, 1)]]
+         [{"target_error": target} for target in TARGET_ERRORS]]
+BY_PATCHES = {by: [[{"target_error": target, "approximate": {"interreflection": by}} for target in TARGET_ERRORS]]
+              for by in ("radiosity", "gather")}
 CYCLES = [[{"samples": count, "threshold": 0} for count in (4, 16, 64, 256, 1024, 4096)],
           [{"samples": 8192, "threshold": threshold} for threshold in (0.3, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005)]]
 
@@ -81,14 +85,14 @@ class Radiosity:
 class Program:
     """A program, its settings, and the points it reached."""
 
-    def __init__(self, name, program, curves, scene, directory):
+    def __init__(self, name, program, curves, scene, directory, idle_setting=None):
         self.name, self.curves = name, curves
         places = [directory / name.replace(" ", "_"), directory / name.replace(" ", "_") / "few_pixels"]
         for place in places:
             place.mkdir(parents=True)
         few = {**scene, "image": dict(zip(("width", "height"), FEW_PIXELS))}
         self.program, self.few_pixels = program(scene, places[0]), program(few, places[1])
-        idle = [self.few_pixels.run(curves[0][0]) for _ in range(3)]
+        idle = [self.few_pixels.run(idle_setting or curves[0][0]) for _ in range(3)]
         self.idle_cpu_s, self.idle_wall_s = (statistics.median(getattr(run, field) for run in idle)
                                              for field in ("cpu_s", "whole_s"))
         self.points = []
@@ -116,6 +120,8 @@ def images_without_bias(program, settings):
 
 def available(scene, directory):
     found = [Program("whittle paths", Whittle, EXACT, scene, directory)]
+    found += [Program(f"whittle {by}", Whittle, curves, scene, directory, EXACT[0][0])
+              for by, curves in BY_PATCHES.items()]
     if shutil.which("blender"):
         found.append(Program("cycles", Cycles, CYCLES, scene, directory))
     if shutil.which("povray"):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "tests/support/scenes.h"
 #include "tracer/image.h"
@@ -66,6 +67,64 @@ TEST(Radiosity, OfAWhiteFurnaceIsOneAtEveryPixel) {
   EXPECT_NEAR(mean_of_channel(seen.image), 1, 0.02);
 }
 
+TEST(Radiosity, OfAClosedSceneIsTheEmissionOverTheAbsorptance) {
+  for (const double rho : {0.0, 0.5, 0.9}) {
+    Scene scene = view_from_center();
+    scenes::add(scene, Sphere{{0, 0, 0}, 3}, gray_wall(rho, 1));
+    scenes::add(scene, Sphere{{0.4, 2, 0.2}, 0.5}, gray_wall(rho, 1));
+    const double truth = 1 / (1 - rho);
+    EXPECT_NEAR(mean_of_channel(rendered_with(scene, Interreflection::radiosity).image), truth, 0.01 * truth) << rho;
+  }
+}
+
+TEST(Radiosity, OfAPlaneBelowAGlowingSphereIsTheClosedForm) {
+  constexpr double rho = 0.8, radius = 0.5, height = 1.2, radiance = 5;
+  for (const double aside : {0.0, 1.0, 3.0}) {
+    Scene scene = scenes::empty(4);
+    scene.accuracy.samples = 64;
+    scene.camera = {{aside, 0, 0.5}, {aside, 0, 0}, {0, 1, 0}, 0.1};
+    scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, gray_wall(rho));
+    scenes::add(scene, Sphere{{0, 0, height}, radius}, scenes::glowing({radiance, radiance, radiance}));
+    const double distance = std::hypot(height, aside);
+    const double truth = rho * radiance * radius * radius * height / std::pow(distance, 3);
+    const double seen = mean_of_channel(rendered_with(scene, Interreflection::radiosity).image);
+    EXPECT_NEAR(seen, truth, 0.01 * truth) << aside;
+  }
+}
+
+TEST(Radiosity, OfAPlaneBelowAGlowingSquareIsTheClosedForm) {
+  Scene scene = scenes::empty(4);
+  scene.accuracy.samples = 256;
+  scene.camera = {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 0.1};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, gray_wall(0.8));
+  Mesh square;
+  square.positions = {{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+  square.triangles = {{0, 1, 2}, {0, 2, 3}};
+  scenes::add(scene, square, scenes::glowing({2, 2, 2}));
+  const double truth = 0.554126 * 0.8 * 2;
+  EXPECT_NEAR(mean_of_channel(rendered_with(scene, Interreflection::radiosity).image), truth, 0.01 * truth);
+}
+
+/// Rectangles so large that they are as planes to the middle.
+TEST(Radiosity, BetweenFacingPlanesIsTheClosedForm) {
+  constexpr double rho_floor = 0.5, rho_ceiling = 0.8, side = 1000;
+  Scene scene = scenes::empty(4);
+  scene.camera = {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 1};
+  for (const double z : {0.0, 1.0}) {
+    Mesh mesh;
+    mesh.positions = {{-side, -side, z}, {side, -side, z}, {side, side, z}, {-side, side, z}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    scenes::add(scene, mesh, z == 0 ? gray_wall(rho_floor, 1) : gray_wall(rho_ceiling));
+  }
+  const auto toward = [&](double z) {
+    scene.camera.look_at = {0, 0, z};
+    return mean_of_channel(rendered_with(scene, Interreflection::radiosity).image);
+  };
+  const double floor = 1 / (1 - rho_floor * rho_ceiling);
+  EXPECT_NEAR(toward(0), floor, 0.01 * floor);
+  EXPECT_NEAR(toward(1), rho_ceiling * floor, 0.01 * floor);
+}
+
 TEST(Radiosity, UnderAUniformSkyIsTheReflectanceOfAConvexBody) {
   Scene scene = scenes::empty(16);
   scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
@@ -77,13 +136,14 @@ TEST(Radiosity, UnderAUniformSkyIsTheReflectanceOfAConvexBody) {
   }
 }
 
-/// A room of five walls that is open toward the camera, lit by a lamp, with a mirror ball and a ball of glass.
-Scene room() {
+/// A room of five walls that is open toward the camera, lit by a lamp, with a mirror ball.
+Scene room(double scale = 1, const Vec3& offset = {}) {
   Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 3.2}, {0, 0, 0}, {0, 1, 0}, 45};
+  const auto at = [&](const Vec3& p) { return p * scale + offset; };
+  scene.camera = {at({0, 0, 3.25}), at({0, 0, 0}), {0, 1, 0}, 45};
   const auto wall = [&](const Vec3& corner, const Vec3& u, const Vec3& v, const Color& color) {
     Mesh mesh;
-    mesh.positions = {corner, corner + u, corner + u + v, corner + v};
+    mesh.positions = {at(corner), at(corner + u), at(corner + u + v), at(corner + v)};
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     Material material = gray_wall(1);
     material.color = color;
@@ -96,10 +156,12 @@ Scene room() {
   wall({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.8, 0.1, 0.1});
   wall({1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.1, 0.6, 0.1});
   Mesh lamp;
-  lamp.positions = {{-0.3, 0.8, -0.3}, {0.3, 0.8, -0.3}, {0.3, 0.8, 0.3}, {-0.3, 0.8, 0.3}};
+  constexpr double half = 0.3125, height = 0.8125;  // sums with offsets are exact
+  lamp.positions = {at({-half, height, -half}), at({half, height, -half}), at({half, height, half}),
+                    at({-half, height, half})};
   lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
   scenes::add(scene, lamp, scenes::glowing({4, 3, 2}));
-  scenes::add(scene, Sphere{{-0.4, -0.6, -0.2}, 0.4}, scenes::mirror(0.9));
+  scenes::add(scene, Sphere{at({-0.375, -0.625, -0.25}), 0.375 * scale}, scenes::mirror(0.9));
   return scene;
 }
 
@@ -130,9 +192,16 @@ TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
   scene.accuracy.approximate.interreflection = Interreflection::radiosity;
   RenderControl control;
   const auto first = *compile(scene, control), second = *compile(scene, control);
-  const Image one = render(*first, {.threads = 1}, control)->image;
-  const Image two = render(*second, {.threads = 2}, control)->image;
-  EXPECT_EQ(one.rgb, two.rgb);
+  const std::vector<float> image = render(*first, {.threads = 1}, control)->image.rgb;
+  for (const std::uint32_t threads : {2u, 8u})
+    EXPECT_EQ(render(*second, {.threads = threads}, control)->image.rgb, image) << threads;
+}
+
+TEST(Radiosity, HasTheSameBitsForEveryScaleByAPowerOfTwoAndPlace) {
+  const std::vector<float> image = rendered_with(room(), Interreflection::radiosity).image.rgb;
+  for (const int exponent : {-20, 3})
+    EXPECT_EQ(rendered_with(room(std::ldexp(1.0, exponent)), Interreflection::radiosity).image.rgb, image) << exponent;
+  EXPECT_EQ(rendered_with(room(1, {64, -1024, 8}), Interreflection::radiosity).image.rgb, image);
 }
 
 std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interreflection, double target) {
@@ -161,10 +230,16 @@ TEST(Radiosity, HasMorePatchesForASmallerTargetAndReportsThem) {
   }
 }
 
-TEST(Radiosity, OfWallsThatAbsorbNothingHasNoBound) {
+TEST(Radiosity, OfWallsThatAbsorbNothingEndsAndIsReportedAsUnbounded) {
   Scene scene = view_from_center();
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, gray_wall(1, 0.01));
-  EXPECT_EQ(figures_of(scene, Interreflection::radiosity, 4)->bound, std::numeric_limits<double>::infinity());
+  const auto figures = figures_of(scene, Interreflection::radiosity, 4);
+  EXPECT_EQ(figures->bound, std::numeric_limits<double>::infinity());
+  EXPECT_LE(figures->sweeps, 1000u);
+  scene.image = {4, 4};
+  EXPECT_FALSE(rendered_with(scene, Interreflection::radiosity).error.bounded);
+  scene.materials[0].diffuse = 0.9;
+  EXPECT_TRUE(rendered_with(scene, Interreflection::radiosity).error.bounded);
 }
 
 TEST(Radiosity, IsCancelledWhileTheSceneIsBuilt) {

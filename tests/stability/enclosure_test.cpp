@@ -52,7 +52,6 @@ TEST(FormFactors, OfAClosedBoxSumToOne) {
   Row rows(25, "radiosity: a row of form factors sums to 1, no ray is lost", Oracle::conservation, "rays");
   Row factors(25, "radiosity: F beside the catalogue's, to 5 sigma", Oracle::closed_form, "factors");
   Row reciprocal(25, "radiosity: A_i F_ij = A_j F_ji, to 5 sigma", Oracle::conservation, "pairs");
-  rows.note("no radiosity solver here: its identities, by this tracer's rays");
   Random random(1);
   Scene scene = scenes::empty(1);
   const auto at = [&](std::size_t axis, double along, double u, double v) {

@@ -296,6 +296,8 @@ TEST(ImageInvariance, HoldsUnderGlobalLight) {
   std::uint64_t diffuse = 0;
   for (std::uint64_t seed = 1; seed <= effort::cases(6); ++seed) {
     Scene scene = coarse(varied_globally(seed, 48), 0x1p-20);
+    using enum Approximations::Interreflection;
+    scene.accuracy.approximate.interreflection = std::array{exact, radiosity, gather}[seed % 3];
     const Rendered one = stability::render(scene, 1);
     diffuse += one.statistics.rays.diffuse;
     ASSERT_TRUE(requirements(scene).emitters);

@@ -91,7 +91,7 @@ Transport goral(int n, double reflectance) {
     for (std::uint32_t j = 0; j < squares.size(); ++j)
       entries.push_back({j, Color{1, 1, 1} * (reflectance * form_factor(squares[i], squares[j]))});
     const double glow = squares[i].axis == 2 && squares[i].at == 0 ? 1 : 0;
-    transport.add_row({glow, 2 * glow, 0}, std::move(entries));
+    transport.add_row({glow, 2 * glow, 0}, entries);
   }
   return transport;
 }
@@ -198,7 +198,7 @@ TEST(TransportSolution, OfAClosedSceneIsTheSourceOverTheAbsorptance) {
       std::vector<TransportEntry> entries;
       for (std::uint32_t j = 0; j < squares.size(); ++j)
         entries.push_back({j, Color{1, 1, 1} * (reflectance * form_factor(from, squares[j]))});
-      transport.add_row({1, 1, 1}, std::move(entries));
+      transport.add_row({1, 1, 1}, entries);
     }
     for (const Color& value : solved(transport).values) ASSERT_NEAR(value.b, 1 / (1 - reflectance), 1e-11);
   }
@@ -206,8 +206,8 @@ TEST(TransportSolution, OfAClosedSceneIsTheSourceOverTheAbsorptance) {
 
 TEST(TransportSolution, OfParallelPlanesIsTheirClosedForm) {
   Transport transport;
-  transport.add_row({1, 1, 1}, {{1, Color{0.5, 0.5, 0.5}}});
-  transport.add_row({0, 0, 0}, {{0, Color{0.8, 0.8, 0.8}}});
+  transport.add_row({1, 1, 1}, {{{1, Color{0.5, 0.5, 0.5}}}});
+  transport.add_row({0, 0, 0}, std::vector<TransportEntry>{{0, Color{0.8, 0.8, 0.8}}});
   const TransportSolution solution = solved(transport);
   EXPECT_NEAR(solution.values[0].r, 1 / 0.6, 1e-12);
   EXPECT_NEAR(solution.values[1].r, 0.8 / 0.6, 1e-12);
@@ -215,8 +215,8 @@ TEST(TransportSolution, OfParallelPlanesIsTheirClosedForm) {
 
 TEST(TransportSolution, OfPatchesThatAbsorbNothingEndsWithoutABound) {
   Transport transport;
-  transport.add_row({1, 1, 1}, {{1, Color{1, 1, 1}}});
-  transport.add_row({0, 0, 0}, {{0, Color{1, 1, 1}}});
+  transport.add_row({1, 1, 1}, std::vector<TransportEntry>{{1, Color{1, 1, 1}}});
+  transport.add_row({0, 0, 0}, std::vector<TransportEntry>{{0, Color{1, 1, 1}}});
   const TransportSolution solution = solve(transport, 1e-3, 50, RenderControl());
   EXPECT_EQ(solution.sweeps, 50u);
   EXPECT_EQ(solution.bound, std::numeric_limits<double>::infinity());
@@ -228,13 +228,13 @@ TEST(TransportSolution, IsLeftEarlyWhenCancelled) {
   EXPECT_EQ(solve(goral(1, 0.5), 0, sweeps_max, control).sweeps, 0u);
 }
 
-TEST(Transport, AddsTheEntriesOfEqualPatches) {
-  Transport transport;
-  transport.add_row({}, {{2, Color{1, 0, 0}}, {0, Color{4, 4, 4}}, {2, Color{0, 2, 0}}});
-  ASSERT_EQ(transport.entries(), 2u);
-  EXPECT_EQ(transport.row(0)[0].patch, 0u);
-  EXPECT_EQ(transport.row(0)[1].patch, 2u);
-  EXPECT_EQ(transport.row(0)[1].share, (Color{1, 2, 0}));
+TEST(TransportEntries, OfEqualPatchesAreAddedUp) {
+  std::vector<TransportEntry> entries = {{2, Color{1, 0, 0}}, {0, Color{4, 4, 4}}, {2, Color{0, 2, 0}}};
+  merge_entries(entries);
+  ASSERT_EQ(entries.size(), 2u);
+  EXPECT_EQ(entries[0].patch, 0u);
+  EXPECT_EQ(entries[1].patch, 2u);
+  EXPECT_EQ(entries[1].share, (Color{1, 2, 0}));
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ CacheHits cache_hits(const CompiledScene& scene);
 /// The linear system that stands for light between surfaces (Approximations::Interreflection).
 struct RadiosityFigures {
   std::uint32_t patches = 0;
+  bool limited = false;       ///< Limits::radiosity_patches made them fewer or larger than the target error requires
   std::uint64_t rays = 0;     ///< diffuse rays from patches, and all that follow from them
   std::uint64_t factors = 0;  ///< entries of the system
   std::uint32_t sweeps = 0;

@@ -1,6 +1,7 @@
 #pragma once
 /// The immutable scene in render space: result of compile(), input of render().
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -88,6 +89,10 @@ class CompiledScene {
     return accuracy.has_ambient_term(approximate) ? ambient : Color{};
   }
 
+  /// True unless patches hold diffuse light whose error has no bound.
+  [[nodiscard]] bool has_bounded_patches() const {
+    return objects.radiosity == nullptr || std::isfinite(objects.radiosity->figures.bound);
+  }
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }
   [[nodiscard]] const Material& material_of(std::uint32_t object) const { return materials[objects.material[object]]; }
 };

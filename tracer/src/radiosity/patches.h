@@ -24,9 +24,12 @@ class PatchGrid {
   explicit PatchGrid(double side) : side_(side) {}
 
   /// Patch of a place on an object, with the unit normal of the side that light arrives at. The number of a new patch
-  /// is their count before. Throws std::bad_alloc.
-  std::uint32_t insert(std::uint32_t object, const Vec3& position, const Vec3& normal) {
-    return patches_.emplace(key(object, position, normal), static_cast<std::uint32_t>(patches_.size())).first->second;
+  /// is their count before; `none` if that is `patches_max`. Throws std::bad_alloc.
+  std::uint32_t insert(std::uint32_t object, const Vec3& position, const Vec3& normal,
+                       std::uint32_t patches_max = none) {
+    const std::uint64_t hash = key(object, position, normal);
+    if (patches_.size() >= patches_max) return find(hash);
+    return patches_.emplace(hash, static_cast<std::uint32_t>(patches_.size())).first->second;
   }
 
   /// Patch of the place or, so that values change gradually, of one up to half a cell beside it in the tangent plane,

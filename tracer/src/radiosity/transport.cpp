@@ -23,17 +23,28 @@ double largest_change(const Color& a, const Color& b) {
 
 }  // namespace
 
-void Transport::add_row(const Color& source, std::vector<TransportEntry> entries) {
+void merge_entries(std::vector<TransportEntry>& entries) {
   std::stable_sort(entries.begin(), entries.end(),
                    [](const TransportEntry& a, const TransportEntry& b) { return a.patch < b.patch; });
-  const std::size_t first = entries_.size();
+  std::size_t kept = 0;
   for (const TransportEntry& entry : entries) {
-    if (entries_.size() == first || entries_.back().patch != entry.patch) {
-      entries_.push_back(entry);
+    if (kept > 0 && entries[kept - 1].patch == entry.patch) {
+      entries[kept - 1].share += entry.share;
     } else {
-      entries_.back().share += entry.share;
+      entries[kept++] = entry;
     }
   }
+  entries.resize(kept);
+}
+
+void Transport::reserve(std::size_t rows, std::size_t entries) {
+  sources_.reserve(rows);
+  row_ends_.reserve(rows);
+  entries_.reserve(entries);
+}
+
+void Transport::add_row(const Color& source, std::span<const TransportEntry> entries) {
+  entries_.insert(entries_.end(), entries.begin(), entries.end());
   sources_.push_back(source);
   row_ends_.push_back(entries_.size());
 }

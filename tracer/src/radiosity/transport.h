@@ -16,11 +16,14 @@ struct TransportEntry {
   Color share;
 };
 
+/// Sorts the entries of a row by patch, and adds up those of equal patches.
+void merge_entries(std::vector<TransportEntry>& entries);
+
 class Transport {
  public:
-  /// Appends the row of the next patch, with what arrives there from elsewhere than patches. Entries of equal patches
-  /// are added up. Throws std::bad_alloc.
-  void add_row(const Color& source, std::vector<TransportEntry> entries);
+  void reserve(std::size_t rows, std::size_t entries);
+  /// Appends the row of the next patch, with what arrives there from elsewhere than patches. Throws std::bad_alloc.
+  void add_row(const Color& source, std::span<const TransportEntry> entries);
 
   [[nodiscard]] std::size_t size() const { return sources_.size(); }
   [[nodiscard]] std::size_t entries() const { return entries_.size(); }

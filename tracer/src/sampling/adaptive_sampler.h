@@ -317,7 +317,8 @@ class AdaptiveSampler {
     rendered.statistics.holdout_samples = look_tracer_.samples();
     film_.write(rendered, {known_.sampled, looks_.estimate(film_.pixels()).squared, pilots_.complete()});
     rendered.error = error_;
-    rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
+    rendered.error.bounded = scene_.has_bounded_patches() &&
+                             ((error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded);
     rendered.error.target_met = targets_reached(error_);
     rendered.error.looks = looks_.count();
     rendered.error.certified_share = known_.certified_share;

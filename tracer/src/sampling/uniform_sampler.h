@@ -84,7 +84,7 @@ class UniformSampler {
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
     ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
-    error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
+    error.bounded = scene_.has_bounded_patches() && (context.bound.bounded || (error.depth == 0 && error.cutoff == 0));
     error.target = scene_.accuracy.target();
     error.tile_target = scene_.accuracy.tile_target();
     error.target_met = targets_reached(error);

@@ -1,0 +1,249 @@
+// Rows of patches, which rays find, against form factors in closed form.
+#include "tracer/src/compile/surface_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "tests/support/scenes.h"
+#include "tracer/compile.h"
+
+namespace tracer {
+namespace {
+
+constexpr double wanted_patches = 1500;
+
+Material white(double reflectance = 1) {
+  Material material = scenes::matte({1, 1, 1});
+  material.ambient = 0;
+  material.diffuse = reflectance;
+  return material;
+}
+
+void add_white_rectangle(Scene& scene, const Vec3& corner, const Vec3& u, const Vec3& v) {
+  Mesh mesh;
+  mesh.positions = {corner, corner + u, corner + u + v, corner + v};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  scenes::add(scene, mesh, white());
+}
+
+/// White surfaces under a sky of radiance 1, so that every row sums to 1.
+Scene under_a_sky() {
+  Scene scene = scenes::empty(8);
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.max_depth = 1000;
+  scene.accuracy.approximate.interreflection = Approximations::Interreflection::radiosity;
+  scene.background.color = {1, 1, 1};
+  return scene;
+}
+
+Scene unit_cube() {
+  Scene scene = under_a_sky();
+  scene.background.color = {};
+  scenes::add(scene, Sphere{{0.5, 0.5, 0.5}, 1e-3}, scenes::glowing({1, 1, 1}));
+  for (const double at : {0.0, 1.0}) {
+    add_white_rectangle(scene, {0, 0, at}, {1, 0, 0}, {0, 1, 0});
+    add_white_rectangle(scene, {at, 0, 0}, {0, 1, 0}, {0, 0, 1});
+    add_white_rectangle(scene, {0, at, 0}, {1, 0, 0}, {0, 0, 1});
+  }
+  return scene;
+}
+
+/// Patches and their rows.
+class Rows {
+ public:
+  explicit Rows(const Scene& scene, double wanted = wanted_patches) {
+    RenderControl control;
+    const auto compiled = std::const_pointer_cast<CompiledScene>(*compile(scene, control));
+    scene_ = compiled;
+    const Bounds bounds = finite_bounds(scene);
+    const Vec3 low = scene_->frame.render_from_world(bounds.low), high = scene_->frame.render_from_world(bounds.high);
+    const Region region{(low + high) * 0.5, length(high - low) * 0.5};
+    patches_ = divide_surfaces(*compiled, region, wanted, PatchGrid::none, control);
+    const auto radiosity = std::make_shared<Radiosity>();
+    radiosity->patches = patches_.grid;
+    compiled->objects.radiosity = radiosity;
+    rows_ = trace_rows(*compiled, patches_.points, control);
+  }
+
+  [[nodiscard]] const SurfacePatches& patches() const { return patches_; }
+  [[nodiscard]] const Transport& transport() const { return rows_.transport; }
+
+  struct Factor {
+    double value = 0, sigma = 0, area = 0;  ///< area: relative
+  };
+  /// Share of the light of `from` that arrives at `to`, of surfaces that face each other.
+  template <class From, class To>
+  [[nodiscard]] Factor factor(const From& is_from, const To& is_to) const {
+    Factor factor;
+    double rays = 0;
+    for (std::size_t i = 0; i < patches_.points.size(); ++i) {
+      if (!is_from(patches_.points[i].front())) continue;
+      const auto area = static_cast<double>(patches_.points[i].size());
+      double share = 0;
+      for (const TransportEntry& entry : rows_.transport.row(i))
+        if (is_to(patches_.points[entry.patch].front())) share += entry.share.g;
+      factor.value += area * share;
+      factor.area += area;
+      rays += row_rays;
+    }
+    factor.value /= factor.area;
+    // Of independent rays, and of the random areas of the patches.
+    factor.sigma = std::sqrt(factor.value * (1 - factor.value) / rays) + factor.value * 0.2 / std::sqrt(factor.area);
+    return factor;
+  }
+  [[nodiscard]] Factor factor(std::uint32_t from, std::uint32_t to) const {
+    return factor([&](const PatchPoint& at) { return at.object == from; },
+                  [&](const PatchPoint& at) { return at.object == to; });
+  }
+
+ private:
+  std::shared_ptr<const CompiledScene> scene_;
+  SurfacePatches patches_;
+  SurfaceRows rows_;
+};
+
+void expect_factor(const Rows::Factor& factor, double truth) {
+  EXPECT_NEAR(factor.value, truth, 5 * factor.sigma) << "sigma " << factor.sigma;
+  EXPECT_LT(factor.sigma, 0.03 * truth);
+}
+
+/// Front and back of a rectangle are different surfaces: those in question face each other along z.
+Rows::Factor factor_upward(const Rows& rows, std::uint32_t from, std::uint32_t to) {
+  return rows.factor([&](const PatchPoint& at) { return at.object == from && at.outward.z > 0; },
+                     [&](const PatchPoint& at) { return at.object == to && at.outward.z < 0; });
+}
+
+TEST(SurfaceRows, SumToOneInAWhiteScene) {
+  Scene spheres = under_a_sky(), smooth_mesh = under_a_sky();
+  scenes::add(spheres, Sphere{{0, 0, 0}, 1}, white());
+  scenes::add(spheres, Sphere{{2, 0.5, 0}, 1}, white());
+  scenes::add(smooth_mesh, scenes::placed(scenes::icosphere(2, true), 1, {2, 0.5, 0}), white());
+  Scene closed = unit_cube();
+  Material& lamp = closed.materials[closed.objects[0].material.index];
+  lamp = white();
+  lamp.emission = Color{0, 0, 1};  // the sums are those of red
+  for (const Scene& scene : {closed, spheres, smooth_mesh}) {
+    const Rows rows(scene);
+    ASSERT_GT(rows.transport().size(), 500u);
+    for (std::size_t i = 0; i < rows.transport().size(); ++i) {
+      double sum = rows.transport().source(i).r;
+      for (const TransportEntry& entry : rows.transport().row(i)) sum += entry.share.r;
+      ASSERT_LE(sum, 1 + 1e-12) << i;
+      // Rays below the face, of a direction about the smooth normal, bring nothing.
+      const bool smooth = scene.objects.size() == 1;
+      ASSERT_GE(sum, smooth ? 0.9 : 1 - 1e-12) << i;
+    }
+  }
+}
+
+TEST(SurfaceRows, OfTheFacesOfACubeAreTheirFormFactors) {
+  const Rows rows(unit_cube());
+  constexpr double parallel = 0.199824895698387, perpendicular = 0.200043776075403;  // Howell C-11, C-14
+  for (std::uint32_t from = 1; from <= 6; ++from) {
+    double sum = 0;
+    for (std::uint32_t to = 1; to <= 6; ++to) {
+      const bool opposite = from != to && (from - 1) % 3 == (to - 1) % 3;
+      const Rows::Factor factor = rows.factor(from, to);
+      sum += factor.value;
+      if (from == to) {
+        EXPECT_EQ(factor.value, 0);
+      } else {
+        expect_factor(factor, opposite ? parallel : perpendicular);
+      }
+    }
+    EXPECT_NEAR(sum, 1, 0.001);  // the lamp takes a little
+  }
+}
+
+TEST(SurfaceRows, OfParallelRectanglesAreTheirFormFactor) {
+  Scene scene = under_a_sky();
+  add_white_rectangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1.5, 0});
+  add_white_rectangle(scene, {0, 0, 0.5}, {1, 0, 0}, {0, 1.5, 0});
+  expect_factor(factor_upward(Rows(scene), 0, 1), 0.475576436532953);
+}
+
+TEST(SurfaceRows, OfPerpendicularRectanglesAreReciprocal) {
+  Scene scene = under_a_sky();
+  add_white_rectangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 2, 0});
+  add_white_rectangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
+  const Rows rows(scene);
+  const auto floor = [](const PatchPoint& at) { return at.object == 0 && at.outward.z > 0; };
+  const auto wall = [](const PatchPoint& at) { return at.object == 1 && at.outward.y > 0; };
+  expect_factor(rows.factor(floor, wall), 0.116426301397681);
+  expect_factor(rows.factor(wall, floor), 0.232852602795362);
+}
+
+TEST(SurfaceRows, OfDiscsAndSpheresAreTheirFormFactors) {
+  Scene discs = under_a_sky();
+  scenes::add(discs, Disc{.center = {0, 0, 0}, .normal = {0, 0, 1}, .radius = 1, .u_axis = {}}, white());
+  scenes::add(discs, Disc{.center = {0, 0, 1}, .normal = {0, 0, 1}, .radius = 1, .u_axis = {}}, white());
+  expect_factor(factor_upward(Rows(discs), 0, 1), 0.381966011250105);
+
+  Scene sphere = under_a_sky();
+  scenes::add(sphere, Sphere{{0, 0, 2}, 1}, white());
+  scenes::add(sphere, Disc{.center = {0, 0, 0}, .normal = {0, 0, 1}, .radius = 2, .u_axis = {}}, white());
+  const Rows rows(sphere, 4000);
+  const auto ball = [](const PatchPoint& at) { return at.object == 0; };
+  const auto disc = [](const PatchPoint& at) { return at.object == 1 && at.outward.z > 0; };
+  expect_factor(rows.factor(ball, disc), 0.146446609406726);
+  // A_1 F_12 = A_2 F_21 for 4 pi and 4 pi.
+  expect_factor(rows.factor(disc, ball), 0.146446609406726);
+}
+
+TEST(SurfaceRows, OfASmallSurfaceBelowASquareAreThoseOfAPoint) {
+  Scene scene = under_a_sky();
+  constexpr double small = 0.02;
+  add_white_rectangle(scene, {-small / 2, -small / 2, 0}, {small, 0, 0}, {0, small, 0});
+  add_white_rectangle(scene, {0, 0, 1}, {1, 0, 0}, {0, 1, 0});
+  const Rows rows(scene, 40'000);
+  expect_factor(factor_upward(rows, 0, 1), 0.138531605994893);
+}
+
+TEST(SurfaceRows, InASphereAreTheSharesOfItsArea) {
+  Scene scene = under_a_sky();
+  scene.background.color = {};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1.5}, white());
+  scenes::add(scene, Sphere{{0, 0, 0}, 1e-3}, scenes::glowing({1, 1, 1}));
+  const Rows rows(scene);
+  const auto all = [](const PatchPoint&) { return true; };
+  const auto cap = [](const PatchPoint& at) { return at.outward.z < -0.5; };  // area pi R^2 of 4 pi R^2
+  const auto rest = [](const PatchPoint& at) { return at.outward.z >= -0.5; };
+  EXPECT_NEAR(rows.factor(all, cap).value, 0.25, 0.02);  // patches across the border count by one point
+  const Rows::Factor from_cap = rows.factor(cap, cap), from_rest = rows.factor(rest, cap);
+  EXPECT_NEAR(from_cap.value, from_rest.value, 5 * (from_cap.sigma + from_rest.sigma));
+}
+
+std::size_t count(const Scene& scene, double wanted, std::uint32_t patches_max, bool& limited) {
+  RenderControl control;
+  const auto compiled = *compile(scene, control);
+  const Region region{compiled->frame.render_from_world(Vec3{0.5, 0.5, 0.5}), compiled->frame.render_from_world(1.0)};
+  const SurfacePatches patches = divide_surfaces(*compiled, region, wanted, patches_max, control);
+  limited = patches.limited;
+  EXPECT_EQ(patches.points.size(), patches.grid.size());
+  return patches.points.size();
+}
+
+TEST(SurfacePatches, KeepWithinTheLimit) {
+  const Scene scene = unit_cube();
+  bool limited = true;
+  const std::size_t all = count(scene, 600, 10'000, limited);
+  EXPECT_FALSE(limited);
+  ASSERT_GT(all, 500u);
+  EXPECT_EQ(count(scene, 600, static_cast<std::uint32_t>(all), limited), all) << "at the limit";
+  EXPECT_FALSE(limited);
+  const std::size_t larger = count(scene, 600, static_cast<std::uint32_t>(all) - 1, limited);
+  EXPECT_TRUE(limited);
+  EXPECT_LT(larger, all);
+  EXPECT_GT(larger, all / 3) << "larger patches, not missing ones";
+  EXPECT_LE(count(scene, 100'000, 600, limited), 600u);
+  EXPECT_TRUE(limited);
+  EXPECT_EQ(count(scene, 600, 5, limited), 5u) << "a cube has six sides";
+  EXPECT_TRUE(limited);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,127 @@
+#include "tracer/src/compile/surface_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/math/sampling.h"
+#include "tracer/src/parallel/parallel_for.h"
+
+namespace tracer {
+namespace {
+
+constexpr std::size_t points_of_patch_max = 64;
+
+/// Rays of a row start at the points in turn, in directions distributed as the cosine.
+class RowRays {
+ public:
+  RowRays(const CompiledScene& scene, Batch& batch) : scene_(scene), batch_(batch) { batch.clear(); }
+
+  void add(std::uint32_t patch, const std::vector<PatchPoint>& points) {
+    const std::uint64_t key = pixel_key(patch, ~scene_.accuracy.seed);
+    for (std::uint32_t ray = 0; ray < row_rays; ++ray) {
+      const auto sample = static_cast<std::uint32_t>(batch_.samples.size());
+      batch_.samples.push_back({key, ray});
+      const PatchPoint& at = points[ray % points.size()];
+      const Vec3 local = cosine_direction(shuffled_point(ray, mix(key)));
+      const Axes axes = axes_about(at.normal);
+      const Vec3 direction = unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
+      if (!(dot(direction, at.outward) > 0)) continue;  // brings nothing
+      rays_.push(offset_origin(at.point, at.outward, at.outward), direction, {1, 1, 1}, sample, {}, 1,
+                 MediumStack::outside);
+      // Emitters that are sampled light the place of the image itself: such a ray must not bring their light.
+      const double density = scene_.needs.emitters ? std::numeric_limits<double>::min() : 0;
+      rays_.set_path_state(rays_.size() - 1, {.weight = 1, .density = density});
+      if (scene_.needs.filtered_textures) rays_.set_cone({});
+    }
+  }
+  [[nodiscard]] const RayQueue& rays() const { return rays_; }
+
+ private:
+  const CompiledScene& scene_;
+  Batch& batch_;
+  RayQueue rays_;
+};
+
+struct Row {
+  Color source;
+  std::vector<TransportEntry> entries;
+};
+
+/// The rows of the patches from `first` on.
+void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points, std::size_t first,
+                     Wavefront<AllFeatures>& tracer, std::span<Row> rows) {
+  RowRays rays(scene, tracer.batch());
+  for (std::size_t i = 0; i < rows.size(); ++i) rays.add(static_cast<std::uint32_t>(first + i), points[first + i]);
+  std::vector<Landing> landings;
+  if (!tracer.trace_from_patches(rays.rays(), landings)) return;
+  constexpr double share = 1.0 / row_rays;
+  for (std::size_t sample = 0; sample < tracer.radiance().size(); ++sample)
+    if (finite(tracer.radiance()[sample])) rows[sample / row_rays].source += tracer.radiance()[sample] * share;
+  for (const Landing& landing : landings)
+    rows[landing.sample / row_rays].entries.push_back({landing.entry.patch, landing.entry.share * share});
+  for (Row& row : rows) merge_entries(row.entries);
+}
+
+}  // namespace
+
+SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region, double wanted,
+                               std::uint32_t patches_max, const RenderControl& control) {
+  constexpr double points_per_patch = 16, lines_max = 1u << 22;
+  constexpr int attempts_max = 4;
+  SurfacePatches patches;
+  patches.limited = wanted > patches_max;
+  const PatchPoints surfaces(scene, region, control);
+  if (!(surfaces.per_line() > 0)) return patches;
+  const double cells = std::min<double>(wanted, patches_max);
+  double side = std::sqrt(surfaces.per_line() * 2 * std::numbers::pi / cells) * region.radius;
+  const double lines = std::min(std::ceil(cells * points_per_patch / surfaces.per_line()), lines_max);
+  const std::vector<PatchPoint> points = surfaces.on_lines(static_cast<std::uint32_t>(lines), side * 0x1p-6);
+  for (int attempt = 1; attempt <= attempts_max; ++attempt, side *= 1.25) {
+    patches.grid = PatchGrid(side);
+    patches.points.clear();
+    bool full = false;
+    for (const PatchPoint& at : points) {
+      if (control.cancelled()) return patches;
+      const std::uint32_t patch =
+          patches.grid.insert(at.object, offset_origin(at.point, at.outward, at.outward), at.normal, patches_max);
+      full = full || patch == PatchGrid::none;
+      if (full && attempt < attempts_max) break;
+      if (patch == PatchGrid::none) continue;
+      if (patch == patches.points.size()) patches.points.emplace_back();
+      if (patches.points[patch].size() < points_of_patch_max) patches.points[patch].push_back(at);
+    }
+    if (!full) return patches;
+    patches.limited = true;
+  }
+  return patches;
+}
+
+SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points,
+                       const RenderControl& control) {
+  constexpr std::size_t block = 16;
+  std::vector<Row> rows(points.size());
+  TracerPool<Wavefront<AllFeatures>> pool(scene, control, scene.accuracy.approximate);
+  for_each_tile((rows.size() + block - 1) / block, 0, [&](std::uint64_t number) {
+    if (control.cancelled()) return;
+    const std::size_t first = number * block;
+    typename TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
+    trace_some_rows(scene, points, first, *tracer,
+                    std::span(rows).subspan(first, std::min(block, rows.size() - first)));
+  });
+  SurfaceRows all;
+  std::size_t entries = 0;
+  for (const Row& row : rows) entries += row.entries.size();
+  all.transport.reserve(rows.size(), entries);
+  for (Row& row : rows) {
+    if (control.cancelled()) break;
+    all.transport.add_row(row.source, row.entries);
+    row.entries = {};
+  }
+  all.rays = pool.statistics().rays.total();
+  return all;
+}
+
+}  // namespace tracer

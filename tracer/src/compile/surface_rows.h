@@ -1,0 +1,42 @@
+#pragma once
+/// Surfaces as patches, and the transport of light between these.
+
+#include <cstdint>
+#include <vector>
+
+#include "tracer/control.h"
+#include "tracer/src/compile/patch_points.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/radiosity/patches.h"
+#include "tracer/src/radiosity/transport.h"
+
+namespace tracer {
+
+struct SurfacePatches {
+  PatchGrid grid;
+  std::vector<std::vector<PatchPoint>> points;  ///< by patch: some 16, uniform over its area
+  bool limited = false;                         ///< fewer or larger patches than requested
+};
+
+/// Divides the surfaces in the region into about `wanted` patches: more, because those at borders are cut, but at most
+/// `patches_max`. If there are too many, they are made larger. Where that does not suffice, as with many small objects,
+/// parts of the surfaces have no patch. Empty if light reaches no surface that reflects diffusely. Incomplete after
+/// cancellation. Throws std::bad_alloc.
+SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region, double wanted,
+                               std::uint32_t patches_max, const RenderControl& control);
+
+struct SurfaceRows {
+  Transport transport;
+  std::uint64_t rays = 0;
+};
+
+/// Rays that are traced for each row; an entry is the light that they bring from a patch, divided by their number.
+constexpr std::uint32_t row_rays = 256;
+
+/// The rows of all patches: light from patches, directly or by mirrors and glass, and from the background, emitters and
+/// lights that these show. Precondition: `scene` has the grid of the patches. Incomplete after cancellation. Throws
+/// std::bad_alloc.
+SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points,
+                       const RenderControl& control);
+
+}  // namespace tracer
