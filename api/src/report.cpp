@@ -87,13 +87,14 @@ tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
   return json::parse(text, {.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024});
 }
 
-Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures) {
+Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures, bool reused) {
   if (!figures) return nullptr;
   return object_of({{"patches", figures->patches},
                     {"limited", figures->limited},
                     {"rays", figures->rays},
                     {"factors", figures->factors},
                     {"sweeps", figures->sweeps},
+                    {"reused", reused},
                     {"bound", finite_or_null(figures->bound)}});
 }
 
@@ -125,7 +126,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
        {"repeated_tasks", division.repeated_tasks},
        {"geometry_reused", times.cache_hits.geometry},
        {"textures", object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}})},
-       {"radiosity", radiosity_json(times.radiosity)},
+       {"radiosity", radiosity_json(times.radiosity, times.cache_hits.radiosity)},
        {"estimated_work", or_null(estimated_work(scene))},
        {"memory_bytes", memory_bytes},
        {"non_finite", statistics.non_finite},

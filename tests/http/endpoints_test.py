@@ -49,6 +49,13 @@ class Submitting(OneDaemon):
         self.assertEqual(job["report"]["rays"]["camera"], 16 * 12)
         self.assertEqual(job["report"]["non_finite"], 0)
 
+    def test_solves_for_light_between_surfaces_once_for_all_views(self):
+        accuracy = {"model": "global", "target_error": 4, "approximate": {"interreflection": "radiosity"}}
+        view = {"position": [2, 2, 4], "look_at": [0, 0.5, 0]}
+        reused = [self.finished(accuracy=accuracy, **changes)["report"]["radiosity"]["reused"]
+                  for changes in ({}, {"camera": view}, {"background": {"color": [0, 0, 1]}})]
+        self.assertEqual(reused, [False, True, False])
+
     def test_accepts_json_with_a_charset(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": "application/json; charset=utf-8"})
         self.assertEqual(reply.status, 202)

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tests/support/scenes.h"
 #include "tracer/image.h"
+#include "tracer/scene_cache.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -106,7 +108,7 @@ TEST(Radiosity, OfAPlaneBelowAGlowingSquareIsTheClosedForm) {
 }
 
 /// Rectangles so large that they are as planes to the middle.
-TEST(Radiosity, BetweenFacingPlanesIsTheClosedForm) {
+TEST(Radiosity, BetweenParallelPlanesIsTheClosedForm) {
   constexpr double rho_floor = 0.5, rho_ceiling = 0.8, side = 1000;
   Scene scene = scenes::empty(4);
   scene.camera = {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 1};
@@ -240,6 +242,44 @@ TEST(Radiosity, OfWallsThatAbsorbNothingEndsAndIsReportedAsUnbounded) {
   EXPECT_FALSE(rendered_with(scene, Interreflection::radiosity).error.bounded);
   scene.materials[0].diffuse = 0.9;
   EXPECT_TRUE(rendered_with(scene, Interreflection::radiosity).error.bounded);
+}
+
+struct Cached {
+  bool reused = false;
+  std::vector<float> image;
+};
+
+Cached compiled_with(SceneCache& cache, Scene scene, const std::string& everything_but_the_view) {
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.target_error = 4;
+  scene.accuracy.approximate.interreflection = Interreflection::radiosity;
+  RenderControl control;
+  const auto entry = *cache.acquire(scene, {}, control, everything_but_the_view);
+  const auto compiled = *compile(scene, control, {}, entry.get());
+  return {cache_hits(*compiled).radiosity, render(*compiled, {}, control)->image.rgb};
+}
+
+TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
+  SceneCache cache(64u << 20);
+  EXPECT_FALSE(compiled_with(cache, room(), "a").reused);
+  EXPECT_GT(cache.memory_bytes().radiosity, 0u);
+  Scene moved = room();
+  moved.camera.position = {0.5, 0.25, 2};
+  moved.image = {24, 16, {}};
+  const Cached again = compiled_with(cache, moved, "a");
+  EXPECT_TRUE(again.reused);
+  SceneCache none(0);
+  const Cached fresh = compiled_with(none, moved, "a");
+  EXPECT_FALSE(fresh.reused);
+  EXPECT_EQ(again.image, fresh.image);
+  EXPECT_FALSE(compiled_with(cache, room(), "b").reused) << "another scene";
+  EXPECT_FALSE(compiled_with(cache, room(), "").reused) << "of unknown content";
+  Scene turned = room();
+  turned.camera.up = {1, 0, 0};  // and with it an environment
+  EXPECT_FALSE(compiled_with(cache, turned, "a").reused);
+  Scene with_file = room();
+  with_file.assets.push_back({"image.png", "/textures/wood/file"});
+  EXPECT_FALSE(compiled_with(cache, with_file, "a").reused) << "of a file of unknown content";
 }
 
 TEST(Radiosity, IsCancelledWhileTheSceneIsBuilt) {

@@ -113,6 +113,16 @@ std::vector<std::string> content_names(const tracer::Scene& scene, const JobFile
   return names;
 }
 
+/// Text that is equal only for documents that differ in nothing but the view.
+std::string digest_without_view(const std::string& document, const api::Limits& limits) {
+  api::Digests digests;
+  if (!api::parse_scene(document, limits, &digests)) return {};
+  for (const char* of_the_view : {"camera", "image", "output", "name"}) digests.erase(of_the_view);
+  std::string text;
+  for (const auto& [name, sha256] : digests) text.append(name).append(" ").append(sha256).append("\n");
+  return text;
+}
+
 /// Loads the files of `scene`. Stops as "bad_asset" with all issues if they are invalid, and between files if the job
 /// is cancelled.
 tracer::Assets load_files(tracer::Scene& scene, const JobFiles& files, const tracer::RenderControl& control) {
@@ -191,6 +201,8 @@ class RenderStages {
   tracer::Scene parse() {
     auto document = api::parse_scene(job_.document, reading_limits(files_.settings));
     if (!document) stop_for(document.error());
+    if (cache_ != nullptr && document->scene.accuracy.uses_patches())
+      everything_but_the_view_ = digest_without_view(job_.document, reading_limits(files_.settings));
     job_.document = std::string();  // it may be large
     times_.parse = watch_.lap();
     return std::move(document->scene);
@@ -200,7 +212,9 @@ class RenderStages {
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     stop_if_cancelled(control_.tracing);
     std::shared_ptr<tracer::SceneCacheEntry> entry;
-    if (cache_ != nullptr) entry = value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing));
+    if (cache_ != nullptr)
+      entry =
+          value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing, everything_but_the_view_));
     const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
     auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get()));
@@ -241,6 +255,7 @@ class RenderStages {
   const JobFiles& files_;
   JobControl& control_;
   tracer::SceneCache* cache_;
+  std::string everything_but_the_view_;  ///< empty for a scene without patches
   const TaskChannel* channel_;
   Stopwatch watch_;
   api::StageTimes times_;

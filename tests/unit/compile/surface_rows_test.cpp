@@ -91,7 +91,7 @@ class Rows {
       rays += row_rays;
     }
     factor.value /= factor.area;
-    // Of independent rays, and of the random areas of the patches.
+    // For independent rays and the random areas of the patches.
     factor.sigma = std::sqrt(factor.value * (1 - factor.value) / rays) + factor.value * 0.2 / std::sqrt(factor.area);
     return factor;
   }

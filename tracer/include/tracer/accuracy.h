@@ -106,6 +106,12 @@ struct Accuracy {
   [[nodiscard]] bool has_ambient_term(const Approximations& by) const {
     return model == Model::whitted || by.interreflection == Approximations::Interreflection::ambient;
   }
+  /// True if patches hold light between surfaces.
+  [[nodiscard]] bool uses_patches() const {
+    const Approximations::Interreflection by = approximate.interreflection;
+    return model == Model::global &&
+           (by == Approximations::Interreflection::radiosity || by == Approximations::Interreflection::gather);
+  }
   /// Target errors of either kind of sampling: of the image and of the worst tile.
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
   [[nodiscard]] std::optional<double> tile_target() const { return adaptive ? adaptive->tile_error : tile_error; }

@@ -44,6 +44,7 @@ struct CacheHits {
   bool geometry = false;               ///< shapes, mesh files and BVH
   std::uint32_t textures = 0;          ///< texture images from the cache
   std::uint32_t decoded_textures = 0;  ///< texture images decoded for this scene
+  bool radiosity = false;              ///< the light of patches
 };
 CacheHits cache_hits(const CompiledScene& scene);
 

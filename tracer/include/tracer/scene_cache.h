@@ -1,6 +1,6 @@
 #pragma once
-/// Cache of geometry (shapes with their BVH) and decoded texture images. The frames of a camera sweep read their
-/// meshes, build the BVH and decode once.
+/// Cache of geometry (shapes with their BVH), decoded texture images and the light of patches. The frames of a camera
+/// sweep read their meshes, build the BVH, decode and solve once.
 ///
 ///   tracer::SceneCache cache(512u << 20);                                // bytes
 ///   auto entry = cache.acquire(scene, contents, control);                // before mesh files are read
@@ -12,7 +12,7 @@
 /// output or materials share it, as long as the same materials are transmissive (opaque and transmissive surfaces are
 /// stored apart). Geometry of a scene with materials for parts of mesh files is not stored. Images are bit-identical
 /// with and without a cache. The key of a texture image is the content of its file and the color space; it is stored
-/// with its mip maps.
+/// with its mip maps. The light of patches (Approximations::Interreflection) is stored under a key of the caller.
 
 #include <cstdint>
 #include <memory>
@@ -45,8 +45,8 @@ class SceneCache {
   void clear();
 
   struct Bytes {
-    std::uint64_t geometry = 0, images = 0;
-    [[nodiscard]] std::uint64_t all() const { return geometry + images; }
+    std::uint64_t geometry = 0, images = 0, radiosity = 0;
+    [[nodiscard]] std::uint64_t all() const { return geometry + images + radiosity; }
   };
   [[nodiscard]] Bytes memory_bytes() const;
 
@@ -55,9 +55,11 @@ class SceneCache {
   /// builds, the others wait until its entry is destroyed; if it failed or was cancelled, the next one builds. A
   /// waiting caller returns `cancelled` within 10 ms of `control.cancel()`. `contents[i]` identifies the content of
   /// `scene.assets[i]`: equal only for equal bytes. Empty or missing: unknown, and nothing made from that file is
-  /// stored. Throws std::bad_alloc.
+  /// stored. `everything_but_the_view`: equal only for scenes that differ in nothing but their camera, image size and
+  /// output; empty: unknown, and patches are solved again. Throws std::bad_alloc.
   Result<std::shared_ptr<SceneCacheEntry>, Failure> acquire(Scene& scene, std::vector<std::string> contents,
-                                                            const RenderControl& control);
+                                                            const RenderControl& control,
+                                                            const std::string& everything_but_the_view = {});
 
  private:
   std::shared_ptr<LruCache> cache_;

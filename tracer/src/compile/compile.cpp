@@ -193,10 +193,22 @@ Emitters emitters_of(const CompiledScene& scene) {
   return {scene.geometry(), std::move(radiance), SkyTable(*scene.background)};
 }
 
-bool uses_patches(const Accuracy& accuracy) {
-  using enum Approximations::Interreflection;
-  const auto by = accuracy.approximate.interreflection;
-  return by == radiosity || by == gather;
+/// Sets the light of patches, from the cache if it has it. Fails with `cancelled`.
+std::optional<Failure> add_radiosity(CompiledScene& scene, const Bounds& bounds, const RenderControl& control,
+                                     SceneCacheEntry* cache_entry) {
+  using Ticket = std::optional<LruCache::BuildTicket>;
+  auto acquired = cache_entry != nullptr ? cache_entry->radiosity(control) : Result<Ticket, Failure>(Ticket());
+  if (!acquired) return acquired.error();
+  Ticket& ticket = *acquired;
+  if (ticket && ticket->found()) {
+    scene.objects.radiosity = std::static_pointer_cast<const Radiosity>(ticket->found());
+    scene.cache_hits.radiosity = true;
+    return std::nullopt;
+  }
+  scene.objects.radiosity = solve_radiosity(scene, bounds, control);
+  if (ticket && scene.objects.radiosity != nullptr && !control.cancelled())
+    ticket->store(scene.objects.radiosity, scene.objects.radiosity->memory_bytes());
+  return std::nullopt;
 }
 
 template <class T>
@@ -233,8 +245,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     if (compiled->exact.needs.refraction) compiled->media.enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
-    if (uses_patches(scene.accuracy) && compiled->needs.global_light)
-      compiled->objects.radiosity = solve_radiosity(*compiled, bounds, control);
+    if (scene.accuracy.uses_patches() && compiled->needs.global_light)
+      if (auto failure = add_radiosity(*compiled, bounds, control, cache_entry)) return *std::move(failure);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
@@ -268,8 +280,7 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
                         bytes_of(scene.objects.diagonal) + scene.objects.emitters.memory_bytes();
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
-  if (scene.objects.radiosity != nullptr)
-    bytes += scene.objects.radiosity->patches.memory_bytes() + bytes_of(scene.objects.radiosity->arriving);
+  if (scene.objects.radiosity != nullptr) bytes += scene.objects.radiosity->memory_bytes();
   std::set<const ImageMap*> images;  // textures may share one
   for (const auto& image : scene.images)
     if (image && images.insert(image.get()).second) bytes += image->memory_bytes();

@@ -113,6 +113,26 @@ std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<s
   return writer.end();
 }
 
+/// Empty if the content of a file is unknown. An environment turns with the camera's `up`.
+std::string radiosity_key(const Scene& scene, const std::vector<std::string>& contents,
+                          const std::string& everything_but_the_view) {
+  if (everything_but_the_view.empty()) return {};
+  Sha256 hash;
+  const auto add = [&](const std::string& text) {
+    const std::uint64_t size = text.size();
+    hash.add(&size, sizeof size);
+    hash.add(text.data(), text.size());
+  };
+  add(everything_but_the_view);
+  for (std::size_t i = 0; i < scene.assets.size(); ++i) {
+    if (i >= contents.size() || contents[i].empty()) return {};
+    add(contents[i]);
+  }
+  static_assert(is_plain<Vec3>);
+  hash.add(&scene.camera.up, sizeof scene.camera.up);
+  return hash.digest();
+}
+
 /// Removes the file names of meshes whose triangles are already in `geometry`. The meshes stay empty, and `smooth` is
 /// set to whether they have normals, because `requirements` uses it.
 void replace_file_meshes(Scene& scene, const GeometrySet& geometry) {
@@ -201,18 +221,21 @@ SceneCache::~SceneCache() = default;
 void SceneCache::clear() { cache_->clear(); }
 
 SceneCache::Bytes SceneCache::memory_bytes() const {
-  return {cache_->memory_bytes(LruCache::Kind::geometry), cache_->memory_bytes(LruCache::Kind::image)};
+  using enum LruCache::Kind;
+  return {cache_->memory_bytes(geometry), cache_->memory_bytes(image), cache_->memory_bytes(radiosity)};
 }
 
 Result<std::shared_ptr<SceneCacheEntry>, Failure> SceneCache::acquire(Scene& scene, std::vector<std::string> contents,
-                                                                      const RenderControl& control) {
+                                                                      const RenderControl& control,
+                                                                      const std::string& everything_but_the_view) {
   if (cache_->bytes_max() == 0)
-    return std::make_shared<SceneCacheEntry>(cache_, std::vector<std::string>(), std::nullopt);
+    return std::make_shared<SceneCacheEntry>(cache_, std::vector<std::string>(), std::nullopt, std::string());
+  std::string patches = radiosity_key(scene, contents, everything_but_the_view);
   const auto name = geometry_hash(scene, contents);
-  if (!name) return std::make_shared<SceneCacheEntry>(cache_, std::move(contents), std::nullopt);
+  if (!name) return std::make_shared<SceneCacheEntry>(cache_, std::move(contents), std::nullopt, std::move(patches));
   auto ticket = cache_->acquire({LruCache::Kind::geometry, *name}, control);
   if (!ticket) return ticket.error();
-  auto entry = std::make_shared<SceneCacheEntry>(cache_, std::move(contents), std::move(*ticket));
+  auto entry = std::make_shared<SceneCacheEntry>(cache_, std::move(contents), std::move(*ticket), std::move(patches));
   if (const CachedGeometry* cached = entry->geometry()) replace_file_meshes(scene, cached->accelerator->geometry());
   return entry;
 }
@@ -239,6 +262,13 @@ Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::image(con
   const char color_space = !space ? 'd' : *space == ColorSpace::linear ? 'l' : 's';
   const char read_as = texture.channel == ImageTexture::Channel::alpha ? 'a' : color_space;
   auto ticket = cache_->acquire({LruCache::Kind::image, read_as + contents_[file]}, control);
+  if (!ticket) return ticket.error();
+  return std::optional<LruCache::BuildTicket>(std::move(*ticket));
+}
+
+Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::radiosity(const RenderControl& control) {
+  if (radiosity_key_.empty()) return std::optional<LruCache::BuildTicket>();
+  auto ticket = cache_->acquire({LruCache::Kind::radiosity, radiosity_key_}, control);
   if (!ticket) return ticket.error();
   return std::optional<LruCache::BuildTicket>(std::move(*ticket));
 }

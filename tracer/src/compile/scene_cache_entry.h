@@ -16,6 +16,7 @@
 #include "tracer/result.h"
 #include "tracer/scene.h"
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/radiosity/patches.h"
 #include "tracer/src/scene/render_space.h"
 #include "tracer/src/textures/image_map.h"
 
@@ -24,7 +25,7 @@ namespace tracer {
 /// LRU cache with a byte budget; concurrent requests for one key build its value once. Thread-safe.
 class LruCache : public std::enable_shared_from_this<LruCache> {
  public:
-  enum class Kind { geometry, image };
+  enum class Kind { geometry, image, radiosity };
   struct Key {
     Kind kind = Kind::geometry;
     std::string content;
@@ -88,10 +89,13 @@ struct CachedGeometry {
 /// Used only by the thread that compiles the scene.
 class SceneCacheEntry {
  public:
-  /// `geometry`: empty if the scene's geometry is not cached.
+  /// `geometry`: empty if the scene's geometry is not cached. `radiosity_key`: empty if its patches are not.
   SceneCacheEntry(std::shared_ptr<LruCache> cache, std::vector<std::string> contents,
-                  std::optional<LruCache::BuildTicket> geometry)
-      : cache_(std::move(cache)), contents_(std::move(contents)), geometry_(std::move(geometry)) {}
+                  std::optional<LruCache::BuildTicket> geometry, std::string radiosity_key)
+      : cache_(std::move(cache)),
+        contents_(std::move(contents)),
+        radiosity_key_(std::move(radiosity_key)),
+        geometry_(std::move(geometry)) {}
 
   /// Geometry of an earlier scene, or null.
   [[nodiscard]] const CachedGeometry* geometry() const;
@@ -101,12 +105,15 @@ class SceneCacheEntry {
   /// Empty if the content of the file is unknown. Fails with `cancelled`.
   Result<std::optional<LruCache::BuildTicket>, Failure> image(const ImageTexture& texture,
                                                               const RenderControl& control);
+  /// Ticket whose value is a Radiosity. Empty if patches are not cached. Fails with `cancelled`.
+  Result<std::optional<LruCache::BuildTicket>, Failure> radiosity(const RenderControl& control);
   /// Stores images of at least SceneCache::worthwhile_bytes.
   static void store(LruCache::BuildTicket ticket, const std::shared_ptr<const ImageMap>& image);
 
  private:
   std::shared_ptr<LruCache> cache_;
   std::vector<std::string> contents_;
+  std::string radiosity_key_;
   std::optional<LruCache::BuildTicket> geometry_;
 };
 

@@ -94,6 +94,9 @@ struct Radiosity {
   PatchGrid patches;
   std::vector<Color> arriving;  ///< by patch
   RadiosityFigures figures;
+  [[nodiscard]] std::uint64_t memory_bytes() const {
+    return patches.memory_bytes() + arriving.capacity() * sizeof(Color);
+  }
 };
 
 }  // namespace tracer
