@@ -77,12 +77,12 @@ std::vector<PatchPoints::LineHit> PatchPoints::hits_on_lines(std::uint32_t lines
         const Surface at = surface_at(scene_, hits.at(i), rays.origin(i), rays.direction(i));
         if (length(at.point.position - region_.center) > region_.radius * (1 + 0x1p-20)) continue;
         const Vec3 outward = at.back ? -at.geometric_normal : at.geometric_normal;
-        found[number].push_back({{at.point, at.normal, outward, at.object},
+        found[number].push_back({{at.point, at.normal, outward, at.object, hits.primitive[i]},
                                  rays.sample(i),
                                  at.back,
                                  reflects_diffusely(scene_.terms[at.material])});
         next.push(offset_origin(at.point, at.geometric_normal, rays.direction(i)), rays.direction(i), {},
-                  rays.sample(i), {}, 0, 0);
+                  rays.sample(i), hits.primitive[i], 0, 0);
       }
       std::swap(rays, next);
     }
@@ -107,7 +107,7 @@ std::vector<PatchPoints::Walker> PatchPoints::light_sources(const std::vector<Li
   const std::size_t rays = scene_.lights.empty() ? 0 : 1 + rays_of_lights / scene_.lights.size();
   for (std::size_t light = 0; light < scene_.lights.size(); ++light)
     for (std::uint32_t ray = 0; ray < rays; ++ray)
-      walkers.push_back({scene_.lights[light].position, on_unit_sphere(sequence_point(ray, mix(light)))});
+      walkers.push_back({scene_.lights[light].position, on_unit_sphere(sequence_point(ray, mix(light))), {}});
   return walkers;
 }
 
@@ -120,7 +120,7 @@ void PatchPoints::add_light_of_emitters(const std::vector<LineHit>& hits, std::v
     const Vec3 from = offset_origin(at.point, at.outward, at.outward);
     const Emitters::Sample sample = scene_.objects.emitters.sample(from, sequence_point(i, mix(~scene_.accuracy.seed)));
     if (!(sample.density > 0 && dot(sample.direction, at.outward) > 0)) continue;
-    rays.push(from, sample.direction, {}, i, {}, 0, 0);
+    rays.push(from, sample.direction, {}, i, at.primitive, 0, 0);
     emitters.push_back(sample.primitive);
   }
   Hits found;
@@ -135,7 +135,7 @@ void PatchPoints::add_light_of_emitters(const std::vector<LineHit>& hits, std::v
 
 PatchPoints::Walker PatchPoints::diffuse_walker(const PatchPoint& at, std::uint32_t number) const {
   return {offset_origin(at.point, at.outward, at.outward),
-          diffuse_direction(at.outward, shuffled_point(number, mix(scene_.accuracy.seed)))};
+          diffuse_direction(at.outward, shuffled_point(number, mix(scene_.accuracy.seed))), at.primitive};
 }
 
 /// Sides that no line meets often enough are taken for lit: they matter little, and paths of light may have missed them
@@ -160,7 +160,8 @@ bool PatchPoints::extend(std::vector<Walker>& walkers, std::uint64_t key) {
   for_each_tile((walkers.size() + block_of_rays - 1) / block_of_rays, 0, [&](std::uint64_t number) {
     const std::size_t first = number * block_of_rays, end = std::min(first + block_of_rays, walkers.size());
     RayQueue rays;
-    for (std::size_t i = first; i < end; ++i) rays.push(walkers[i].origin, walkers[i].direction, {}, 0, {}, 0, 0);
+    for (std::size_t i = first; i < end; ++i)
+      rays.push(walkers[i].origin, walkers[i].direction, {}, 0, walkers[i].from, 0, 0);
     Hits hits;
     scene_.accelerator->intersect(rays.span(), hits.resize_to_fit(rays.size()), Coherence::incoherent);
     for (std::size_t i = first; i < end; ++i) {
@@ -174,6 +175,7 @@ bool PatchPoints::extend(std::vector<Walker>& walkers, std::uint64_t key) {
       if (!passes || shuffled_point(static_cast<std::uint32_t>(i), mix(key)).x < 0.5)
         walker.direction = diffuse_direction(at.back ? -at.geometric_normal : at.geometric_normal, xi);
       walker.origin = offset_origin(at.point, at.geometric_normal, walker.direction);
+      walker.from = hits.primitive[i - first];
       goes_on[i] = 1;
     }
   });

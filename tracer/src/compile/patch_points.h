@@ -15,6 +15,7 @@ struct PatchPoint {
   BoundedPoint point;
   Vec3 normal, outward;  ///< shading and geometric normal
   std::uint32_t object = 0;
+  PrimitiveRef primitive;  ///< rays that start here do not hit it
 };
 
 /// Sphere in which the surfaces are divided.
@@ -48,6 +49,7 @@ class PatchPoints {
   };
   struct Walker {
     Vec3 origin, direction;
+    PrimitiveRef from;
   };
 
   [[nodiscard]] std::vector<LineHit> hits_on_lines(std::uint32_t lines) const;

@@ -29,7 +29,7 @@ class RowRays {
       const Axes axes = axes_about(at.normal);
       const Vec3 direction = unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
       if (!(dot(direction, at.outward) > 0)) continue;  // brings nothing
-      rays_.push(offset_origin(at.point, at.outward, at.outward), direction, {1, 1, 1}, sample, {}, 1,
+      rays_.push(offset_origin(at.point, at.outward, at.outward), direction, {1, 1, 1}, sample, at.primitive, 1,
                  MediumStack::outside);
       // Emitters that are sampled light the place of the image itself: such a ray must not bring their light.
       const double density = scene_.needs.emitters ? std::numeric_limits<double>::min() : 0;
