@@ -298,6 +298,11 @@ TEST(Advice, StatesTheDistanceOfEachModel) {
   EXPECT_TRUE(contains(measured,
                        "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
                        "0.007] would make it 13; radiosity 1.9 for 0.25 s more; below 1.9 levels only paths help"));
+  measured.points.back().model_error = 0.2;  // below the error of the references
+  EXPECT_TRUE(contains(measured,
+                       "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
+                       "0.007] would make it 13; radiosity at most 0.50 for 0.25 s more; below 0.50 levels only paths "
+                       "help"));
   measured.model_error->levels = 0.4;
   EXPECT_TRUE(contains(measured,
                        "Whitted's image is that of the rendering equation, as far as references with an error of 0.50 "

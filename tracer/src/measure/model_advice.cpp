@@ -28,7 +28,7 @@ std::string text_of_color(const Color& color) {
 }
 
 /// "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, 0.0071] would make it
-/// 13; ...".
+/// 13; ...". Errors below that of the references are given as at most that.
 std::string distances(const Measurement& measurement) {
   const ModelError& error = *measurement.model_error;
   if (error.levels <= error.standard_error)
@@ -45,10 +45,12 @@ std::string distances(const Measurement& measurement) {
   for (const std::string_view model : light_models) {
     const MeasuredPoint* const point = baseline(measurement, model);
     if (point == nullptr || whitted == nullptr || !point->setting.accuracy.approximate.any()) continue;
-    sentence += "; " + std::string(model) + " " + text_of_number(*point->model_error);
+    const bool significant_error = *point->model_error > error.standard_error;
+    sentence += "; " + std::string(model) + (significant_error ? " " : " at most ") +
+                text_of_number(std::max(*point->model_error, error.standard_error));
     const double more = point->seconds - whitted->seconds;
     if (more > 0) sentence += " for " + text_of_number(more) + " s more";
-    least = std::min(least, *point->model_error);
+    least = std::min(least, std::max(*point->model_error, error.standard_error));
   }
   return sentence + "; below " + levels(least) + " only paths help";
 }
