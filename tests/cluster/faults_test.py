@@ -139,6 +139,7 @@ class Network:
         return self
 
     def __exit__(self, *_):
+        run("ip", "link", "delete", self.outer)  # with the namespace it would be deleted some time later
         run("ip", "netns", "delete", self.name)
 
     @property
