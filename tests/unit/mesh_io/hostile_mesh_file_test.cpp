@@ -1,10 +1,10 @@
 // Invalid mesh files: an error with its position, in bounded time and memory, and never an invalid mesh.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <array>
 #include <limits>
 
+#include "tests/support/memory_growth.h"
 #include "tests/support/mesh_files.h"
 #include "tests/support/random.h"
 #include "tracer/mesh_file.h"
@@ -153,6 +153,7 @@ TEST(HostileMeshFile, WithAnyBytesChangedGivesAnErrorOrAValidMesh) {
 }
 
 TEST(HostileMeshFile, ThatDeclaresBillionsAllocatesNoMemory) {
+  const MemoryGrowth growth;
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::array<std::string, 3> elements[] = {{"element vertex ", xyz, "0 0 0\n"},
                                                  {"element face ", "property list uchar int vertex_index\n", "\n"},
@@ -171,9 +172,7 @@ TEST(HostileMeshFile, ThatDeclaresBillionsAllocatesNoMemory) {
   EXPECT_NE(refusal(stl).find("no OBJ, PLY, STL or glTF file"), std::string::npos);
   EXPECT_NE(refusal("v 1 1 1\nf -1" + std::string(1 << 20, ' ') + "-1 -1\n"), "");
 #ifndef WHITTLE_SANITIZED
-  rusage usage{};
-  ASSERT_EQ(getrusage(RUSAGE_SELF, &usage), 0);
-  EXPECT_LT(usage.ru_maxrss, 256 * 1024) << "KiB, of the whole process";
+  EXPECT_LT(growth.kibibytes(), 256 * 1024);
 #endif
 }
 

@@ -2,12 +2,13 @@
 #include "tracer/src/image_io/decode.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+
+#include "tests/support/memory_growth.h"
 
 namespace tracer {
 namespace {
@@ -92,6 +93,7 @@ TEST(ImageDecoder, ConvertsCmykToRgb) {
 }
 
 TEST(ImageDecoder, RejectsEveryInvalidFileWithinTimeAndMemory) {
+  const MemoryGrowth growth;
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(corpus)) {
     const std::string name = entry.path().filename();
@@ -101,9 +103,7 @@ TEST(ImageDecoder, RejectsEveryInvalidFileWithinTimeAndMemory) {
   }
   EXPECT_GE(files, 20u);
 #ifndef WHITTLE_SANITIZED
-  rusage usage{};
-  ASSERT_EQ(getrusage(RUSAGE_SELF, &usage), 0);
-  EXPECT_LT(usage.ru_maxrss, 256 * 1024) << "KiB, of the whole process";
+  EXPECT_LT(growth.kibibytes(), 256 * 1024);
 #endif
 }
 
