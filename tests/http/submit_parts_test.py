@@ -1,4 +1,4 @@
-"""Modules of whittle-submit: sweeps, merge patches and batches, and the requests it sends (to a stub server)."""
+"""Modules of whittle-submit: sweeps, merge patches and batches, and the requests it sends (to a server with prepared responses)."""
 import http.server
 import json
 import os
@@ -132,7 +132,7 @@ class Batches(unittest.TestCase):
         self.assertEqual(body["frames"], [{}, {"camera": {"fov": 40}}, {"camera": {"fov": 50}}])
 
 
-class Stub(http.server.ThreadingHTTPServer):
+class PreparedServer(http.server.ThreadingHTTPServer):
     """A server that responds to the first submissions with the given (status, headers), and whose job then fails."""
 
     def __init__(self, *responses):
@@ -150,7 +150,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         status, headers = 200, {}
         if self.command == "POST" and self.server.responses:
             status, headers = self.server.responses.pop(0)
-        job = {"id": JOB_ID, "state": "failed", "problem": {"code": "internal", "detail": "a stub", "errors": []}}
+        job = {"id": JOB_ID, "state": "failed", "problem": {"code": "internal", "detail": "as prepared", "errors": []}}
         content = json.dumps({"detail": "unavailable"} if status >= 400 else job).encode()
         if "?" in self.path:
             content = b'{"items": [], "next_cursor": null}'
@@ -168,16 +168,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Requests(unittest.TestCase):
     def submit(self, *arguments, responses=(), environment=None):
-        with tempfile.TemporaryDirectory() as name, Stub(*responses) as stub:
-            threading.Thread(target=stub.serve_forever, args=(0.01,), daemon=True).start()
+        with tempfile.TemporaryDirectory() as name, PreparedServer(*responses) as server:
+            threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
             directory = pathlib.Path(name)
             (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
             (directory / "key").write_text("from-a-file\n", encoding="utf-8")
-            done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{stub.server_port}/prefix/",
+            done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{server.server_port}/prefix/",
                                    *arguments], cwd=directory, capture_output=True, text=True, check=False, timeout=120,
                                   env={**os.environ, **(environment or {})})
-            stub.shutdown()
-            return done, stub.requests
+            server.shutdown()
+            return done, server.requests
 
     def test_carry_the_key_of_the_environment_or_file_and_the_path_of_the_server(self):
         for arguments, environment, key in (((), {}, None), ((), {"WHITTLE_KEY": "from-outside"}, "Bearer from-outside"),
@@ -195,7 +195,7 @@ class Requests(unittest.TestCase):
         self.assertEqual(len(posts), 4)
         self.assertEqual(len(set(posts)), 1)
         self.assertIn("unavailable", done.stderr)
-        self.assertIn("a: internal: a stub", done.stderr)
+        self.assertIn("a: internal: as prepared", done.stderr)
 
     def test_over_the_wrong_protocol_end_at_once_with_advice(self):
         alert = b"\x15\x03\x01\x00\x02\x02\x46"  # protocol_version

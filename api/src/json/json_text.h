@@ -1,5 +1,5 @@
 #pragma once
-/// Writes JSON as text without white space, in a third of the time that nlohmann's dump() takes.
+/// Writes JSON as text without white space: as nlohmann's dump(), with fewer instructions.
 
 #include <nlohmann/json.hpp>
 #include <string>

@@ -226,7 +226,7 @@ CorpusScene corner_light(Canvas canvas, Random& random) {
   const double w = canvas.width, wall = -0.501 * w, height = random.in(0.2, 0.6) * w, side = random.in(0.5, 1) * w;
   scenes::add(result.scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(sand));
   scenes::add(result.scene, grid({wall, -side, 0}, {0, 2 * side, 0}, {0, 0, height}, 1), scenes::glowing({2, 2, 2}));
-  // Of an element to a rectangle at a right angle, from beside its corner: the same catalog, B-4.
+  // Form factor from an element to a rectangle at a right angle, from beside its corner: the same catalog, B-4.
   const auto factor = [=](double distance, double part) {
     const double slant = std::hypot(distance, height);
     return (std::atan(part / distance) - distance / slant * std::atan(part / slant)) / (2 * std::numbers::pi);

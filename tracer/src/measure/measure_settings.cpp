@@ -173,7 +173,7 @@ std::optional<std::string> refusal_of_global(const Scene& scene) {
   Scene global = scene;
   global.accuracy = {};
   global.accuracy.model = Accuracy::Model::global;
-  // Limits are those of whoever accepted the scene.
+  // The caller has checked limits.
   const auto issues = validate(global, Limits(), [](const Issue& issue) { return issue.code == "limit_exceeded"; });
   if (issues.empty()) return std::nullopt;
   return issues.front().pointer + " " + issues.front().detail;

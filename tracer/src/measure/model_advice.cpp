@@ -55,8 +55,8 @@ std::string distances(const Measurement& measurement) {
   return sentence + "; below " + levels(least) + " only paths help";
 }
 
-/// "the rendering equation has more light: 80 % of it by interreflection of lights, 20 % of glowing surfaces"; unset
-/// with one cause.
+/// "of the light that Whitted's model leaves out come 80 % from interreflection of lights, 20 % from glowing surfaces";
+/// unset with one cause.
 std::optional<std::string> causes(const LightByCause& by) {
   const auto sum = [](const Color& color) { return color.r + color.g + color.b; };
   const std::array parts{std::pair{"interreflection of lights", sum(by.interreflection)},

@@ -70,7 +70,7 @@ class PatchGrid {
     const int axis = dominant_axis(normal), a = (axis + 1) % 3, b = (axis + 2) % 3;
     const std::array<double, 3> p = array(position), n = array(normal);
     const double height = n[index(axis)];
-    // Of three parts, so that surfaces along the axes face the middle of one.
+    // There are three parts: surfaces along the axes have the middle of one.
     const auto part = [&](int other) { return std::floor((n[index(other)] / std::abs(height) + 1) * 1.5); };
     const auto cell = [&](int other, double side) { return std::floor(p[index(other)] / side + 0.37); };
     std::uint64_t hash = mix(std::uint64_t{object} * 6 + static_cast<std::uint64_t>(2 * axis + (height < 0 ? 1 : 0)));
