@@ -36,13 +36,13 @@ bool is_lit_from_outside(const CompiledScene& scene) {
                      [](const CompiledLight& light) { return light.kind == light_kind<DirectionalLight>; });
 }
 
+}  // namespace
+
 Vec3 diffuse_direction(const Vec3& normal, const Vec2& xi) {
   const Vec3 local = cosine_direction(xi);
   const Axes axes = axes_about(normal);
   return unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
 }
-
-}  // namespace
 
 PatchPoints::PatchPoints(const CompiledScene& scene, const Region& region, const RenderControl& control)
     : scene_(scene), region_(region), control_(control) {

@@ -24,6 +24,9 @@ struct Region {
   double radius = 0;
 };
 
+/// Direction around a unit normal, distributed as the cosine to it, for `xi` uniform in [0,1)^2.
+Vec3 diffuse_direction(const Vec3& normal, const Vec2& xi);
+
 /// Number of a side of an object.
 inline std::size_t side_of(std::uint32_t object, bool back) { return 2 * std::size_t{object} + (back ? 1 : 0); }
 

@@ -25,9 +25,7 @@ class RowRays {
       const auto sample = static_cast<std::uint32_t>(batch_.samples.size());
       batch_.samples.push_back({key, ray});
       const PatchPoint& at = points[ray % points.size()];
-      const Vec3 local = cosine_direction(shuffled_point(ray, mix(key)));
-      const Axes axes = axes_about(at.normal);
-      const Vec3 direction = unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
+      const Vec3 direction = diffuse_direction(at.normal, shuffled_point(ray, mix(key)));
       if (!(dot(direction, at.outward) > 0)) continue;  // brings nothing
       rays_.push(offset_origin(at.point, at.outward, at.outward), direction, {1, 1, 1}, sample, at.primitive, 1,
                  MediumStack::outside);
