@@ -46,16 +46,20 @@ tracer::Result<tracer::Mesh, std::string> read_mesh(std::span<const std::uint8_t
   return mesh;
 }
 
-/// Copies the mesh to all uses but the last and moves it there; false if that exceeds the limit of triangles.
+/// Replaces the geometry of one use and keeps its own materials of parts.
+void replace(tracer::Mesh& use, tracer::Mesh mesh) {
+  mesh.part_materials = std::move(use.part_materials);
+  use = std::move(mesh);
+}
+
+/// Copies the mesh to all uses but the last and moves it there; false if that exceeds the limit of triangles. There is
+/// at least one use.
 bool assign(tracer::Mesh mesh, const std::vector<tracer::Mesh*>& uses, std::uint64_t& triangles,
             const tracer::Limits& limits) {
   triangles += mesh.triangles.size() * uses.size();
   if (triangles > limits.triangles) return false;
-  for (std::size_t i = 0; i < uses.size(); ++i) {
-    auto materials = std::move(uses[i]->part_materials);
-    *uses[i] = i + 1 < uses.size() ? mesh : std::move(mesh);
-    uses[i]->part_materials = std::move(materials);
-  }
+  for (tracer::Mesh* const use : std::span(uses).first(uses.size() - 1)) replace(*use, mesh);
+  replace(*uses.back(), std::move(mesh));
   return true;
 }
 
