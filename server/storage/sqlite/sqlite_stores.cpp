@@ -23,7 +23,7 @@ void prepare_jobs(SqliteDatabase& database, const std::string& path) {
   database.script(jobs_views);
   // 4 MB as the default of SQLite: a longer log makes checkpoints that delay all requests. 32 MB: a few large
   // documents.
-  database.checkpoint_at(1000, 8000);
+  database.checkpoint_at(2000, 16000);
 }
 
 std::string file_of(const std::string& directory) { return directory + "/whittle.db"; }
