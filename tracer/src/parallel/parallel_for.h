@@ -30,6 +30,7 @@ inline std::uint32_t concurrency(std::uint32_t threads) {
 /// tile stop the rest and are thrown here.
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
+  if (count == 1) return tile(std::uint64_t{0});  // without the cost of the scheduler, for small images
 #if defined(__SANITIZE_THREAD__)
   // The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
   std::atomic<std::uint64_t> next{0};
