@@ -11,6 +11,7 @@
 #include "server/storage/copy/copy_stores.h"
 #include "server/storage/files/durable_file.h"
 #include "server/storage/files/file_stores.h"
+#include "server/storage/postgres/postgres_schema.h"
 #include "server/storage/postgres/postgres_stores.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"

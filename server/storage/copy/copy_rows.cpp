@@ -11,7 +11,7 @@ namespace {
 
 std::string joined(const std::vector<std::string>& words, const std::string& after_each = "") {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word + after_each;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word).append(after_each);
   return text;
 }
 
@@ -109,12 +109,13 @@ int page_rows_of(const sql::Table& table) {
 void for_each_page(sql::Transactions& database, const sql::Table& table, Row after, int page_rows,
                    const std::function<void(const std::vector<Row>&)>& each) {
   const std::string select = "SELECT " + joined(names_of(table.columns)) + " FROM " + table.name;
-  const std::string from_key = " WHERE (" + joined(table.key) + ") > (" + marks(table.key.size()) + ")";
   const std::string order = " ORDER BY " + joined(table.key) + " LIMIT " + std::to_string(page_rows);
+  const std::string first = select + order;
+  const std::string next = select + " WHERE (" + joined(table.key) + ") > (" + marks(table.key.size()) + ")" + order;
   const std::vector<sql::Column> key = key_columns(table);
   for (;;) {
     const std::vector<Row> rows = database.read([&](sql::Database& connection) {
-      sql::Query query = connection.query(select + (after.empty() ? "" : from_key) + order);
+      sql::Query query = connection.query(after.empty() ? first : next);
       for (std::size_t i = 0; i < after.size(); ++i) bind_value(query, static_cast<int>(i) + 1, after[i], key[i].type);
       std::vector<Row> page;
       while (query.row()) page.push_back(read_row(query, table.columns));

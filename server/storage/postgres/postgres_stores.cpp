@@ -26,7 +26,7 @@ struct PostgresStores::Parts {
 
 void check_database(const std::string& dsn) { check_schema(dsn); }
 
-PostgresStores::PostgresStores(const std::string& dsn, PostgresSettings settings)
+PostgresStores::PostgresStores(const std::string& dsn, const PostgresSettings& settings)
     : parts_(std::make_unique<Parts>(dsn, settings)) {}
 PostgresStores::~PostgresStores() = default;
 

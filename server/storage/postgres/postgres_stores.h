@@ -19,15 +19,13 @@ struct PostgresSettings {
   std::string build{};  ///< its program (tracer::build): tasks are shared with nodes of the same one
   /// Transactions at once. A node has a few that write and a few that read; more only wait inside the server.
   int connections = 8;
-  bool for_copy = false;  ///< see finish_copy
+  /// The stores get a copy of other data: the database must be empty, or have an unfinished copy. Until finish_copy (in
+  /// postgres_schema.h) nothing else opens it.
+  bool for_copy = false;
 };
 
 /// Throws StoreFailure if PostgresStores would because of the server or what the database contains. Changes nothing.
 void check_database(const std::string& dsn);
-
-/// Stores that were opened for a copy of other data need an empty database, or one with an unfinished copy. Until this
-/// call nothing else opens it.
-void finish_copy(const std::string& dsn);
 
 /// As queue::Stores, with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
 /// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that fails with it
@@ -39,7 +37,7 @@ class PostgresStores {
  public:
   /// `dsn`: a connection URI (postgres://user@host/database) or a key-value string of libpq. Creates the tables in an
   /// empty database. Throws StoreFailure.
-  explicit PostgresStores(const std::string& dsn, PostgresSettings settings = {});
+  explicit PostgresStores(const std::string& dsn, const PostgresSettings& settings = {});
   ~PostgresStores();  ///< no call may be in progress
   PostgresStores(const PostgresStores&) = delete;
   PostgresStores& operator=(const PostgresStores&) = delete;

@@ -60,7 +60,9 @@ using List = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
 List list_of(const Parameters& headers) {
   List list(nullptr, &curl_slist_free_all);
   for (const auto& [name, value] : headers) {
-    curl_slist* longer = curl_slist_append(list.get(), (name + ": " + value).c_str());
+    std::string line = name;
+    line.append(": ").append(value);
+    curl_slist* longer = curl_slist_append(list.get(), line.c_str());
     if (longer == nullptr) throw std::bad_alloc();
     (void)list.release();
     list.reset(longer);

@@ -187,8 +187,8 @@ bool check_file(const std::string& path, std::int64_t version) {
 void prepare(SqliteDatabase& database, const std::string& path, std::int64_t version, const std::string& schema) {
   // Before any change: WAL would change the file of another program.
   const std::int64_t found = read_version(database, path, version);
-  // A small job changes some twenty pages, each in a few bytes, and a commit writes and sums up whole pages. Half of the
-  // default of SQLite costs a service of small renders 2 % less; with 1024 bytes, pages of jobs are read slower.
+  // A small job changes some twenty pages, each in a few bytes, and a commit writes and sums up whole pages. Half of
+  // the default of SQLite costs a service of small renders 2 % less; with 1024 bytes, pages of jobs are read slower.
   database.script("PRAGMA page_size = 2048; PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
   database.sync_commits(true);  // FULL: with WAL, no acknowledged commit is lost at power loss
   if (found == version) return;

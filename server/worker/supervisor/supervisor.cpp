@@ -131,8 +131,8 @@ class Supervisor::Loop final : public queue::JobRunner {
   void read_messages() {
     // The limit keeps a flood of messages from delaying everything else; an exited process sends a finite number.
     for (int count = 0; count < 256 || process_.exited(); ++count) {
-      const int tasks = task_dispatcher_.running();
-      auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running() + (tasks > 0 ? 1 : 0)));
+      const std::size_t tasks = task_dispatcher_.running() > 0 ? 1 : 0;
+      auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running()) + tasks);
       if (!message) break;
       if (auto* result = std::get_if<ImageTaskResult>(&*message)) end_image_task(*result);
       dispatcher_.on_message(*message);

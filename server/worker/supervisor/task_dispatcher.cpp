@@ -223,7 +223,7 @@ void TaskDispatcher::help() {
     std::optional<queue::TaskClaim> claim;
     std::pair<std::string, std::string> document;
   };
-  const auto found = std::make_shared<Found>(std::nullopt, document_);
+  const auto found = std::make_shared<Found>(Found{std::nullopt, document_});
   const auto claim = [this, found, excluded = joined(excluded_)] {
     found->claim = store_->claim_other(excluded);
     if (!found->claim || found->claim->job_id == found->document.first) return;
