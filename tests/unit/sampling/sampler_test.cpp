@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/support/scenes.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
@@ -160,6 +161,34 @@ TEST(AdaptiveSampler, DoesNotTrustAPilotThatIsBrighterThanItsPixel) {
   const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_square>>(*scene);
   const float brightest = *std::max_element(rendered.image.rgb.begin(), rendered.image.rgb.end());
   EXPECT_NEAR(brightest, 8 * 0.49, 0.2);
+}
+
+/// Without time for more samples, a bright pilot may be all that is bright.
+TEST(AdaptiveSampler, ChargesToTheToneThatAPilotMayBeBrighterThanItsPixel) {
+  Scene source = adaptive_scene(4);
+  source.output.overflow = Output::Overflow::scale;
+  source.accuracy.adaptive->samples_max = 1;
+  const auto scene = compiled(source);
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_square>>(*scene);
+  EXPECT_EQ(rendered.statistics.samples_max, 1u);
+  const DisplayTransform found(source.output, 8), dark(source.output, 0.25);
+  EXPECT_NEAR(rendered.error.tone, dark.level(0.25) - found.level(0.25), 1);
+}
+
+/// `overflow: scale` divides by the brightest pixel, which may be one that shows a lamp between the samples.
+TEST(UniformSampler, ChargesToTheToneWhatMirrorsMayShow) {
+  double before = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t samples : {1u, 4u, 64u}) {
+    Scene source = uniform_scene(samples);
+    source.output.overflow = Output::Overflow::scale;
+    scenes::add(source, Sphere{{0, 0, 1000}, 10}, scenes::glowing({100, 100, 100}));
+    EXPECT_EQ((sampled<UniformSampler, AnalyticTracer<constant>>(*compiled(source)).error.tone), 0) << samples;
+    scenes::add(source, Sphere{{100, 0, 1000}, 10}, scenes::mirror(1));
+    const double tone = sampled<UniformSampler, AnalyticTracer<constant>>(*compiled(source)).error.tone;
+    EXPECT_GT(tone, 1) << samples;
+    EXPECT_LT(tone, before) << "more samples miss less";
+    before = tone;
+  }
 }
 
 TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {

@@ -162,12 +162,14 @@ OmittedError Film::omitted_error(const DisplayTransform& display) {
   });
 }
 
-/// Range of a pixel's brightest channel: of its samples, and of a part that they may have missed.
+/// Range of a pixel's brightest channel: of its samples, and of a part that they may have missed. A bright pilot
+/// may be all that is bright.
 BrightestRange Film::brightest_of(std::size_t place) const {
   const PixelState& pixel = pixels_[place];
   const Color mean = pixel.mean();
   const double count = pixel.count();
-  const double share = pixel.certified ? 1 : pixel.edge || !pixel.refined() ? missed_share(count) : 0;
+  const double missed = pixel.certified ? 1 : pixel.edge || !pixel.refined() ? missed_share(count) : 0;
+  const double darker = pixel.refined() ? missed : 1;
   const bool only_positions_vary = !scene_.needs.lens && !uses_random_choices(scene_);
   BrightestRange range;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -177,7 +179,7 @@ BrightestRange Film::brightest_of(std::size_t place) const {
     const double deviation = !pixel.refined() || count < 2             ? 0
                              : only_positions_vary && pixel.measured() ? stratified_deviation_of_mean(pixel, i)
                                                                        : deviation_of_mean(pixel, i);
-    range.add(value, deviation, (value - low) * share, (high - value) * share);
+    range.add(value, deviation, (value - low) * darker, (high - value) * missed);
   }
   return range;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <variant>
 
 #include "tracer/src/math/lanes.h"
@@ -218,6 +219,11 @@ ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
     for (std::size_t i = 0; i < pixels.rgb.size(); ++i)
       range.add(pixels.rgb[i], pixels.deviation.empty() ? 0 : pixels.deviation[i], 0, 0);
     for (const MissedFeature& missed : pixels.missed) range.high = std::max(range.high, double{missed.brightest});
+    if (pixels.indirect) {  // any pixel may have missed the brightest thing that a surface can show
+      const double mean =
+          std::accumulate(pixels.rgb.begin(), pixels.rgb.end(), 0.0) / static_cast<double>(pixels.rgb.size());
+      range.add(mean, 0, 0, missed_share(pixels.samples) * (context.bound.radiance - mean));
+    }
     parts.tone = tone_error(pixels.rgb, context.output, range, in_parallel);
   }
   ErrorEstimate error = error_estimate(parts, pixels.rgb.size() / 3);
