@@ -121,7 +121,7 @@ class PartSplitter {
       object.shape = std::move(parts[0].mesh);
       return;
     }
-    tracer::Prototype prototype{{}, pointer};
+    tracer::Prototype prototype{.objects = {}, .path = pointer, .is_one_object = true};
     for (auto& [material, part] : parts) prototype.objects.push_back({std::move(part), material, {}});
     object.shape = tracer::Instance{{static_cast<std::uint32_t>(scene_.prototypes.size() + prototypes_.size())}, {}};
     prototypes_.push_back(std::move(prototype));

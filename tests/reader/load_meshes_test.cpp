@@ -11,6 +11,7 @@
 #include "tests/reader/gltf_files.h"
 #include "tests/reader/reading.h"
 #include "tracer/mesh_file.h"
+#include "tracer/requirements.h"
 
 namespace {
 
@@ -156,6 +157,21 @@ TEST(LoadMeshes, GivesThePartsOfAFileTheirMaterials) {
       for (std::size_t corner = 0; corner < 3; ++corner)
         EXPECT_EQ(part.positions[part.triangles[t][corner]], one.positions[one.triangles[triangles[i][t]][corner]]);
   }
+}
+
+TEST(LoadMeshes, NamesTheObjectOfTheDocumentInMessagesAboutItsParts) {
+  tracer::Scene scene = loaded_strip_with(R"({"red paint": "red", "blue": "blue"})");
+  std::vector<tracer::RequirementReason> reasons;
+  tracer::requirements(scene, &reasons);
+  const auto triangles = std::find_if(reasons.begin(), reasons.end(), [](const tracer::RequirementReason& reason) {
+    return reason.needed == &tracer::Requirements::triangles;
+  });
+  ASSERT_NE(triangles, reasons.end());
+  EXPECT_EQ(triangles->pointer, "/objects/0");
+  scene.prototypes.at(0).objects.at(1).transform = tracer::Transform{};
+  scene.prototypes[0].objects[1].transform->rows[0] = {0, 0, 0, 0};
+  EXPECT_EQ(lines_of(tracer::validate(scene, {})),
+            "/objects/0/transform degenerate is singular: it flattens space, and there is no way back\n");
 }
 
 TEST(LoadMeshes, KeepsSmoothNormalsAcrossTheBordersOfParts) {

@@ -261,7 +261,8 @@ void add_visible_lights(Reading& reading) {
                                .emission = tracer::Color{color.r * intensity, color.g * intensity, color.b * intensity},
                                .path = path});
     const tracer::PrototypeId prototype{static_cast<std::uint32_t>(scene.prototypes.size())};
-    scene.prototypes.push_back({.objects = {{.shape = surface_of(source), .material = material}}, .path = path});
+    scene.prototypes.push_back(
+        {.objects = {{.shape = surface_of(source), .material = material}}, .path = path, .is_one_object = true});
     tracer::Object& object = scene.objects.emplace_back();
     object.shape = tracer::Instance{prototype, {}};
     object.shadow = false;

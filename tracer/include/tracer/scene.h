@@ -266,7 +266,8 @@ struct Object {
 /// Objects for instances. A prototype may contain instances of others, without cycles.
 struct Prototype {
   std::vector<Object> objects;
-  std::string path;  ///< JSON pointer of its definition, e.g. "/prototypes/tree"; prefix of issue pointers
+  std::string path;            ///< JSON pointer of its definition, e.g. "/prototypes/tree"; prefix of issue pointers
+  bool is_one_object = false;  ///< its objects are parts of what stands at `path`, and issues have that pointer
 };
 
 // ---- output --------------------------------------------------------------------------------------------------------

@@ -70,13 +70,18 @@ bool check_transform(Checks& checks, const DocumentPath& object, const Transform
   return all_well;
 }
 
+/// The path of a list's object, which is the list's own for parts of one object (Prototype::is_one_object).
+DocumentPath object_path(const DocumentPath& list, std::size_t index, bool are_parts) {
+  return are_parts ? list : DocumentPath(list, index);
+}
+
 /// Checks the shapes, materials and transforms of one list. Returns false if a transform is invalid, so that the
 /// transformed objects cannot be checked.
 bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& where,
-                       const std::vector<Object>& objects) {
+                       const std::vector<Object>& objects, bool are_parts) {
   bool transforms_well = true;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const DocumentPath place(where, i);
+    const DocumentPath place = object_path(where, i, are_parts);
     const Object& object = objects[i];
     std::visit([&](const auto& any) { check_shape(checks, place, any); }, object.shape);
     const auto* mesh = std::get_if<Mesh>(&object.shape);
@@ -131,13 +136,15 @@ class Counting {
       : checks_(checks), scene_(scene), extents_(scene.prototypes.size()), states_(scene.prototypes.size()) {}
 
   /// False after an invalid reference, a cycle or too deep nesting was reported.
-  bool count(const std::vector<Object>& objects, const DocumentPath& where, std::uint32_t depth, Extent& total) {
+  bool count(const std::vector<Object>& objects, const DocumentPath& where, bool are_parts, std::uint32_t depth,
+             Extent& total) {
     bool all_well = true;
     for (std::size_t i = 0; i < objects.size(); ++i) {
       Extent part;
       const auto* instance = std::get_if<Instance>(&objects[i].shape);
       if (instance != nullptr) {
-        if (!count_prototype(instance->of.index, {{where, i}, "of"}, depth + 1, part)) {
+        const DocumentPath place = object_path(where, i, are_parts);
+        if (!count_prototype(instance->of.index, {place, "of"}, depth + 1, part)) {
           all_well = false;
           continue;
         }
@@ -199,8 +206,9 @@ class Counting {
       return checks_.over(of, "instance_depth", std::to_string(checks_.limits.instance_depth), "more");
     if (states_[index] == State::unseen) {
       states_[index] = State::open;
-      const DocumentPath where(scene_.prototypes[index].path);
-      const bool well = count(scene_.prototypes[index].objects, where, depth, extents_[index]);
+      const Prototype& prototype = scene_.prototypes[index];
+      const DocumentPath where(prototype.path);
+      const bool well = count(prototype.objects, where, prototype.is_one_object, depth, extents_[index]);
       states_[index] = well ? State::counted : State::bad;
       if (!well) return false;
     }
@@ -218,13 +226,14 @@ class Counting {
 
 void check_objects(Checks& checks, const Scene& scene) {
   const DocumentPath objects("/objects");
-  bool transforms_well = check_object_list(checks, scene, objects, scene.objects);
+  bool transforms_well = check_object_list(checks, scene, objects, scene.objects, false);
   for (const Prototype& prototype : scene.prototypes)
-    transforms_well &= check_object_list(checks, scene, DocumentPath(prototype.path), prototype.objects);
+    transforms_well &=
+        check_object_list(checks, scene, DocumentPath(prototype.path), prototype.objects, prototype.is_one_object);
 
   Extent total;
   Counting counting(checks, scene);
-  const bool objects_well = counting.count(scene.objects, objects, 0, total);
+  const bool objects_well = counting.count(scene.objects, objects, false, 0, total);
   if (!counting.count_prototypes() || !objects_well || !transforms_well) return;
   const auto saturated = [](double count) {
     return count < 1e18 ? static_cast<std::uint64_t>(count) : std::numeric_limits<std::uint64_t>::max();
