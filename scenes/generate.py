@@ -12,11 +12,12 @@ import sys
 import zlib
 
 from features import instances, lights, shapes, torus, transparency
+from interiors import color_bleeding, daylight, integrating_sphere
 from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 from views import haze, isometric, lens as lens_scene, panorama, shading, tone
-from worlds import cornell_box, cube, environment, evening, relief, studs
+from worlds import cornell_box, cube, environment, evening, relief, studs, tile
 
 
 # ---- writing -------------------------------------------------------------------------------------------------------
@@ -83,7 +84,7 @@ def whitted():
     ball = (-0.35, 1.75, 0.9)
     floor = quad((-4.5, 0, 4.5), (9, 0, 0), (0, 0, -22))
     glass = {"color": 1, "ambient": 0, "diffuse": 0.03, "specular": 0.6, "shininess": 200, "transmission": 1,
-             "ior": 1.5, "transmission_color": [0.93, 0.95, 0.95]}
+             "reflection": 0.97, "ior": 1.5, "transmission_color": [0.93, 0.95, 0.95]}
     return {
         "version": 1, "name": "Whitted 1980",
         "image": {"width": 640, "height": 480},
@@ -174,8 +175,8 @@ def cornell():
             "lamp": {"model": "lambert", "emission": [3, 2.8, 2.4]},
             "mirror": {"color": 0.9, "ambient": 0.05, "diffuse": 0.05, "specular": 0.6, "shininess": 300,
                        "reflection": 0.92},
-            "glass": {"color": 1, "ambient": 0, "diffuse": 0.02, "specular": 0.7, "shininess": 300, "transmission": 1,
-                      "ior": 1.5}},
+            "glass": {"color": 1, "ambient": 0, "diffuse": 0.02, "specular": 0.7, "shininess": 300,
+                      "transmission": 0.98, "reflection": 0.98, "ior": 1.5}},
         "objects": [
             wall((0, 0, side), (side, 0, 0), (0, 0, -side), "white"),
             wall((0, side, 0), (side, 0, 0), (0, 0, side), "white"),
@@ -332,19 +333,6 @@ def mountain(cells=440, size=13.0):
     }
 
 
-def tile(x, y, side=64):
-    """A glazed tile: a star of eight points in a ring, white joints."""
-    u, v = (x + 0.5) / side * 2 - 1, (y + 0.5) / side * 2 - 1
-    star = min(max(abs(u), abs(v)), (abs(u) + abs(v)) / math.sqrt(2))
-    if max(abs(u), abs(v)) > 0.94:
-        return (226, 221, 208)
-    if star < 0.3:
-        return (214, 160, 52)
-    if star < 0.48:
-        return (240, 236, 226)
-    return (26, 110, 118) if math.hypot(u, v) < 0.84 else (18, 56, 92)
-
-
 def textures():
     """Marble of noise, tiles from an image, a sky of a gradient, a checker to the horizon."""
     def ball(x, z, radius, material):
@@ -365,7 +353,7 @@ def textures():
             "dusk": {"gradient": ["#f2b36b", "#274690"], "wrap": "clamp"}},
         "materials": {
             "floor": {"color": "floor", "specular": 0.1},
-            "marble": {"color": "marble", "specular": 0.5, "shininess": 90, "reflection": 0.06},
+            "marble": {"color": "marble", "diffuse": 0.93, "specular": 0.5, "shininess": 90, "reflection": 0.06},
             "tiles": {"color": "tiles", "specular": 0.6, "shininess": 150, "reflection": 0.08},
             "tile": {"color": "tile", "specular": 0.3},
             "sky": {"color": "dusk", "ambient": 0, "diffuse": 1, "specular": 0.4, "shininess": 60},
@@ -380,9 +368,9 @@ def textures():
     }
 
 
-SCENES = (tiny, whitted, sphereflake, cornell, cornell_box, mountain, glass, local_models, shapes, torus, instances, lights,
-          transparency, textures, lens_scene, haze, isometric, panorama, shading, tone,
-          environment, cube, relief, mesh_files)
+SCENES = (tiny, whitted, sphereflake, cornell, cornell_box, color_bleeding, daylight, integrating_sphere, mountain,
+          glass, local_models, shapes, torus, instances, lights, transparency, textures, lens_scene, haze, isometric,
+          panorama, shading, tone, environment, cube, relief, mesh_files)
 
 
 def main():

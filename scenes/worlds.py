@@ -30,6 +30,19 @@ def studs(x, y, side=64):
     return tuple(round(255 * (c / 2 + 0.5)) for c in n)
 
 
+def tile(x, y, side=64):
+    """A glazed tile: a star of eight points in a ring, white joints."""
+    u, v = (x + 0.5) / side * 2 - 1, (y + 0.5) / side * 2 - 1
+    star = min(max(abs(u), abs(v)), (abs(u) + abs(v)) / math.sqrt(2))
+    if max(abs(u), abs(v)) > 0.94:
+        return (226, 221, 208)
+    if star < 0.3:
+        return (214, 160, 52)
+    if star < 0.48:
+        return (240, 236, 226)
+    return (26, 110, 118) if math.hypot(u, v) < 0.84 else (18, 56, 92)
+
+
 def environment():
     """An evening around two mirror balls, one of them glass, and a rough one."""
     return {

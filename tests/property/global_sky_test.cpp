@@ -69,4 +69,25 @@ TEST(GlobalLight, IsOneOnAConvexWhiteBodyUnderAWhiteSky) {
 }
 
 }  // namespace
+TEST(GlobalLight, HoldsImageFilesToTheirBrightestTexel) {
+  Scene scene = view_of({0, 0, 0}, {0, -8, 1}, 8);
+  scene.camera.up = {0, 0, 1};
+  Material glazed = surface(1);
+  glazed.reflection = 0.25;
+  glazed.color = TextureId{0};
+  glazed.path = "/materials/glazed";
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, glazed);
+  scene.textures.emplace_back().pattern = ImageTexture{};
+  scene.assets = {{"tiles.exr", "/textures/tiles/file"}};
+  for (const float brightest : {0.7f, 0.8f}) {
+    const Image tiles{2, 1, {0.1f, 0.1f, 0.1f, 0.1f, brightest, 0.1f}};
+    RenderControl control;
+    const auto compiled = compile(scene, control, Assets{{encode(tiles, Format::exr)->bytes}});
+    ASSERT_EQ(bool(compiled), brightest < 0.75f);
+    if (compiled) continue;
+    EXPECT_EQ(compiled.error().code, Failure::Code::bad_asset);
+    EXPECT_EQ(compiled.error().pointer, "/materials/glazed");
+  }
+}
+
 }  // namespace tracer

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/reader/reading.h"
 #include "tracer/requirements.h"
@@ -68,6 +69,30 @@ TEST(GlobalLightSummary, NamesGlowingSurfacesAndTheBackground) {
 TEST(GlobalLightSummary, NamesAMaterialThatTheModelRefuses) {
   EXPECT_TRUE(global_summary_of({R"({"color": 1, "diffuse": 0.02, "transmission": 1, "ior": 1.5})"})
                   .starts_with("not possible: /materials/m0 gives back "));
+}
+
+/// A diffuse image file beside a mirror of this reflection.
+std::string with_image_and_reflection(const std::string& reflection) {
+  return R"({"color": {"file": "a.png"}, "diffuse": 1, "reflection": )" + reflection + "}";
+}
+
+TEST(GlobalLightSummary, StatesAnImageFileThatMayMakeTheModelImpossible) {
+  const std::string sentence = global_summary_of({with_image_and_reflection("0.25")});
+  EXPECT_TRUE(sentence.starts_with("adds light between surfaces of 1 diffuse color"));
+  EXPECT_TRUE(
+      sentence.ends_with("; not possible if an image file is white: /materials/m0 then gives back more light than it "
+                         "receives"));
+  EXPECT_EQ(global_summary_of({with_image_and_reflection("0")}).find("image file"), std::string::npos);
+}
+
+TEST(SceneReader, LeavesItToImageFilesHowMuchLightTheyGiveBack) {
+  const auto issues_with = [](const std::string& reflection) {
+    return reader_tests::outcome(document_with(R"("materials": {"m": )" + with_image_and_reflection(reflection) +
+                                               R"(}, "objects": [{"type": "sphere", "center": [0,0,0], "radius": 1, )" +
+                                               R"("material": "m"}], "accuracy": {"model": "global"})"));
+  };
+  EXPECT_EQ(issues_with("0.25"), std::vector<std::string>{"accepted"});
+  EXPECT_EQ(issues_with("1"), std::vector<std::string>{"accepted"});
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 """The example scenes: reproducible, valid, of limited size, and equal to their images in the gallery."""
+import json
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -30,6 +32,16 @@ class ExampleScenes(unittest.TestCase):
             done = whittle("check", SCENES / f"{name}.json")
             self.assertEqual(done.returncode, 0, f"{name}: {done.stdout.decode()}")
 
+    def test_can_be_rendered_under_the_rendering_equation(self):
+        with tempfile.TemporaryDirectory() as directory:
+            pathlib.Path(directory, "assets").symlink_to(SCENES / "assets")
+            for name in NAMES:
+                path = pathlib.Path(directory, f"{name}.json")
+                path.write_text(json.dumps(scene(name, image={"width": 12, "height": 9},
+                                                 accuracy={"model": "global", "samples": 1})), encoding="utf-8")
+                done = whittle("render", path, "-o", f"{directory}/{name}.png")
+                self.assertEqual(done.returncode, 0, f"{name}: {done.stderr.decode()}")
+
     def test_are_smaller_than_8_megabytes(self):
         for name in NAMES:
             self.assertLess((SCENES / f"{name}.json").stat().st_size, 8_000_000, name)
@@ -59,6 +71,26 @@ class Gallery(unittest.TestCase):
         shown = {path.stem: path.stat().st_size for path in (SCENES / "images").glob("*.png")}
         self.assertEqual(sorted(shown), sorted(set(NAMES) - {"tiny"}))
         self.assertLessEqual(max(shown.values()), 300_000)
+
+
+class GalleryOfModels(unittest.TestCase):
+    """The table that scenes/models.py writes: the stated error of each model is the distance of the images."""
+
+    def test_states_the_distance_of_each_image_from_that_of_paths(self):
+        text = (SCENES / "README.md").read_text(encoding="utf-8")
+        table = re.search(r"<!-- models: scenes/models.py -->(.*)<!-- end of models -->", text, re.DOTALL).group(1)
+        models, _, _, errors = ([cell.strip() for cell in line.strip("|").split("|")]
+                                for line in table.strip().splitlines())
+        self.assertEqual(models, ["whitted", "fitted ambient", "radiosity", "gather", "path"])
+        shown = {path.stem: images.read_png(path.read_bytes()).astype(float)
+                 for path in (SCENES / "images/models").glob("*.png")}
+        self.assertEqual(set(shown), {model.replace(" ", "_") for model in models})
+        distance = lambda model: numpy.sqrt(numpy.mean((shown[model.replace(" ", "_")] - shown["path"]) ** 2))
+        noise = distance("gather")  # that of paths and of gather together
+        for model, text in zip(models, errors):
+            least, stated = "at most" in text, float(re.search(r"[0-9.]+", text).group())
+            self.assertAlmostEqual(distance(model), stated, delta=0.05 * stated + noise, msg=model)
+            self.assertTrue(least or stated == 0 or stated > noise, model)
 
 
 class Sphereflake(unittest.TestCase):

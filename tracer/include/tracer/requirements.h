@@ -90,8 +90,9 @@ struct RequirementReason {
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
 
 /// One sentence, without a subject: the light that Accuracy::Model::global adds to the scene, from its materials and
-/// background alone: "adds light between surfaces of 3 diffuse colors that reflect up to 0.89, at most 8 times the
-/// brightest light without it; glowing surfaces light others (/materials/lamp)". Image files count as white.
+/// background alone: "adds light between surfaces of 3 diffuse colors that reflect up to 0.89, at most
+/// 8 times the brightest light without it; glowing surfaces light others (/materials/lamp)". Image files count as
+/// white, except that the sentence states a material that only a white image file makes impossible as such.
 /// Precondition: validate() accepts the scene.
 std::string global_light_summary(const Scene& scene);
 

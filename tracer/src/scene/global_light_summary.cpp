@@ -19,17 +19,20 @@ namespace {
 struct SurfaceLight {
   /// Diffuse colors; the second number is a texture's index plus one, or 0.
   std::set<std::pair<std::array<double, 3>, std::uint32_t>> colors;
-  double diffuse = 0;                  ///< largest share that one of them reflects or transmits diffusely
-  double returned = 0;                 ///< largest share that one of them gives back in any way
-  std::optional<std::string> emitter;  /// pointer of the first material that glows
-  std::optional<std::string> excess;   ///< a material that gives back more than it receives
+  double diffuse = 0;                       ///< largest share that one of them reflects or transmits diffusely
+  double returned = 0;                      ///< largest share that one of them gives back in any way
+  std::optional<std::string> emitter;       /// pointer of the first material that glows
+  std::optional<std::string> excess;        ///< a material that gives back more than it receives
+  std::optional<std::string> white_excess;  ///< one that does so with a white image file
 };
 
 void add(const Scene& scene, const Material& material, SurfaceLight& found) {
-  const auto bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color); };
+  const auto bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color, 1); };
+  const auto certain_bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color, 0); };
   if (!found.emitter && max_component(bound_of(material.emission)) > 0) found.emitter = material.path;
-  if (const auto excess = excess_of_light(material, bound_of); excess && !found.excess)
+  if (const auto excess = excess_of_light(material, certain_bound_of); excess && !found.excess)
     found.excess = material.path + " " + *excess;
+  if (excess_of_light(material, bound_of) && !found.white_excess) found.white_excess = material.path;
   const Coefficients most = coefficients(material, {}, bound_of);
   const Color diffuse = most.diffuse + most.diffuse_transmission;
   if (!(max_component(diffuse) > 0)) return;
@@ -53,7 +56,8 @@ std::string global_light_summary(const Scene& scene) {
   if (found.excess) return "not possible: " + *found.excess;
   if (found.colors.empty()) return "adds nothing: no surface reflects light diffusely";
   std::string sentence = "adds light between surfaces of " + std::to_string(found.colors.size()) + " diffuse color" +
-                         (found.colors.size() == 1 ? "" : "s") + " that reflect up to " + text(found.diffuse) + ", ";
+                         (found.colors.size() == 1 ? "" : "s") + " that reflect up to " + text(found.diffuse);
+  sentence += ", ";
   // A mirror or glass without a diffuse part passes on light of other surfaces, which is counted there.
   sentence += found.returned < 1
                   ? "at most " + text(found.diffuse / (1 - found.returned)) + " times the brightest light without it"
@@ -62,6 +66,9 @@ std::string global_light_summary(const Scene& scene) {
   const Background& background = scene.background;
   if (max_component(background.color) > 0 || background.gradient || background.environment || background.cube)
     sentence += "; the background lights surfaces";
+  if (found.white_excess)
+    sentence += "; not possible if an image file is white: " + *found.white_excess +
+                " then gives back more light than it receives";
   return sentence;
 }
 

@@ -264,10 +264,10 @@ std::set<std::uint32_t> named_materials(const Scene& scene) {
   return named;
 }
 
-/// Image files are not read yet: they count as white, and compile() checks them.
+/// Image files are not read yet: they count as black, and compile() checks them.
 void check_energy(Checks& checks, const Scene& scene) {
   if (scene.accuracy.model != Accuracy::Model::global) return;
-  const auto bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color); };
+  const auto bound_of = [&](const ColorOrTexture& color) { return bound_before_reading(scene, color, 0); };
   for (const std::uint32_t index : named_materials(scene)) {
     if (index >= scene.materials.size()) continue;  // reported where it is named
     const Material& material = scene.materials[index];
