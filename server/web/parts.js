@@ -39,9 +39,12 @@ export function Failure({problem}) {
   return html`<p class="note bad" role="alert">${problem.message} ${problem.requestId && html`<span class="dim">(request <code>${problem.requestId}</code>)</span>`}</p>`;
 }
 
+/** Requirements that are no part of a model: how it is made cheaper. */
+const CHEAPER = ['interreflection', 'approximations'];
+
 /** Features that the scene does not need, which cost nothing. @param {{requirements: Record<string, boolean>}} properties */
 export function NotModelled({requirements}) {
-  const absent = Object.entries(requirements || {}).filter(([, needed]) => !needed).map(([name]) => name.replaceAll('_', ' '));
+  const absent = Object.entries(requirements || {}).filter(([name, needed]) => !needed && !CHEAPER.includes(name)).map(([name]) => name.replaceAll('_', ' '));
   return absent.length > 0 && html`<p class="dim">${words.job.notModelled}: ${absent.join(', ')}.</p>`;
 }
 

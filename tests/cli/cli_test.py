@@ -282,15 +282,17 @@ class Check(unittest.TestCase):
     def test_names_the_parts_that_need_global_light(self):
         paper = {"model": "lambert", "color": 0.5, "diffuse": 0.5, "diffuse_transmission": 0.5}
         document = scene("tiny", materials={"paper": paper, "lamp": {"diffuse": 0, "emission": 4}}, ambient=0,
-                         accuracy={"model": "global", "approximate": {"shadows": "none"}})
+                         accuracy={"model": "global", "approximate": {"interreflection": "radiosity"}})
         for each, material in zip(document["objects"], ("paper", "lamp")):
             each["material"] = material
         document["objects"].append({"type": "sphere", "center": [0, 5, 0], "radius": 1, "material": "lamp"})
         lines = whittle("check", "-", document=document).stdout.decode().splitlines()
         needs = dict(line.split() for line in lines if line.startswith("  "))
-        self.assertEqual({name: needs.get(name) for name in ("global_light", "emitters", "transmitted_light", "approximations")},
+        self.assertEqual({name: needs.get(name) for name in ("global_light", "emitters", "transmitted_light", "interreflection",
+                                                              "approximations")},
                          {"global_light": "#/accuracy/model", "emitters": "#/materials/lamp",
-                          "transmitted_light": "#/materials/paper", "approximations": "#/accuracy/approximate"})
+                          "transmitted_light": "#/materials/paper", "interreflection": "#/accuracy/approximate/interreflection",
+                          "approximations": "#/accuracy/approximate"})
 
     def test_prints_warnings_of_a_valid_scene(self):
         document = scene("tiny", camera={"position": [0, 1, 5], "look_at": [0, 0.5, 0], "fov": 0.7})

@@ -33,9 +33,10 @@ struct Requirements {
   bool spheres = false;
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
-  bool global_light = false;    ///< surfaces reflect the light of other surfaces diffusely
-  bool emitters = false;        ///< and a finite surface glows, or the background has textures
-  bool approximations = false;  ///< an approximation changes the image
+  bool global_light = false;     ///< surfaces reflect the light of other surfaces diffusely
+  bool emitters = false;         ///< and a finite surface glows, or the background has textures
+  bool interreflection = false;  ///< and the light between surfaces is approximated
+  bool approximations = false;   ///< an approximation changes the image
 };
 
 /// True if light arrives by way of other surfaces.
@@ -76,6 +77,7 @@ inline constexpr RequirementName requirement_names[] = {
     {"planes", &Requirements::planes},
     {"global_light", &Requirements::global_light},
     {"emitters", &Requirements::emitters},
+    {"interreflection", &Requirements::interreflection},
     {"approximations", &Requirements::approximations},
 };
 
@@ -90,7 +92,7 @@ struct RequirementReason {
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
 
 /// One sentence, without a subject: the light that Accuracy::Model::global adds to the scene, from its materials and
-/// background alone: "adds light between surfaces of 3 diffuse colors that reflect up to 0.89, at most
+/// background alone: "adds light between surfaces of 3 diffuse colors that reflect up to 0.89 in a closed room, at most
 /// 8 times the brightest light without it; glowing surfaces light others (/materials/lamp)". Image files count as
 /// white, except that the sentence states a material that only a white image file makes impossible as such.
 /// Precondition: validate() accepts the scene.

@@ -10,6 +10,7 @@
 #include "tracer/requirements.h"
 #include "tracer/src/materials/energy_balance.h"
 #include "tracer/src/scene/color_bound.h"
+#include "tracer/src/scene/enclosure.h"
 #include "tracer/src/scene/instancing.h"
 
 namespace tracer {
@@ -57,6 +58,9 @@ std::string global_light_summary(const Scene& scene) {
   if (found.colors.empty()) return "adds nothing: no surface reflects light diffusely";
   std::string sentence = "adds light between surfaces of " + std::to_string(found.colors.size()) + " diffuse color" +
                          (found.colors.size() == 1 ? "" : "s") + " that reflect up to " + text(found.diffuse);
+  const Enclosure enclosure = enclosure_of_camera(scene);
+  if (enclosure != Enclosure::none)
+    sentence += enclosure == Enclosure::closed ? " in a closed room" : " in a room with an open side";
   sentence += ", ";
   // A mirror or glass without a diffuse part passes on light of other surfaces, which is counted there.
   sentence += found.returned < 1

@@ -36,6 +36,8 @@ class Finder {
 
   Requirements find() {
     need(&Requirements::approximations, approximate_.any(), "/accuracy/approximate");
+    need(&Requirements::interreflection, approximate_.interreflection != Approximations::Interreflection::exact,
+         "/accuracy/approximate/interreflection");
     const bool several_samples = scene_.accuracy.samples > 1 || scene_.accuracy.adaptive;
     need(&Requirements::lens, scene_.camera.aperture > 0 && several_samples, "/camera/aperture");
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
