@@ -163,6 +163,13 @@ std::optional<ReportFigures> read_report(std::string_view report) {
   figures.cache_hits.geometry = is_true(member(root, "geometry_reused"));
   figures.cache_hits.textures = static_cast<std::uint32_t>(count("textures", "reused"));
   figures.cache_hits.decoded_textures = static_cast<std::uint32_t>(count("textures", "decoded"));
+  if (json::Node* const radiosity = member(root, "radiosity"); member(radiosity, "patches") != nullptr) {
+    figures.cache_hits.radiosity = is_true(member(radiosity, "reused"));
+    figures.radiosity = {.patches = static_cast<std::uint32_t>(count("radiosity", "patches")),
+                         .rays = count("radiosity", "rays"),
+                         .factors = count("radiosity", "factors"),
+                         .sweeps = static_cast<std::uint32_t>(count("radiosity", "sweeps"))};
+  }
   if (const double target = number("error", "target"); target > 0) {
     figures.target_met = is_true(member(error, "met"));
     figures.error_to_target = number("error", "estimate") / target;

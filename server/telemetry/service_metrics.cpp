@@ -132,6 +132,10 @@ JobMetrics::JobMetrics(prometheus::Registry& registry, queue::JobObserver& next)
       geometry_(add_counters(registry, "whittle_geometry_total", "Succeeded jobs, by whether geometry was reused.")),
       textures_(add_counters(registry, "whittle_texture_cache_total",
                              "Texture files of succeeded jobs, by whether the decoded image was reused.")),
+      radiosity_(add_counters(registry, "whittle_radiosity_total",
+                              "Succeeded jobs with radiosity, by whether its solution was reused.")),
+      radiosity_work_(add_counters(registry, "whittle_radiosity_work_total",
+                                   "Size of the computed solutions of radiosity, by kind.")),
       wait_seconds_(
           add_histograms(registry, "whittle_job_wait_seconds", "Creation of a job to the start of its last attempt.")),
       run_seconds_(add_histograms(registry, "whittle_job_run_seconds",
@@ -154,10 +158,12 @@ void JobMetrics::create_series() {
   }
   for (const char* reason : {"expires_at", "age", "artifact_bytes"}) expired_.Add({{"reason", reason}});
   for (const char* kind : {"camera", "shadow", "reflection", "refraction", "diffuse"}) rays_.Add({{"kind", kind}});
+  for (const char* kind : {"patches", "rays", "factors", "sweeps"}) radiosity_work_.Add({{"kind", kind}});
   for (const bool value : {false, true}) {
     targets_.Add(yes_or_no("met", value));
     geometry_.Add(yes_or_no("reused", value));
     textures_.Add(yes_or_no("reused", value));
+    radiosity_.Add(yes_or_no("reused", value));
   }
 }
 
@@ -212,8 +218,18 @@ void JobMetrics::count_end(const queue::EndedJob& job) {
   geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();
   textures_.Add(yes_or_no("reused", true)).Increment(figures->cache_hits.textures);
   textures_.Add(yes_or_no("reused", false)).Increment(figures->cache_hits.decoded_textures);
+  if (figures->radiosity) count_radiosity(*figures->radiosity, figures->cache_hits.radiosity);
   if (figures->error_to_target) error_ratio_.Add({}, ratio_buckets).Observe(*figures->error_to_target);
   if (figures->target_met) targets_.Add(yes_or_no("met", *figures->target_met)).Increment();
+}
+
+void JobMetrics::count_radiosity(const tracer::RadiosityFigures& figures, bool reused) {
+  radiosity_.Add(yes_or_no("reused", reused)).Increment();
+  if (reused) return;  // the work of an earlier job
+  radiosity_work_.Add({{"kind", "patches"}}).Increment(figures.patches);
+  radiosity_work_.Add({{"kind", "rays"}}).Increment(static_cast<double>(figures.rays));
+  radiosity_work_.Add({{"kind", "factors"}}).Increment(static_cast<double>(figures.factors));
+  radiosity_work_.Add({{"kind", "sweeps"}}).Increment(figures.sweeps);
 }
 
 }  // namespace telemetry

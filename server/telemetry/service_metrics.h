@@ -81,8 +81,10 @@ class JobMetrics final : public queue::JobObserver {
  private:
   void create_series();
   void count_end(const queue::EndedJob& job);
+  void count_radiosity(const tracer::RadiosityFigures& figures, bool reused);
 
-  Counters &submitted_, &ended_, &from_cache_, &expired_, &rays_, &targets_, &geometry_, &textures_;
+  Counters &submitted_, &ended_, &from_cache_, &expired_, &rays_, &targets_, &geometry_, &textures_, &radiosity_,
+      &radiosity_work_;
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
   queue::JobObserver& next_;
   ServiceHistory history_;

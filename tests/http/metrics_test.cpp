@@ -68,7 +68,8 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   std::optional<queue::EndedJob::Run> run = {{.created_at = 1000, .started_at = 3000, .ended_at = 3500}};
   std::string_view report =
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2,"diffuse":4},"error":{"target":0.5,"estimate":0.375,"met":true},
-                   "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
+                   "geometry_reused":true,"textures":{"reused":3,"decoded":2},
+                   "radiosity":{"patches":40,"limited":false,"rays":900,"factors":70,"sweeps":6,"reused":false,"bound":0},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::JobMetrics observed(registry, next);
   const auto succeeded = [&](const std::string& id) {
@@ -77,7 +78,8 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
   };
   observed.on_state_changed("a", queue::JobState::queued);
   succeeded("a");
-  report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
+  report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false},
+               "radiosity":{"patches":40,"rays":900,"factors":70,"sweeps":6,"reused":true}})";
   succeeded("b");
   report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
   succeeded("c");
@@ -110,6 +112,12 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
                            "whittle_geometry_total{reused=\"no\"} 2",
                            "whittle_texture_cache_total{reused=\"yes\"} 3",
                            "whittle_texture_cache_total{reused=\"no\"} 2",
+                           "whittle_radiosity_total{reused=\"yes\"} 1",
+                           "whittle_radiosity_total{reused=\"no\"} 1",
+                           "whittle_radiosity_work_total{kind=\"patches\"} 40",
+                           "whittle_radiosity_work_total{kind=\"rays\"} 900",
+                           "whittle_radiosity_work_total{kind=\"factors\"} 70",
+                           "whittle_radiosity_work_total{kind=\"sweeps\"} 6",
                            "whittle_error_to_target_ratio_bucket{le=\"0.7\"} 0",
                            "whittle_error_to_target_ratio_bucket{le=\"0.8\"} 1",
                            "whittle_error_to_target_ratio_bucket{le=\"2\"} 1",

@@ -63,6 +63,7 @@ struct ReportFigures {
   std::optional<bool> target_met;         ///< unset without a target error
   std::optional<double> error_to_target;  ///< error estimate / target error; unset without a target error
   tracer::CacheHits cache_hits;
+  std::optional<tracer::RadiosityFigures> radiosity{};  ///< its counts; unset without patches
 };
 /// The figures of a JSON object of at most `report_bytes_max` bytes that is nested at most 16 deep: one that every
 /// reader of reports can handle. None for any other bytes. Members that are missing or of another type count as 0.
