@@ -4,7 +4,6 @@
 #include <cmath>
 #include <variant>
 
-#include "api/document.h"
 #include "tracer/requirements.h"
 
 namespace api {
@@ -90,6 +89,12 @@ bool takes_many_samples(const tracer::Scene& scene) {
   return static_cast<double>(scene.image.window().pixels()) * each > few_samples;
 }
 
+/// True if the measurement has settings of the parameter "model" (tracer::settings).
+bool compares_models(const MeasureRequest& request) {
+  if (request.parameters.empty()) return request.document.scene.accuracy.model == tracer::Accuracy::Model::global;
+  return std::ranges::find(request.parameters, "model") != request.parameters.end();
+}
+
 }  // namespace
 
 SceneContent content_of(const tracer::Scene& scene) {
@@ -123,14 +128,23 @@ std::optional<double> estimated_work(const tracer::Scene& scene, const SceneCont
 
 std::optional<double> estimated_work(const tracer::Scene& scene) { return estimated_work(scene, content_of(scene)); }
 
-double estimated_measure_work(const tracer::Scene& scene, std::uint32_t reference_samples) {
-  return work_of_samples(scene, 2.0 * reference_samples, content_of(scene));
+double estimated_measure_work(const MeasureRequest& request) {
+  const tracer::Scene& scene = request.document.scene;
+  const double own = work_of_samples(scene, 2.0 * request.reference_samples, content_of(scene));
+  if (!compares_models(request)) return own;
+  tracer::Scene other = scene;
+  using enum tracer::Accuracy::Model;
+  other.accuracy.model = scene.accuracy.model == whitted ? global : whitted;
+  other.accuracy.approximate.interreflection = tracer::Approximations::Interreflection::exact;
+  return own + work_of_samples(other, 2.0 * request.reference_samples, content_of(other));
 }
 
-std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
+std::uint64_t estimated_measure_memory_bytes(const MeasureRequest& request) {
+  const tracer::Scene& scene = request.document.scene;
   const std::uint64_t pixels = scene.image.window().pixels();
   const std::uint64_t adapting = scene.accuracy.adaptive ? 0 : adaptive_pixel_bytes - pixel_bytes;
-  return estimated_memory_bytes(scene) + pixels * (adapting + measure_pixel_bytes);
+  const std::uint64_t references = compares_models(request) ? 2 : 1;
+  return estimated_memory_bytes(scene) + pixels * (adapting + references * measure_pixel_bytes);
 }
 
 bool is_large(const tracer::Scene& scene, const SceneContent& content) {

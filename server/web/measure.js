@@ -7,7 +7,7 @@ import {documentDifference} from './document-difference.js';
 import {duration, figure} from './format.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
-import {nameOf, Plot, time} from './measure-plot.js';
+import {bounded, measurable, modelErrorOf, nameOf, Plot, time} from './measure-plot.js';
 import {attempt, Failure, State} from './parts.js';
 import {applied, changesTo} from './pointers.js';
 import {go, route, setQuery} from './routes.js';
@@ -17,7 +17,7 @@ import {words} from './words.js';
 const text = words.measure;
 
 /** @typedef {import('./measure-plot.js').Point} Point */
-/** @typedef {{width: number, height: number, alone: boolean, reference: {samples: number, error: number}, points: Point[], pareto_front: number[], advice: string[]}} Measurement */
+/** @typedef {{width: number, height: number, alone: boolean, reference: {samples: number, error: number}, points: Point[], pareto_front: number[], model_error: {standard_error?: number} | null, advice: string[]}} Measurement */
 
 /** The point of the front that is best within a limit; -1: none is. @param {Measurement} measurement @param {'seconds' | 'error'} limited @param {number} limit */
 export function cheapest({points, pareto_front}, limited, limit) {
@@ -61,8 +61,8 @@ function Result({job, measurement, scene}) {
     <section class="panel"><${Plot} measurement=${measurement} selected=${selected} select=${select} />
       <p class="dim">${text.of(points.length, measurement.width, measurement.height)} ${text.referenceIs(reference.samples, figure(reference.error))}</p></section>
     <section class="panel choice"><${Wishes} measurement=${measurement} select=${select} />
-      ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
-    <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} selected=${selected} select=${select} /></section>
+      ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} least=${measurable(measurement)} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
+    <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} least=${measurable(measurement)} selected=${selected} select=${select} /></section>
     ${advice.length > 0 && html`<section class="panel"><h2>${text.advice}</h2><ul class="advice">${advice.map((sentence) => html`<li>${sentence}</li>`)}</ul></section>`}
   </div>`;
 }
@@ -80,8 +80,8 @@ function Wishes({measurement, select}) {
   return html`<div class="wishes">${field('seconds')} ${field('error')}</div><p class="dim" role="status">${answer.value}</p>`;
 }
 
-/** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, scene: string}} properties */
-function Chosen({job, point, scene}) {
+/** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, least: number, scene: string}} properties */
+function Chosen({job, point, least, scene}) {
   const parsed = scene ? JSON.parse(scene) : {};
   const rows = documentDifference({accuracy: parsed.accuracy ?? {}}, {accuracy: point.settings}).filter(({a, b}) => (a || '{}') !== (b || '{}'));
   const changed = (/** @type {string} */ document, /** @type {string[]} */ path, /** @type {any} */ to) => applied(document, changesTo(document, path, to));
@@ -93,7 +93,9 @@ function Chosen({job, point, scene}) {
   });
   return html`<div class="chosen"><strong>${nameOf(point)}</strong>
     <dl class="facts-list"><dt>${text.time}</dt><dd class="number">${time(point.seconds)}</dd><dt>${text.error}</dt><dd class="number">${text.levels(figure(point.error))}</dd>
-      <dt>${text.claimed}</dt><dd class="number">${text.levels(figure(point.claimed))}${point.broken ? html` <span class="bad">${text.broken}</span>` : ''}</dd></dl>
+      <dt>${text.claimed}</dt><dd class="number">${text.levels(figure(point.claimed))}${point.broken ? html` <span class="bad">${text.broken}</span>` : ''}</dd>
+      ${point.model_error !== null && point.total_error !== null && html`<dt>${text.modelError}</dt><dd class="number">${text.levels(modelErrorOf(point, least))}</dd>
+        <dt>${text.totalError}</dt><dd class="number">${text.levels(bounded(point.total_error, least))}</dd>`}</dl>
     <table class="plain"><thead><tr><th>${text.change}</th><th>${text.now}</th><th>${text.then}</th></tr></thead><tbody>
       ${rows.map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a}</td><td class="number">${b}</td></tr>`)}
       ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.same}</td></tr>`}</tbody></table>
@@ -102,16 +104,19 @@ function Chosen({job, point, scene}) {
       <a class="button" href=${`#/edit/${job.id}?accuracy=${encodeURIComponent(JSON.stringify(point.settings))}`}>${text.use}</a></div>`}</div>`;
 }
 
-/** The points of the plot as a table. @param {{points: Point[], front: number[], selected: number, select: (index: number) => void}} properties */
-function Table({points, front, selected, select}) {
-  const by = useSignal(/** @type {'name' | 'seconds' | 'error' | 'claimed'} */ ('seconds')), falls = useSignal(false);
-  const keyOf = (/** @type {number} */ index) => by.value === 'name' ? index : points[index][by.value];
+/** The points of the plot as a table. @param {{points: Point[], front: number[], least: number, selected: number, select: (index: number) => void}} properties */
+function Table({points, front, least, selected, select}) {
+  const by = useSignal(/** @type {'name' | 'seconds' | 'error' | 'claimed' | 'model_error' | 'total_error'} */ ('seconds')), falls = useSignal(false);
+  const hasModels = points.some(({model_error}) => model_error !== null);
+  const keyOf = (/** @type {number} */ index) => by.value === 'name' ? index : points[index][by.value] ?? -1;
   const order = points.map((_, index) => index).sort((a, b) => (falls.value ? -1 : 1) * (keyOf(a) - keyOf(b)) || a - b);
   const sort = (/** @type {typeof by.value} */ name) => { falls.value = by.value === name && !falls.value; by.value = name; };
   const head = (/** @type {typeof by.value} */ name, /** @type {string} */ label) => html`<th class=${name === 'name' ? '' : 'right'} aria-sort=${by.value === name ? falls.value ? 'descending' : 'ascending' : undefined}>
     <button class="link" onClick=${() => sort(name)}>${label}${by.value === name ? falls.value ? ' ↓' : ' ↑' : ''}</button></th>`;
-  return html`<table class="plain points"><thead><tr>${head('name', text.setting)}${head('seconds', text.time)}${head('error', text.error)}${head('claimed', text.claimed)}</tr></thead><tbody>
+  return html`<table class="plain points"><thead><tr>${head('name', text.setting)}${head('seconds', text.time)}${head('error', text.error)}${head('claimed', text.claimed)}
+    ${hasModels && html`${head('model_error', text.modelError)}${head('total_error', text.totalError)}`}</tr></thead><tbody>
     ${order.map((index) => html`<tr key=${index} data-point=${index} aria-current=${index === selected ? 'true' : undefined}><td><button class="link" onClick=${() => select(index)}>${nameOf(points[index])}</button>
       ${front.includes(index) && html`<span class="chip">${text.onFront}</span>`}</td><td class="right number">${time(points[index].seconds)}</td><td class="right number">${figure(points[index].error)}</td>
-      <td class="right number">${figure(points[index].claimed)}${points[index].broken ? html` <span class="bad">!</span>` : ''}</td></tr>`)}</tbody></table>`;
+      <td class="right number">${figure(points[index].claimed)}${points[index].broken ? html` <span class="bad">!</span>` : ''}</td>
+      ${hasModels && html`<td class="right number">${modelErrorOf(points[index], least)}</td><td class="right number">${points[index].total_error === null ? '' : bounded(/** @type {number} */ (points[index].total_error), least)}</td>`}</tr>`)}</tbody></table>`;
 }

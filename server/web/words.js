@@ -67,7 +67,7 @@ export const words = {
     noImage: {queued: 'Waiting', running: 'The first samples are on their way', succeeded: 'No image', failed: 'Failed', cancelled: 'Cancelled'},
     position: (/** @type {number} */ place) => place === 1 ? 'It runs next.' : `Place ${place} in the queue.`,
     id: 'Id', owner: 'Owner', batch: 'Batch', file: 'File', expired: 'The files have expired.', noFiles: 'Files exist once the job succeeded.', notYet: 'Known once the job succeeded.',
-    time: 'Time', rays: 'Rays', culled: 'shadow, culled', samples: 'Samples per pixel', reused: 'geometry reused',
+    time: 'Time', rays: 'Rays', culled: 'shadow, culled', radiosity: 'Radiosity', yesNo: (/** @type {boolean} */ value) => value ? 'yes' : 'no', noBound: 'none', samples: 'Samples per pixel', reused: 'geometry reused',
     samplesOf: (/** @type {string} */ least, /** @type {string} */ mean, /** @type {string} */ most) => `${least} to ${most}, mean ${mean}`,
     edit: 'Edit a copy', copyDocument: 'Copy the document', at: 'Time', attempt: 'Attempt', worker: 'worker', expires: (/** @type {string} */ at) => `Document and images are deleted at ${at}.`, copyAs: (/** @type {string} */ name) => `Copy as ${name}`,
     noWebhooks: 'This job calls no webhook.', again: 'Send again', sure: 'Are you sure?', doIt: {cancel: 'Cancel it', remove: 'Remove it'},
@@ -112,7 +112,7 @@ export const words = {
     referenceIs: (/** @type {number} */ samples, /** @type {string} */ error) => `The reference has ${samples} samples per pixel; its own error (dashed) is ${error} levels.`,
     wish: {seconds: 'I have', error: 'I need'}, unit: {seconds: 's', error: 'levels'},
     none: {seconds: 'No setting is that fast.', error: 'No setting is that exact.'}, choose: 'Choose a point.',
-    time: 'Time', error: 'True error', claimed: 'Claimed error', broken: 'below the true one', setting: 'Setting', onFront: 'best', points: 'Settings', advice: 'Advice',
+    time: 'Time', error: 'True error', claimed: 'Claimed error', modelError: 'Model error', totalError: 'Total error', totalIs: (/** @type {string} */ value) => `${value} levels from the rendering equation`, broken: 'below the true one', setting: 'Setting', onFront: 'best', points: 'Settings', advice: 'Advice',
     change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document asks for this already.', render: 'Render with it', use: 'Put into the document', compare: 'Compare with the reference',
   },
   batches: {

@@ -82,16 +82,30 @@ TEST(EstimatedWork, CountsObjectsAndTriangles) {
                             "material": {}}]},
       "objects": [{"type": "instance", "of": "p"}, {"type": "instance", "of": "p"}])"));
   EXPECT_EQ(api::estimated_work(document.scene), 4 + 2 + 1 + 2 + 20'000);
-  EXPECT_EQ(api::estimated_measure_work(document.scene, 64), 2 * 64 + 2 + 1 + 2 + 20'000);
+  EXPECT_EQ(api::estimated_measure_work({document, {}, 64}), 2 * 64 + 2 + 1 + 2 + 20'000);
 }
 
-TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReference) {
-  const auto scene = [](const std::string& accuracy) {
-    return accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)).scene;
+TEST(EstimatedWork, OfAMeasurementOfModelsIncludesBothReferences) {
+  const auto work = [](const std::string& accuracy, const std::vector<std::string>& parameters) {
+    return api::estimated_measure_work(
+        {accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)), parameters, 64});
   };
-  const tracer::Scene adapting = scene(R"({"target_error": 1})");
-  EXPECT_EQ(api::estimated_measure_memory_bytes(adapting), api::estimated_memory_bytes(adapting) + 1000 * 150);
-  EXPECT_EQ(api::estimated_measure_memory_bytes(scene(exact)), api::estimated_measure_memory_bytes(adapting));
+  const std::string global = R"({"model": "global"})", whitted = "{}";
+  EXPECT_EQ(work(whitted, {}), work(whitted, {"samples"}));
+  EXPECT_EQ(work(global, {"samples"}) + work(whitted, {"samples"}), work(whitted, {"model"}));
+  EXPECT_EQ(work(global, {}), work(whitted, {"model"}));
+}
+
+TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReferences) {
+  const auto request = [](const std::string& accuracy, const std::vector<std::string>& parameters = {}) {
+    return api::MeasureRequest{
+        accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)), parameters, 64};
+  };
+  const api::MeasureRequest adapting = request(R"({"target_error": 1})");
+  const std::uint64_t bytes = api::estimated_measure_memory_bytes(adapting);
+  EXPECT_EQ(bytes, api::estimated_memory_bytes(adapting.document.scene) + 1000 * 150);
+  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact)), bytes);
+  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact, {"model"})), bytes + 1000 * 150);
 }
 
 TEST(IsLarge, DependsOnSamplesOfTheRenderedWindow) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "api/requests.h"
 #include "tracer/scene.h"
 
 namespace api {
@@ -26,8 +27,8 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
 /// The same; `scene` needs no objects, as `content` is that of the complete scene.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content);
 /// The same for a measurement of the scene: its sampling is always adaptive, and each pixel takes 150 bytes more for
-/// sums of the reference and for the images that are compared.
-std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
+/// sums of the reference and for the images that are compared, and as many again for a second reference.
+std::uint64_t estimated_measure_memory_bytes(const MeasureRequest& request);
 
 /// Number of rays to trace. Multiplied by the time per ray of earlier scenes it gives the order of magnitude of the
 /// time (of 24 renders of example scenes two in three were within a factor of three; those of a few milliseconds took
@@ -40,8 +41,9 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
                                      std::optional<double> seconds_per_work = std::nullopt);
 std::optional<double> estimated_work(const tracer::Scene& scene);  ///< at an unknown speed
-/// That of a measurement with references of that many samples: twice the work of one, for it and the settings.
-double estimated_measure_work(const tracer::Scene& scene, std::uint32_t reference_samples);
+/// That of a measurement: twice the work of its reference, for it and the settings; if it compares models, also that of
+/// the reference of the other model.
+double estimated_measure_work(const MeasureRequest& request);
 
 /// True if the scene may keep a core busy for more than some seconds: if its samples (those that estimated_work
 /// expects, else the maximum) are more than 2^21 (1920 x 1080 pixels once) and no time budget of at most 2 s ends them;

@@ -62,7 +62,7 @@ tracer::Result<api::MeasureRequest, Problem> parse_measure(const std::string& bo
   auto parsed = api::parse_measure(body, context.limits);
   if (!parsed) return problem_of(parsed.error());
   const tracer::Scene& scene = parsed->document.scene;
-  const std::uint64_t memory_bytes = api::estimated_measure_memory_bytes(scene);
+  const std::uint64_t memory_bytes = api::estimated_measure_memory_bytes(*parsed);
   if (auto problem = deployment_problem(scene, memory_bytes, "/scene", context)) return *std::move(problem);
   return std::move(*parsed);
 }
@@ -195,7 +195,7 @@ Answer measure(Request& request, const ApiContext& context) {
   submission.width = scene.image.window().width();
   submission.height = scene.image.window().height();
   submission.large = true;
-  submission.work = api::estimated_measure_work(scene, measurement->reference_samples);
+  submission.work = api::estimated_measure_work(*measurement);
   submission.assets = uploads_of(scene);
   submission.document = std::move(*body);
   submission.job = std::move(measurement->document.job);

@@ -283,8 +283,19 @@ TEST(ModelFront, HasTheBestPointsOfOneModel) {
 TEST(ModelFront, IsDrawnForEachModel) {
   std::vector<std::string> names;
   for (const tracer::PlotSeries& series : tracer::chart(measured_models()).series) names.push_back(series.name);
-  EXPECT_EQ(names,
-            (std::vector<std::string>{"total error: whitted", "total error: fitted ambient", "total error: path"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"total error: whitted", "total error: fitted ambient", "total error: path",
+                                             "error of the references"}));
+}
+
+TEST(ModelFront, IsDrawnAtTheErrorOfTheReferencesIfTheyAreLarger) {
+  Measurement measured = measured_models();
+  measured.points = {model_point("path", "a", 1, 0.6, 0), model_point("path", "b", 2, 0.2, 0),
+                     model_point("path", "c", 3, 0, 0)};
+  const tracer::Plot plot = tracer::chart(measured);
+  std::vector<std::pair<double, std::string>> drawn;
+  for (const tracer::PlotPoint& point : plot.series.at(0).points) drawn.emplace_back(point.y, point.label);
+  EXPECT_EQ(drawn,
+            (std::vector<std::pair<double, std::string>>{{0.6, "a"}, {0.5, "b (at most)"}, {0.5, "c (at most)"}}));
 }
 
 TEST(Advice, StatesTheDistanceOfEachModel) {

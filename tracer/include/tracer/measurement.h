@@ -109,6 +109,9 @@ struct Measurement {
 /// broken, since they hold with their confidence.
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point);
 
+/// Smallest model or total error that the references show: an error below it is at most that. 0 without model errors.
+double measurable_error(const Measurement& measurement);
+
 /// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster than
 /// all with at most its claim. The claimed error counts, since a user without a reference has no other. Points
 /// with broken claims are in no front. Of points with equal times as far as their runs show, that with the smallest
@@ -125,7 +128,8 @@ std::vector<std::size_t> model_front(const Measurement& measurement, std::string
 std::vector<std::string> advice(const Measurement& measurement);
 
 /// Seconds against error, both logarithmic: the true errors of each parameter, the claimed ones beside them, red if
-/// broken, and the Pareto front of the claims; for each model the front of its total errors; the advice is its note.
+/// broken, and the Pareto front of the claims; for each model the front of its total errors, drawn at
+/// measurable_error() if they are smaller; the advice is its note.
 Plot chart(const Measurement& measurement);
 
 }  // namespace tracer

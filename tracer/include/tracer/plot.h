@@ -46,7 +46,7 @@ struct Plot {
   std::string title;
   PlotAxis x{}, y{};
   std::vector<PlotSeries> series{};         ///< later ones are drawn over earlier ones
-  std::string note{};                       ///< below the axes, at most three lines
+  std::string note{};                       ///< below the axes, at most three lines or a third of the height
   std::uint32_t width = 960, height = 640;  ///< pixels; at least 320 x 240, at most 8192 x 8192
 };
 

@@ -84,6 +84,10 @@ std::string text_of_number(double number) {
   return buffer.data();
 }
 
+double measurable_error(const Measurement& measurement) {
+  return measurement.model_error ? measurement.model_error->standard_error : 0;
+}
+
 std::vector<std::size_t> model_front(const Measurement& measurement, std::string_view model) {
   const std::vector<MeasuredPoint>& points = measurement.points;
   std::vector<std::size_t> front;
@@ -109,6 +113,8 @@ std::vector<std::string> model_advice(const Measurement& measurement) {
 
 std::vector<PlotSeries> model_series(const Measurement& measurement) {
   constexpr std::array marks{PlotMark::circle, PlotMark::square, PlotMark::diamond, PlotMark::triangle};
+  const double least = measurable_error(measurement);
+  std::pair times{std::numeric_limits<double>::infinity(), 0.0};  // of the first and the last point
   std::vector<PlotSeries> all;
   for (std::size_t m = 0; m < std::size(light_models); ++m) {
     PlotSeries series{.name = "total error: " + std::string(light_models[m]),
@@ -117,9 +123,21 @@ std::vector<PlotSeries> model_series(const Measurement& measurement) {
                       .join = PlotJoin::steps};
     for (const std::size_t index : model_front(measurement, light_models[m])) {
       const MeasuredPoint& point = measurement.points[index];
-      series.points.push_back({point.seconds, *point.total_error, point.setting.value});
+      const double total = *point.total_error;
+      const std::string at_most = total > least ? "" : " (at most)";
+      series.points.push_back({point.seconds, std::max(total, least), point.setting.value + at_most});
+      times.first = std::min(times.first, point.seconds);
+      times.second = std::max(times.second, point.seconds);
     }
     if (!series.points.empty()) all.push_back(std::move(series));
+  }
+  if (!all.empty() && least > 0) {
+    PlotSeries& line = all.emplace_back(PlotSeries{.name = "error of the references",
+                                                   .points = {{times.first, least}, {times.second, least}},
+                                                   .mark = PlotMark::none,
+                                                   .join = PlotJoin::line});
+    line.dashed = true;
+    line.color = 0x767676;
   }
   return all;
 }

@@ -183,8 +183,10 @@ class Layout {
       text += left_out_ == 1 ? " point that has" : " points that have";
       text += " no place on these axes.";
     }
-    const auto lines = wrapped(text, note_size, right_ - edge, 3);
-    for (std::size_t i = lines.size(); i-- > 0; bottom_ -= note_size + 5)
+    constexpr double line_height = note_size + 5;
+    const int lines_max = std::max(3, static_cast<int>(drawing_.height / 3.0 / line_height));
+    const auto lines = wrapped(text, note_size, right_ - edge, lines_max);
+    for (std::size_t i = lines.size(); i-- > 0; bottom_ -= line_height)
       write({edge, bottom_}, lines[i], note_size, Anchor::start);
     if (!lines.empty()) bottom_ -= 6;
   }
