@@ -105,7 +105,9 @@ class SettingList {
       const auto add = [&](const std::string& value, Accuracy accuracy) {
         if (model == "radiosity") accuracy.approximate.interreflection = Interreflection::radiosity;
         if (model == "gather") accuracy.approximate.interreflection = Interreflection::gather;
-        settings_.push_back({"model", name + ": " + value, accuracy, {}, name});
+        std::string label = name;
+        label.append(": ").append(value);
+        settings_.push_back({"model", std::move(label), accuracy, {}, name});
       };
       Accuracy uniform = baseline_;
       uniform.model = kind;
