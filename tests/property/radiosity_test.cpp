@@ -201,11 +201,12 @@ TEST(Radiosity, HasMorePatchesForASmallerTargetAndReportsThem) {
   const auto coarse = figures_of(room(), Interreflection::radiosity, 4),
              fine = figures_of(room(), Interreflection::gather, 2);
   ASSERT_TRUE(coarse && fine);
-  // Cells at borders are cut.
-  EXPECT_NEAR(coarse->patches, 840, 200);
-  EXPECT_NEAR(fine->patches, 4500, 900);
+  for (const auto& [figures, wanted] : {std::pair(*coarse, 1000u), std::pair(*fine, 2000u)}) {
+    EXPECT_GE(figures.patches, wanted);
+    EXPECT_LE(figures.patches, 1.2 * wanted + 50) << "cells at borders are cut";
+  }
   for (const RadiosityFigures& figures : {*coarse, *fine}) {
-    EXPECT_GE(figures.rays, 200u * figures.patches);
+    EXPECT_GE(figures.rays, 128u * figures.patches);
     EXPECT_LE(figures.factors, 256u * figures.patches);
     EXPECT_GT(figures.factors, 10u * figures.patches);
     EXPECT_GT(figures.sweeps, 2u);

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <thread>
 
 #include "tests/support/scenes.h"
 #include "tracer/compile.h"
@@ -15,6 +16,7 @@ namespace tracer {
 namespace {
 
 constexpr double wanted_patches = 1500;
+constexpr std::uint32_t row_rays = 256;
 
 Material white(double reflectance = 1) {
   Material material = scenes::matte({1, 1, 1});
@@ -66,9 +68,10 @@ class Rows {
     const auto radiosity = std::make_shared<Radiosity>();
     radiosity->patches = patches_.grid;
     compiled->objects.radiosity = radiosity;
-    rows_ = trace_rows(*compiled, patches_.points, control);
+    rows_ = trace_rows(*compiled, patches_.points, row_rays, control);
   }
 
+  [[nodiscard]] const CompiledScene& scene() const { return *scene_; }
   [[nodiscard]] const SurfacePatches& patches() const { return patches_; }
   [[nodiscard]] const Transport& transport() const { return rows_.transport; }
 
@@ -106,9 +109,9 @@ class Rows {
   SurfaceRows rows_;
 };
 
-void expect_factor(const Rows::Factor& factor, double truth) {
-  EXPECT_NEAR(factor.value, truth, 5 * factor.sigma) << "sigma " << factor.sigma;
-  EXPECT_LT(factor.sigma, 0.1 * truth);
+void expect_factor(const Rows::Factor& factor, double truth, double relative_sigma_max = 0.012) {
+  EXPECT_NEAR(factor.value, truth, 3 * factor.sigma) << "sigma " << factor.sigma;
+  EXPECT_LT(factor.sigma, relative_sigma_max * truth);
 }
 
 /// Front and back of a rectangle are different surfaces: those in question face each other along z.
@@ -150,7 +153,7 @@ TEST(SurfaceRows, OfTheFacesOfACubeAreTheirFormFactors) {
       const Rows::Factor factor = rows.factor(from, to);
       sum += factor.value;
       if (from == to) {
-        EXPECT_NEAR(factor.value, 0, 0.002);  // by places at edges that have no patch
+        EXPECT_NEAR(factor.value, 0, 0.0002);  // by places at edges that have no patch
       } else {
         expect_factor(factor, opposite ? parallel : perpendicular);
       }
@@ -200,7 +203,7 @@ TEST(SurfaceRows, OfASmallSurfaceBelowASquareAreThoseOfAPoint) {
   add_white_rectangle(scene, {-small / 2, -small / 2, 0}, {small, 0, 0}, {0, small, 0});
   add_white_rectangle(scene, {0, 0, 1}, {1, 0, 0}, {0, 1, 0});
   const Rows rows(scene, 40'000);
-  expect_factor(factor_upward(rows, 0, 1), 0.138531605994893);
+  expect_factor(factor_upward(rows, 0, 1), 0.138531605994893, 0.06);
 }
 
 TEST(SurfaceRows, InASphereAreTheSharesOfItsArea) {
@@ -215,6 +218,50 @@ TEST(SurfaceRows, InASphereAreTheSharesOfItsArea) {
   EXPECT_NEAR(rows.factor(all, cap).value, 0.25, 0.02);  // patches across the border count by one point
   const Rows::Factor from_cap = rows.factor(cap, cap), from_rest = rows.factor(rest, cap);
   EXPECT_NEAR(from_cap.value, from_rest.value, 5 * (from_cap.sigma + from_rest.sigma));
+}
+
+/// Mean over the patches of what arrives there by way of surfaces, with the rows multiplied by a factor.
+double mean_arriving(const Transport& rows, double factor) {
+  Transport multiplied;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::vector<TransportEntry> row(rows.row(i).begin(), rows.row(i).end());
+    for (TransportEntry& entry : row) entry.share = entry.share * factor;
+    multiplied.add_row(rows.source(i), row);
+  }
+  const RenderControl control;
+  double sum = 0;
+  for (const Color& value : solve(multiplied, 1e-9, 1000, control).values) sum += value.g;
+  return sum / static_cast<double>(rows.size());
+}
+
+TEST(SurfaceRows, TimesOneAndAFiftiethAreCaughtInAnIntegratingSphere) {
+  constexpr double rho = 0.8, intensity = 2, radius = 1.5;
+  Scene scene = under_a_sky();
+  scene.background.color = {};
+  scenes::add(scene, Sphere{{0, 0, 0}, radius}, white(rho));
+  scene.lights.push_back(scenes::point_light({0.5, 0.2, 0}, {intensity, intensity, intensity}));
+  scene.lights.back().attenuation.kind = Attenuation::Kind::inverse_square;
+  const Rows rows(scene);
+  const double truth = rho * intensity / (radius * radius * (1 - rho));
+  EXPECT_NEAR(mean_arriving(rows.transport(), 1), truth, 0.005 * truth);
+  EXPECT_GT(mean_arriving(rows.transport(), 1.02), 1.05 * truth) << "this fault could not be found";
+}
+
+TEST(SurfaceRows, EndSoonAfterCancellation) {
+  const Rows few(unit_cube(), 300);
+  constexpr std::size_t repetitions = 100;
+  std::vector<std::vector<PatchPoint>> many;
+  for (std::size_t i = 0; i < repetitions; ++i)
+    many.insert(many.end(), few.patches().points.begin(), few.patches().points.end());
+  RenderControl control;
+  SurfaceRows rows;
+  std::thread tracing([&] { rows = trace_rows(few.scene(), many, row_rays, control); });
+  control.cancel();
+  tracing.join();
+  EXPECT_LT(rows.rays, row_rays * many.size() / 2) << "seconds of rows";
+  EXPECT_EQ(rows.transport.size(), 0u);
+  const TransportSolution solution = solve(few.transport(), 0, 1000, control);
+  EXPECT_EQ(solution.sweeps, 0u);
 }
 
 std::size_t count(const Scene& scene, double wanted, std::uint32_t patches_max, bool& limited) {

@@ -36,7 +36,7 @@ class PatchPoints {
   /// std::bad_alloc. Incomplete after cancellation.
   PatchPoints(const CompiledScene& scene, const Region& region, const RenderControl& control);
 
-  /// Points per line, in the mean: the area of the surfaces over 2 pi r^2 (Crofton's formula).
+  /// Points per line, in the mean: the area of the lit sides over 4 pi r^2 (Crofton's formula, for one of two sides).
   [[nodiscard]] double per_line() const { return per_line_; }
 
   /// Points of surfaces that reflect diffusely, on `lines` lines. Left out are those behind a dark side, as on a floor

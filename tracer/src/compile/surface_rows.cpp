@@ -17,11 +17,14 @@ constexpr std::size_t points_of_patch_max = 64;
 /// Rays of a row start at the points in turn, in directions distributed as the cosine.
 class RowRays {
  public:
-  RowRays(const CompiledScene& scene, Batch& batch) : scene_(scene), batch_(batch) { batch.clear(); }
+  RowRays(const CompiledScene& scene, Batch& batch, std::uint32_t row_rays)
+      : scene_(scene), batch_(batch), row_rays_(row_rays) {
+    batch.clear();
+  }
 
   void add(std::uint32_t patch, const std::vector<PatchPoint>& points) {
     const std::uint64_t key = pixel_key(patch, ~scene_.accuracy.seed);
-    for (std::uint32_t ray = 0; ray < row_rays; ++ray) {
+    for (std::uint32_t ray = 0; ray < row_rays_; ++ray) {
       const auto sample = static_cast<std::uint32_t>(batch_.samples.size());
       batch_.samples.push_back({key, ray});
       const PatchPoint& at = points[ray % points.size()];
@@ -40,6 +43,7 @@ class RowRays {
  private:
   const CompiledScene& scene_;
   Batch& batch_;
+  const std::uint32_t row_rays_;
   RayQueue rays_;
 };
 
@@ -50,12 +54,12 @@ struct Row {
 
 /// The rows of the patches from `first` on.
 void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points, std::size_t first,
-                     Wavefront<AllFeatures>& tracer, std::span<Row> rows) {
-  RowRays rays(scene, tracer.batch());
+                     std::uint32_t row_rays, Wavefront<AllFeatures>& tracer, std::span<Row> rows) {
+  RowRays rays(scene, tracer.batch(), row_rays);
   for (std::size_t i = 0; i < rows.size(); ++i) rays.add(static_cast<std::uint32_t>(first + i), points[first + i]);
   std::vector<Landing> landings;
   if (!tracer.trace_from_patches(rays.rays(), landings)) return;
-  constexpr double share = 1.0 / row_rays;
+  const double share = 1.0 / row_rays;
   for (std::size_t sample = 0; sample < tracer.radiance().size(); ++sample)
     if (finite(tracer.radiance()[sample])) rows[sample / row_rays].source += tracer.radiance()[sample] * share;
   for (const Landing& landing : landings)
@@ -74,7 +78,7 @@ SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region,
   const PatchPoints surfaces(scene, region, control);
   if (!(surfaces.per_line() > 0)) return patches;
   const double cells = std::min<double>(wanted, patches_max);
-  double side = std::sqrt(surfaces.per_line() * 2 * std::numbers::pi / cells) * region.radius;
+  double side = std::sqrt(surfaces.per_line() * 4 * std::numbers::pi / cells) * region.radius;
   const double lines = std::min(std::ceil(cells * points_per_patch / surfaces.per_line()), lines_max);
   const std::vector<PatchPoint> points = surfaces.on_lines(static_cast<std::uint32_t>(lines), side * 0x1p-6);
   for (int attempt = 1; attempt <= attempts_max; ++attempt, side *= 1.25) {
@@ -98,15 +102,15 @@ SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region,
 }
 
 SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points,
-                       const RenderControl& control) {
-  constexpr std::size_t block = 16;
+                       std::uint32_t row_rays, const RenderControl& control) {
+  const std::size_t block = std::max<std::size_t>(1, bounce_rays_max / 4 / row_rays);
   std::vector<Row> rows(points.size());
   TracerPool<Wavefront<AllFeatures>> pool(scene, control, scene.accuracy.approximate);
   for_each_tile((rows.size() + block - 1) / block, 0, [&](std::uint64_t number) {
     if (control.cancelled()) return;
     const std::size_t first = number * block;
     typename TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
-    trace_some_rows(scene, points, first, *tracer,
+    trace_some_rows(scene, points, first, row_rays, *tracer,
                     std::span(rows).subspan(first, std::min(block, rows.size() - first)));
   });
   SurfaceRows all;

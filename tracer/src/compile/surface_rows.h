@@ -30,13 +30,10 @@ struct SurfaceRows {
   std::uint64_t rays = 0;
 };
 
-/// Rays that are traced for each row; an entry is the light that they bring from a patch, divided by their number.
-constexpr std::uint32_t row_rays = 256;
-
 /// The rows of all patches: light from patches, directly or by mirrors and glass, and from the background, emitters and
-/// lights that these show. Precondition: `scene` has the grid of the patches. Incomplete after cancellation. Throws
-/// std::bad_alloc.
+/// lights that these show. An entry is the light that `row_rays` rays bring from a patch, divided by their number.
+/// Precondition: `scene` has the grid of the patches. Incomplete after cancellation. Throws std::bad_alloc.
 SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points,
-                       const RenderControl& control);
+                       std::uint32_t row_rays, const RenderControl& control);
 
 }  // namespace tracer

@@ -3,10 +3,10 @@
 /// of the surfaces, so that every shape has them. A cell extends over two axes of space, those across which the surface
 /// faces, and twice as far along the third, so that flat surfaces at any place are cut into squares or parallelograms.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "tracer/compile.h"
@@ -27,41 +27,55 @@ class PatchGrid {
   /// is their count before; `none` if that is `patches_max`. Throws std::bad_alloc.
   std::uint32_t insert(std::uint32_t object, const Vec3& position, const Vec3& normal,
                        std::uint32_t patches_max = none) {
+    if (slots_.size() < 2 * (size_ + 1)) grow();
     const std::uint64_t hash = key(object, position, normal);
-    if (patches_.size() >= patches_max) return find(hash);
-    return patches_.emplace(hash, static_cast<std::uint32_t>(patches_.size())).first->second;
+    Slot& slot = slots_[place_of(hash)];
+    if (slot.patch == none && size_ < patches_max) slot = {hash, static_cast<std::uint32_t>(size_++)};
+    return slot.patch;
   }
 
-  /// Patch of the place or, so that values change gradually, of one up to half a cell beside it in the tangent plane,
-  /// by `xi` uniform in [0,1)^2: in the mean the values are interpolated. `none` if the place has none.
+  /// Patch of a place up to half a cell beside this one in the tangent plane, by `xi` uniform in [0,1)^2, so that
+  /// values change gradually: in the mean they are interpolated. Where none is, at borders, that of this place or of
+  /// the one on the other side of it.
   [[nodiscard]] std::uint32_t find(std::uint32_t object, const Vec3& position, const Vec3& normal,
                                    const Vec2& xi) const {
-    const std::uint32_t own = find(key(object, position, normal));
-    if (own == none) return none;
-    const int axis = dominant_axis(normal), a = (axis + 1) % 3, b = (axis + 2) % 3;
-    std::array<double, 3> p = array(position);
-    const std::array<double, 3> n = array(normal);
-    const double along_a = (xi.x - 0.5) * side_, along_b = (xi.y - 0.5) * side_;
-    p[index(a)] += along_a;
-    p[index(b)] += along_b;
-    p[index(axis)] -= (n[index(a)] * along_a + n[index(b)] * along_b) / n[index(axis)];
-    const std::uint32_t beside = find(key(object, {p[0], p[1], p[2]}, normal));
-    return beside == none ? own : beside;
+    if (size_ == 0) return none;
+    for (const double side : {1.0, 0.0, -1.0}) {
+      const Vec3 beside = moved(position, normal, side * (xi.x - 0.5), side * (xi.y - 0.5));
+      const std::uint32_t patch = slots_[place_of(key(object, beside, normal))].patch;
+      if (patch != none) return patch;
+    }
+    return none;
   }
 
-  [[nodiscard]] std::size_t size() const { return patches_.size(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] double side() const { return side_; }
-  [[nodiscard]] std::uint64_t memory_bytes() const {
-    return patches_.bucket_count() * sizeof(void*) + patches_.size() * 4 * sizeof(std::uint64_t);
-  }
+  [[nodiscard]] std::uint64_t memory_bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
+  struct Slot {
+    std::uint64_t hash = 0;
+    std::uint32_t patch = none;
+  };
+
   static std::size_t index(int axis) { return static_cast<std::size_t>(axis); }
   static std::array<double, 3> array(const Vec3& v) { return {v.x, v.y, v.z}; }
 
   static int dominant_axis(const Vec3& n) {
     const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  }
+
+  /// The position moved in the tangent plane by so many cells along its axes.
+  [[nodiscard]] Vec3 moved(const Vec3& position, const Vec3& normal, double cells_a, double cells_b) const {
+    const int axis = dominant_axis(normal), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    std::array<double, 3> p = array(position);
+    const std::array<double, 3> n = array(normal);
+    const double along_a = cells_a * side_, along_b = cells_b * side_;
+    p[index(a)] += along_a;
+    p[index(b)] += along_b;
+    p[index(axis)] -= (n[index(a)] * along_a + n[index(b)] * along_b) / n[index(axis)];
+    return {p[0], p[1], p[2]};
   }
 
   /// Hash of the object, the cell and the direction. Equal hashes of two patches are less likely than 1 in 2^32 for as
@@ -79,13 +93,24 @@ class PatchGrid {
     return hash;
   }
 
-  [[nodiscard]] std::uint32_t find(std::uint64_t hash) const {
-    const auto found = patches_.find(hash);
-    return found == patches_.end() ? none : found->second;
+  /// The slot with this hash, or the empty one for it: linear probing, which half of the slots leave short.
+  [[nodiscard]] std::size_t place_of(std::uint64_t hash) const {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t place = hash & mask;
+    while (slots_[place].patch != none && slots_[place].hash != hash) place = (place + 1) & mask;
+    return place;
+  }
+
+  void grow() {
+    std::vector<Slot> old(std::max<std::size_t>(64, 2 * slots_.size()));
+    old.swap(slots_);
+    for (const Slot& slot : old)
+      if (slot.patch != none) slots_[place_of(slot.hash)] = slot;
   }
 
   double side_ = 1;
-  std::unordered_map<std::uint64_t, std::uint32_t> patches_;
+  std::size_t size_ = 0;
+  std::vector<Slot> slots_;
 };
 
 /// Patches, and the mean H of what arrives at each by way of surfaces and from the background: without the light of
