@@ -72,7 +72,7 @@ TEST(Radiosity, OfAWhiteFurnaceIsOneAtEveryPixel) {
 TEST(Radiosity, OfAClosedSceneIsTheEmissionOverTheAbsorptance) {
   for (const double rho : {0.0, 0.5, 0.9}) {
     Scene scene = view_from_center();
-    scene.accuracy.samples = 64;
+    scene.accuracy.samples = 16;
     scenes::add(scene, Sphere{{0, 0, 0}, 3}, gray_wall(rho, 1));
     scenes::add(scene, Sphere{{0.4, 2, 0.2}, 0.5}, gray_wall(rho, 1));
     const double truth = 1 / (1 - rho);

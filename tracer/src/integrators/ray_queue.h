@@ -50,7 +50,8 @@ struct PathState {
   double weight = 0;
   /// Density of the direction of a diffuse ray, per solid angle, if emitters are sampled as well; else 0.
   double density = 0;
-  /// For a ray toward an emitter, which brings the emission of this primitive alone; no hit: that of the sky.
+  /// For a ray toward an emitter, which brings the emission of this primitive alone; no hit: that of the sky. With a
+  /// density: that of every emitter which is sampled.
   PrimitiveRef emitter{};
 };
 

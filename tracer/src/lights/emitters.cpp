@@ -105,6 +105,17 @@ double area_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
   return bounding_sphere(geometry, primitive).area();
 }
 
+void include(Bounds& bounds, const GeometrySet& geometry, const PrimitiveRef& primitive) {
+  if (const auto flat = flat_shape(geometry, primitive)) {
+    for (const Vec3& corner : {flat->origin, flat->origin + flat->u, flat->origin + flat->v}) bounds.include(corner);
+    if (!flat->disc) return;
+    for (const Vec3& corner : {flat->origin - flat->u, flat->origin - flat->v}) bounds.include(corner);
+    return;
+  }
+  const BoundingSphere sphere = bounding_sphere(geometry, primitive);
+  bounds.include(sphere.center, {sphere.radius, sphere.radius, sphere.radius});
+}
+
 }  // namespace
 
 Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky)
@@ -132,8 +143,10 @@ Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, Sky
 
 void Emitters::add(const PrimitiveRef& primitive) {
   const double radiance = radiance_[geometry_->object_of(primitive)];
-  const double power = radiance > 0 ? radiance * area_of(*geometry_, primitive) : 0;
+  const double area = radiance > 0 ? area_of(*geometry_, primitive) : 0, power = radiance * area;
   if (!(power > 0)) return;
+  area_ += area;
+  include(bounds_, *geometry_, primitive);
   primitive_.push_back(primitive);
   power_.push_back((power_.empty() ? 0 : power_.back()) + power);
 }
@@ -169,6 +182,15 @@ double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const 
   if (const auto flat = flat_shape(*geometry_, primitive)) return share * flat->area_per_angle(from, direction);
   const BoundingSphere sphere = bounding_sphere(*geometry_, primitive);
   return share * sphere.area() * DirectionCone(sphere, from).density();
+}
+
+double Emitters::search_probability(const Vec3& from) const {
+  if (!(area_ > 0)) return 0;
+  const auto beyond = [](double x, double low, double high) { return std::max({low - x, x - high, 0.0}); };
+  const Vec3 apart{beyond(from.x, bounds_.low.x, bounds_.high.x), beyond(from.y, bounds_.low.y, bounds_.high.y),
+                   beyond(from.z, bounds_.low.z, bounds_.high.z)};
+  const double disc = pi * dot(apart, apart);
+  return area_ < disc ? area_ / disc : 1;
 }
 
 double Emitters::share_per_area(const PrimitiveRef& primitive) const {

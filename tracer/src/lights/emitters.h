@@ -10,6 +10,7 @@
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/lights/sky_table.h"
+#include "tracer/src/math/affine.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -33,7 +34,12 @@ class Emitters {
   /// Density, per solid angle, with which sample() selects this primitive and the unit direction; 0 if it never does.
   [[nodiscard]] double density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const;
 
-  /// The same of a direction to the sky.
+  /// Probability with which a diffuse ray from a point should search surfaces that glow, beside a sample of them. It is
+  /// 1 near surfaces that are large for their distance, of whose samples few count. Elsewhere it is their area over
+  /// that of a disc with the distance as radius, so that a sample brings no more than their mean radiance over it.
+  [[nodiscard]] double search_probability(const Vec3& from) const;
+
+  /// The same as density() of a direction to the sky.
   [[nodiscard]] double density_of_sky(const Vec3& direction) const {
     return sky_.empty() ? 0 : sky_share_ * sky_.density(direction);
   }
@@ -49,6 +55,8 @@ class Emitters {
   std::vector<float> radiance_;  ///< by object
   std::vector<PrimitiveRef> primitive_;
   std::vector<double> power_;  ///< sums up to each primitive
+  double area_ = 0;
+  Bounds bounds_;
   SkyTable sky_;
   double sky_share_ = 0;  ///< probability that the sky is selected
 };

@@ -29,7 +29,7 @@ struct alignas(64) ReceiverPacket {
 };
 
 /// Random choices at a hit; area lights have their number, from 1.
-enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side, patch };
+enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side, patch, search };
 
 /// Numbers in [0,1) and points in [0,1)^2 for a choice.
 void random_numbers(const RandomPacket& random, Choice choice, double* to);
@@ -86,7 +86,8 @@ class DiffuseRays {
   /// PathState::weight of the ray that hit.
   [[nodiscard]] double weight(int lane) const { return weight_[lane]; }
 
-  /// Adds a ray toward an emitter for each lane with a ray. To be called before any of them is dropped by chance.
+  /// Adds a ray toward an emitter for each lane with a ray, and one that searches emitters for some of those that end
+  /// at a patch. To be called before any of them is dropped by chance.
   void sample_emitters(const ShadingPointPacket& shading_points, RayQueue& to) {
     if (rays_.going == 0 || state_.scene.objects.emitters.empty()) return;
     PointLanes points;
@@ -94,24 +95,23 @@ class DiffuseRays {
     VecLanes direction;
     ColorLanes throughput;
     PrimitiveRef emitter[lanes];
+    double search[lanes];
     LaneMask going = 0;
     for_each_lane(rays_.going, [&](int i) {
-      const Emitters::Sample sample =
-          state_.scene.objects.emitters.sample(places_.origin[i], {points.x[i], points.y[i]});
+      const Emitters& emitters = state_.scene.objects.emitters;
+      const Emitters::Sample sample = emitters.sample(places_.origin[i], {points.x[i], points.y[i]});
       const double cosine = dot(places_.normal[i], sample.direction);
       const double own = cosine / std::numbers::pi;
-      const double found_by_ray = (at_patch_ >> i & 1) != 0 ? 0 : own;  // no ray continues from there
+      search[i] = (at_patch_ >> i & 1) != 0 ? emitters.search_probability(places_.origin[i]) : 1;
+      const double found_by_ray = search[i] * own;
       going |= lane_bit(i, cosine > 0 && dot(sample.direction, places_.outward[i]) > 0 && sample.density > 0);
       direction.set(i, sample.direction);
       throughput.set(i, rays_.throughput[i] * (own / (found_by_ray + sample.density)));
       emitter[i] = sample.primitive;
     });
-    if (going == 0) return;
-    std::size_t next = to.size();
-    to.append({places_.origin, direction, &throughput, shading_points.sample, shading_points.from, rays_.path, media_},
-              going);
-    for_each_lane(going, [&](int i) { to.set_path_state(next++, {.emitter = emitter[i]}); });
-    if (state_.template needs<&Requirements::filtered_textures>()) to.set_cone({});
+    push_emission(shading_points, direction, throughput, going, to,
+                  [&](int i) { return PathState{.emitter = emitter[i]}; });
+    if ((rays_.going & at_patch_) != 0) search_emitters(shading_points, search, to);
   }
 
   /// Applies choose_branch() to the rays of all kinds.
@@ -152,6 +152,34 @@ class DiffuseRays {
   }
 
  private:
+  template <class StateOfLane>
+  void push_emission(const ShadingPointPacket& shading_points, const VecLanes& direction, const ColorLanes& throughput,
+                     LaneMask going, RayQueue& to, const StateOfLane& state_of_lane) {
+    if (going == 0) return;
+    std::size_t next = to.size();
+    to.append({places_.origin, direction, &throughput, shading_points.sample, shading_points.from, rays_.path, media_},
+              going);
+    for_each_lane(going, [&](int i) { to.set_path_state(next++, state_of_lane(i)); });
+    if (state_.template needs<&Requirements::filtered_textures>()) to.set_cone({});
+  }
+
+  /// From lanes that end at a patch no ray continues: with these probabilities one brings the emission of emitters.
+  void search_emitters(const ShadingPointPacket& shading_points, const double* probability, RayQueue& to) {
+    double numbers[lanes], density[lanes];
+    random_numbers(random_, Choice::search, numbers);
+    LaneMask going = 0;
+    for_each_lane(rays_.going & at_patch_, [&](int i) { going |= lane_bit(i, numbers[i] < probability[i]); });
+    if (going == 0) return;
+    PointLanes points;
+    VecLanes direction;
+    ColorLanes throughput;
+    random_points(random_, Choice::direction, points);
+    going &= aim_diffuse(places_, points, direction, density);
+    for_each_lane(going, [&](int i) { throughput.set(i, rays_.throughput[i] * (1 / probability[i])); });
+    push_emission(shading_points, direction, throughput, going, to,
+                  [&](int i) { return PathState{.density = density[i] * probability[i]}; });
+  }
+
   /// Finds the patches of the lanes whose rays end there: all, or those after a diffuse bounce.
   void find_patches() {
     PointLanes beside;

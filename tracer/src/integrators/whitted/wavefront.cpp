@@ -265,25 +265,32 @@ Color Wavefront<Features>::emission_of_lane(const RayQueue& rays, int lane) cons
   return hit.emitted[lane] * (own / (own + other));
 }
 
-/// Adds the emission of emitters that are the first surface in the way of the rays toward them.
+/// Adds the emission of emitters that are the first surface in the way of the rays.
 template <class Features>
 void Wavefront<Features>::add_emission(const RayQueue& rays) {
   const HitSpan found = find_hits(rays, Coherence::incoherent);
   std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
   hit_rays.clear();
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (found.primitive[i] != rays.path_state(i).emitter) continue;
-    if (found.primitive[i].hit()) {
+    const PrimitiveRef hit = found.primitive[i];
+    const PathState& path = rays.path_state(i);
+    const auto is_sampled = [&] {  // else the light of patches includes it
+      const Emitters& emitters = state_.scene.objects.emitters;
+      return (hit.hit() ? emitters.density(hit, rays.origin(i), rays.direction(i))
+                        : emitters.density_of_sky(rays.direction(i))) > 0;
+    };
+    if (path.density > 0 ? !is_sampled() : hit != path.emitter) continue;
+    if (hit.hit()) {
       hit_rays.push_back(static_cast<std::uint32_t>(i));
     } else {
-      const Color radiance = state_.scene.background->radiance(rays.direction(i), 0);
+      const Color radiance = state_.scene.background->radiance(rays.direction(i), 0) * weight_of_sky(rays, i);
       state_.radiance[rays.sample(i)] += state_.throughput_at_hit(rays, i) * radiance;
     }
   }
   ShadingPointPacket shading_points;
   for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
     load_hits(rays, first, shading_points);
-    for (int i = 0; i < state_.hit.count; ++i) state_.radiance[shading_points.sample[i]] += state_.hit.emitted[i];
+    for (int i = 0; i < state_.hit.count; ++i) state_.radiance[shading_points.sample[i]] += emission_of_lane(rays, i);
   }
 }
 
