@@ -169,6 +169,19 @@ TEST(Radiosity, IsWithinItsClaimOfPaths) {
   EXPECT_GT(error_of(Interreflection::none), 10);
 }
 
+TEST(Radiosity, LeavesTheSamplesTheRestOfTheTargetError) {
+  Scene scene = room();
+  scene.image = {96, 96, {}};
+  scene.accuracy.adaptive = Adaptive{.target_error = 4, .time_budget_ms = {}};
+  scene.accuracy.cutoff_by_chance = true;
+  const ErrorEstimate error = rendered_with(scene, Interreflection::radiosity).error;
+  EXPECT_TRUE(error.target_met) << error.estimate;
+  EXPECT_EQ(error.limit, ErrorEstimate::Limit::target);
+  EXPECT_GT(error.approximation, 1);
+  EXPECT_LT(error.sampling, 3.3) << "samples that reach the target alone do not suffice";
+  EXPECT_NEAR(std::hypot(error.sampling, error.approximation), error.estimate, 0.2);
+}
+
 TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
   Scene scene = room();
   scene.accuracy.model = Accuracy::Model::global;

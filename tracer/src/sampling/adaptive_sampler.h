@@ -50,12 +50,11 @@ class AdaptiveSampler {
     } else if (!control_.cancelled()) {
       estimate_pilots();
     }
+    const ApproximationError approximation = measure_approximation_error();
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     control_.reach(progress_parts);
-    const DisplayTransform display = film_.display();
     Rendered rendered = finish();
-    estimate_approximation_error<T>(scene_, context_.settings, control_, display, rendered);
-    if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    approximation.count_in(rendered);
     return rendered;
   }
 
@@ -94,7 +93,31 @@ class AdaptiveSampler {
       if (deadline_.set()) update_estimate();
     });
     if (look(first_looks) == 0 && !deadline_.set()) update_estimate();
-    for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
+    refine_in_rounds();
+    if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
+    prove();
+  }
+
+  /// Measures the error of the approximations with the image so far. If samples can reach the target beside it, more of
+  /// them are taken.
+  ApproximationError measure_approximation_error() {
+    if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
+    ApproximationError measured = measure_approximation<T>(scene_, context_.settings, control_, film_.display(), mean_);
+    // The rest of the error is that of the samples so far, whatever further ones leave of it.
+    known_.approximation = std::max(0.0, measured.exact.squared_upper - known_.sampled.squared);
+    known_.fixed += known_.approximation;
+    summarize();
+    const bool refined = !film_.pixels().empty() && (target_.target_error || target_.tile_error);
+    if (refined && !target_reached() && goal_.leaves_room(known_)) {
+      refine_in_rounds();
+      prove();
+    }
+    return measured;
+  }
+
+  void refine_in_rounds() {
+    known_.rounds_before = round_;
+    for (++round_; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
       look_before_samples();
       const bool enough = round_ > 1 || target_.samples_min == 1;
       if (enough && target_reached() && !any_unsafe(film_.pixels(), goal_.bound_max())) {
@@ -115,8 +138,6 @@ class AdaptiveSampler {
       deadline_.measure_rate(pool_.statistics().samples);
       deadline_.reserve_time_for([&] { update_estimate(); });
     }
-    if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
-    prove();
   }
 
   /// Takes `count` looks or as many as there is time for. Returns their number.
@@ -148,6 +169,8 @@ class AdaptiveSampler {
 
   /// Takes looks while they lower the estimate for less than samples do.
   void look_before_samples() {
+    // Most of the estimate is what few looks cannot exclude.
+    const auto mostly_unseen = [&] { return 2 * known_.unseen > known_.sampled.squared_upper; };
     while (deadline_.set() && mostly_unseen() && looks_are_few() && look(looks_min - looks_.count()) > 0) continue;
     if (round_ == 1) return;
     if (goal_.is_large(known_.unseen)) look(looks_min - looks_.count());
@@ -156,9 +179,6 @@ class AdaptiveSampler {
 
   /// True if looks have taken less than half of all samples.
   [[nodiscard]] bool looks_are_few() const { return 2 * look_tracer_.samples() < pool_.statistics().samples; }
-
-  /// True if most of the estimate is what few looks cannot exclude.
-  [[nodiscard]] bool mostly_unseen() const { return 2 * known_.unseen > known_.sampled.squared_upper; }
 
   /// Number of further looks at an image whose estimate reaches the target: until that is proven.
   [[nodiscard]] std::size_t looks_wanted() const {
@@ -228,7 +248,7 @@ class AdaptiveSampler {
   void measure_fixed_parts(const DisplayTransform& display) {
     known_.omitted = film_.omitted_error(display);
     known_.tone = scene_.output.overflow == Output::Overflow::scale ? film_.tone_error() : 0;
-    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.tone;
+    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.tone + known_.approximation;
     if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
   }
 
@@ -242,7 +262,9 @@ class AdaptiveSampler {
   }
 
   void summarize() {
-    error_ = error_estimate({known_.sampled, known_.omitted, known_.tone, known_.proven}, film_.size());
+    error_ = error_estimate({known_.sampled, known_.omitted, known_.tone, known_.approximation, known_.proven},
+                            film_.size());
+    if (scene_.accuracy.approximate.any()) error_.proven = std::numeric_limits<double>::infinity();
     error_.target = target_.target_error;
     error_.tile_target = target_.tile_error;
     error_.worst_tile = std::hypot(known_.worst_tile, std::sqrt(known_.fixed / goal_.channels()));
@@ -269,7 +291,7 @@ class AdaptiveSampler {
     if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    goal.squared_error = goal_.of_round(known_, predicted, round_);
+    goal.squared_error = goal_.of_round(known_, predicted, round_ - known_.rounds_before);
     return goal;
   }
 

@@ -350,7 +350,8 @@ ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   error.depth = root(parts.omitted.depth);
   error.cutoff = root(parts.omitted.cutoff);
   error.tone = root(parts.tone);
-  const double fixed = parts.omitted.both + parts.tone;
+  error.approximation = root(parts.approximation);
+  const double fixed = parts.omitted.both + parts.tone + parts.approximation;
   error.estimate = root(std::min(parts.sampled.squared_upper, parts.proven) + fixed);
   error.proven = root(parts.proven + fixed);
   return error;

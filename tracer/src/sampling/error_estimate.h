@@ -166,7 +166,8 @@ struct OmittedError {
 struct ErrorParts {
   SampledError sampled;
   OmittedError omitted;
-  double tone = 0;                                          ///< see tone_error.h
+  double tone = 0;  ///< see tone_error.h
+  double approximation = 0;
   double proven = std::numeric_limits<double>::infinity();  ///< bound of the sampled part
 };
 
@@ -175,12 +176,14 @@ struct KnownErrors {
   SampledError sampled;
   OmittedError omitted;
   double tone = 0;
+  double approximation = 0;
   double fixed = 0;                  ///< everything that samples cannot lower
   double unseen = 0, uncertain = 0;  ///< looks may lower them; `uncertain` is due to the variance of looks
   double proven = std::numeric_limits<double>::infinity();
   double worst_tile = 0;  ///< levels, without the fixed parts
   double first = 0;       ///< estimate before the first round, in levels
   double certified_share = 0;
+  std::uint32_t rounds_before = 0;  ///< those before the approximations were measured
 };
 
 /// Roots of the means over `pixels` and channels, at the stated confidence.

@@ -30,6 +30,8 @@ class ErrorGoal {
   /// Bound of open pixels that are cheaper to refine than to validate: to prove that pixels with a sum of bounds B have
   /// errors of at most E takes 3 B / E looks.
   [[nodiscard]] double bound_max() const { return proven() * refined_half / (3.0 * look_half); }
+  /// True if samples may reach the target beside what they cannot lower.
+  [[nodiscard]] bool leaves_room(const KnownErrors& known) const { return known.fixed < 0.9 * squared(); }
   /// True if looks should lower a part of this size before samples lower others: that costs less.
   [[nodiscard]] bool is_large(double error) const { return error > 0.05 * squared(); }
   /// Error that the next round shall leave to samples, in the sum of the predicted errors of the pixels, which is now
@@ -39,7 +41,7 @@ class ErrorGoal {
     constexpr double step = 2, step_max = 4;
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
     double left = squared() - known.fixed;
-    if (!(left > 0.1 * squared())) left = known.fixed;
+    if (!leaves_room(known)) left = known.fixed;
     const auto& [mean, upper] = known.sampled;
     if (upper > step_max * left) left *= step;
     // Margins for the uncertainty of the estimate and for predictions that were too low.

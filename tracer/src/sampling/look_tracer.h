@@ -52,19 +52,29 @@ class LookTracer {
   std::uint64_t samples_ = 0;
 };
 
-/// Adds the error of the scene's approximations to the estimate: the part of the error against exact samples that the
-/// estimate does not explain yet. Pixels are drawn by the distance from their value to the ends of the interval of the
-/// exact image, so that a shadow that is left out is found, however small it is.
+/// Error of an image with approximations against exact samples of some of its pixels.
+struct ApproximationError {
+  SampledError exact;  ///< the whole error of the image
+  std::size_t looks = 0;
+  RenderStatistics statistics;
+  void count_in(Rendered& rendered) const {
+    add(rendered.statistics, statistics);
+    rendered.error.looks += looks;
+  }
+};
+
+/// Measures it, if the scene has approximations. Pixels are drawn by the distance from their value to the ends of the
+/// interval of the exact image, so that a shadow that is left out is found, however small it is. `value`: the image's
+/// pixel at a place.
 template <Tracer T>
-void estimate_approximation_error(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
-                                  const DisplayTransform& display, Rendered& rendered) {
-  if (!scene.accuracy.approximate.any()) return;
+ApproximationError measure_approximation(const CompiledScene& scene, const RenderSettings& settings,
+                                         RenderControl& control, const DisplayTransform& display,
+                                         const std::function<Color(std::size_t)>& value) {
+  if (!scene.accuracy.approximate.any()) return {};
   const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
     for_each_tile(count, settings.threads, work);
   };
-  const std::vector<float>& rgb = rendered.image.rgb;
-  const std::size_t pixels = rgb.size() / 3;
-  const auto value = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
+  const std::size_t pixels = scene.image.window().pixels();
   const std::vector<RadianceInterval> intervals = T::bounds(scene, {}, in_parallel, control);
   std::vector<float> bounds(pixels, 1.0F);
   for (std::size_t i = 0; i < intervals.size(); ++i)
@@ -76,11 +86,9 @@ void estimate_approximation_error(const CompiledScene& scene, const RenderSettin
   SummedErrors sum;
   for (std::size_t i = 0; i < errors.size(); ++i)
     sum.add(errors[i].squared * draws.looks[i].weight / static_cast<double>(draws.looks.size()));
-  add(rendered.statistics, pool.statistics());
-  rendered.statistics.holdout_samples += exact.samples();
-  add_approximation(rendered.error, sum.estimated(), pixels);
-  rendered.error.looks += draws.looks.size();
-  rendered.error.target_met = targets_reached(rendered.error);
+  ApproximationError measured{sum.estimated(), draws.looks.size(), pool.statistics()};
+  measured.statistics.holdout_samples += exact.samples();
+  return measured;
 }
 
 }  // namespace tracer

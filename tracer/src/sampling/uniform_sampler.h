@@ -43,7 +43,7 @@ class UniformSampler {
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
     rendered.error = estimate(image, context);
     rendered.image = std::move(image);
-    estimate_approximation_error<T>(scene_, settings_, control_, context.display, rendered);
+    if (scene_.accuracy.approximate.any()) add_approximation_error(context.display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -51,6 +51,15 @@ class UniformSampler {
  private:
   /// At most about one feature for 512 samples, so that they take little time.
   static constexpr std::size_t samples_per_feature = 512, features_min = 4;
+
+  void add_approximation_error(const DisplayTransform& display, Rendered& rendered) {
+    const std::vector<float>& rgb = rendered.image.rgb;
+    const auto value = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
+    const ApproximationError measured = measure_approximation<T>(scene_, settings_, control_, display, value);
+    measured.count_in(rendered);
+    add_approximation(rendered.error, measured.exact, rgb.size() / 3);
+    rendered.error.target_met = targets_reached(rendered.error);
+  }
 
   void trace() {
     const PreviewTiles::Open open(preview_);
