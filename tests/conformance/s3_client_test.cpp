@@ -257,13 +257,13 @@ TEST_F(S3ClientTest, NamesTheBucketInTheHostOrThePath) {
   const auto url = [&](const std::string& endpoint, bool path_style) {
     settings.endpoint = endpoint;
     settings.path_style = path_style;
-    settings.location = {"images", "farm/"};
+    settings.location = {"images", "frames/"};
     const std::string whole = S3Client(settings).presigned_url("key", std::chrono::seconds(1), 0);
     return whole.substr(0, whole.find('?'));
   };
-  EXPECT_EQ(url("", false), "https://images.s3.us-east-1.amazonaws.com/farm/key");
-  EXPECT_EQ(url("https://store:9000", false), "https://images.store:9000/farm/key");
-  EXPECT_EQ(url("https://store:9000", true), "https://store:9000/images/farm/key");
+  EXPECT_EQ(url("", false), "https://images.s3.us-east-1.amazonaws.com/frames/key");
+  EXPECT_EQ(url("https://store:9000", false), "https://images.store:9000/frames/key");
+  EXPECT_EQ(url("https://store:9000", true), "https://store:9000/images/frames/key");
 }
 
 TEST_F(S3ClientTest, ServesManyThreads) {
@@ -288,7 +288,7 @@ TEST(S3Location, ReadsTheUriOfABucket) {
   };
   EXPECT_EQ(text("s3://images"), "images ");
   EXPECT_EQ(text("s3://images/"), "images ");
-  EXPECT_EQ(text("s3://my.images-2/farm/a"), "my.images-2 farm/a/");
+  EXPECT_EQ(text("s3://my.images-2/frames/a"), "my.images-2 frames/a/");
   for (const char* uri : {"s3://", "s3://ab", "s3:/images", "images", "s3://Images", "s3://images//a",
                           "s3://images/../a", "s3://images/a b", "s3://images/a?b", "s3://images/%41", "s3://im:9000/a",
                           "s3://images/a/.", "s3://user@images"})
