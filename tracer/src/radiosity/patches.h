@@ -3,10 +3,10 @@
 /// of the surfaces, so that every shape has them. A cell extends over two axes of space, those across which the surface
 /// faces, and twice as far along the third, so that flat surfaces at any place are cut into squares or parallelograms.
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "tracer/compile.h"
@@ -27,11 +27,9 @@ class PatchGrid {
   /// is their count before; `none` if that is `patches_max`. Throws std::bad_alloc.
   std::uint32_t insert(std::uint32_t object, const Vec3& position, const Vec3& normal,
                        std::uint32_t patches_max = none) {
-    if (slots_.size() < 2 * (size_ + 1)) grow();
     const std::uint64_t hash = key(object, position, normal);
-    Slot& slot = slots_[place_of(hash)];
-    if (slot.patch == none && size_ < patches_max) slot = {hash, static_cast<std::uint32_t>(size_++)};
-    return slot.patch;
+    if (patches_.size() >= patches_max) return find(hash);
+    return patches_.emplace(hash, static_cast<std::uint32_t>(patches_.size())).first->second;
   }
 
   /// Patch of a place up to half a cell beside this one in the tangent plane, by `xi` uniform in [0,1)^2, so that
@@ -39,25 +37,21 @@ class PatchGrid {
   /// the one on the other side of it.
   [[nodiscard]] std::uint32_t find(std::uint32_t object, const Vec3& position, const Vec3& normal,
                                    const Vec2& xi) const {
-    if (size_ == 0) return none;
     for (const double side : {1.0, 0.0, -1.0}) {
       const Vec3 beside = moved(position, normal, side * (xi.x - 0.5), side * (xi.y - 0.5));
-      const std::uint32_t patch = slots_[place_of(key(object, beside, normal))].patch;
+      const std::uint32_t patch = find(key(object, beside, normal));
       if (patch != none) return patch;
     }
     return none;
   }
 
-  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t size() const { return patches_.size(); }
   [[nodiscard]] double side() const { return side_; }
-  [[nodiscard]] std::uint64_t memory_bytes() const { return slots_.capacity() * sizeof(Slot); }
+  [[nodiscard]] std::uint64_t memory_bytes() const {
+    return patches_.bucket_count() * sizeof(void*) + patches_.size() * 4 * sizeof(std::uint64_t);
+  }
 
  private:
-  struct Slot {
-    std::uint64_t hash = 0;
-    std::uint32_t patch = none;
-  };
-
   static std::size_t index(int axis) { return static_cast<std::size_t>(axis); }
   static std::array<double, 3> array(const Vec3& v) { return {v.x, v.y, v.z}; }
 
@@ -93,24 +87,13 @@ class PatchGrid {
     return hash;
   }
 
-  /// The slot with this hash, or the empty one for it: linear probing, which half of the slots leave short.
-  [[nodiscard]] std::size_t place_of(std::uint64_t hash) const {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t place = hash & mask;
-    while (slots_[place].patch != none && slots_[place].hash != hash) place = (place + 1) & mask;
-    return place;
-  }
-
-  void grow() {
-    std::vector<Slot> old(std::max<std::size_t>(64, 2 * slots_.size()));
-    old.swap(slots_);
-    for (const Slot& slot : old)
-      if (slot.patch != none) slots_[place_of(slot.hash)] = slot;
+  [[nodiscard]] std::uint32_t find(std::uint64_t hash) const {
+    const auto found = patches_.find(hash);
+    return found == patches_.end() ? none : found->second;
   }
 
   double side_ = 1;
-  std::size_t size_ = 0;
-  std::vector<Slot> slots_;
+  std::unordered_map<std::uint64_t, std::uint32_t> patches_;
 };
 
 /// Patches, and the mean H of what arrives at each by way of surfaces and from the background: without the light of
