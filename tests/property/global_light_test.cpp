@@ -133,6 +133,35 @@ TEST(GlobalLight, ComesThroughALeafFromItsOtherSide) {
   expect_mean(radiance(scene), square_factor * 5 * 0.4, "lamp behind a leaf");
 }
 
+/// Two squares of different areas and reflectances before the walls of a closed room, behind each other's shadow: a
+/// ball is between them. Only the given one glows, and the image is the whole of the other one, from straight before
+/// it.
+Scene room_of_two_squares(bool first_glows) {
+  constexpr double gap = 1e-4, half[] = {0.3, 0.2}, rho[] = {0.3, 0.7};
+  Scene scene = view_of({}, {}, 1024);
+  scenes::add(scene, Box{{-1, -1, -1}, {1, 1, 1}}, surface(0.6));
+  scenes::add(scene, Sphere{{0.2, 0.1, -0.3}, 0.4}, surface(0.4));
+  scenes::add(scene, square(-half[0], half[0], gap - 1), surface(rho[0], first_glows ? 1 : 0));
+  scenes::add(scene, square(-half[1], half[1], 0), surface(rho[1], first_glows ? 0 : 1));
+  scene.objects.back().transform = Transform{{{{0, 0, 1, 1 - gap}, {1, 0, 0, 0.3}, {0, 1, 0, 0.2}}}};
+  scene.camera.type = Camera::Type::orthographic;
+  scene.camera.position = first_glows ? Vec3{0.9, 0.3, 0.2} : Vec3{0, 0, -0.9};
+  scene.camera.look_at = first_glows ? Vec3{1, 0.3, 0.2} : Vec3{0, 0, -1};
+  scene.camera.up = first_glows ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
+  scene.camera.height = 2 * half[first_glows ? 1 : 0];
+  return scene;
+}
+
+TEST(GlobalLight, FromASmallSquareToAnotherIsThatOfTheWayBack) {
+  // With E on one of two diffuse surfaces i and j alone, A_i B_i / rho_i = A_j B_j / rho_j: the transport of radiosity
+  // is symmetric after division by the reflectance (A_i F_ij = A_j F_ji, in every power of the transport).
+  const Mean second = radiance(room_of_two_squares(true)), first = radiance(room_of_two_squares(false));
+  const double there = second.value * 0.2 * 0.2 / 0.7, back = first.value * 0.3 * 0.3 / 0.3;
+  const double error = std::hypot(second.error * 0.2 * 0.2 / 0.7, first.error * 0.3 * 0.3 / 0.3);
+  EXPECT_LE(error, 0.005 * there);
+  EXPECT_LE(std::abs(there - back), 4 * error) << there << " and " << back << " +- " << error;
+}
+
 TEST(GlobalLight, OfLightsEmissionAndSkyIsTheirSum) {
   Scene scene = view_of({0.3, 0, 0}, {0, -4, 2}, 1024);
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(0.6));
