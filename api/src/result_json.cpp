@@ -77,7 +77,7 @@ Json accuracy_json(const tracer::Accuracy& accuracy) {
     if (adaptive.samples_min != usual_adaptive.samples_min || adaptive.samples_max != usual_adaptive.samples_max)
       json["samples"] = {adaptive.samples_min, adaptive.samples_max};
   }
-  if (accuracy.max_depth != tracer::default_max_depth(accuracy.adaptive.has_value()))
+  if (accuracy.max_depth != tracer::default_max_depth(accuracy.adaptive.has_value(), accuracy.cutoff))
     json["max_depth"] = accuracy.max_depth;
   // Without the field, adaptive sampling ends rays by Russian roulette.
   if (accuracy.cutoff != usual.cutoff || accuracy.cutoff_by_chance != accuracy.adaptive.has_value())

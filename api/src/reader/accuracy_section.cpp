@@ -155,7 +155,8 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
                                      reading.scene().image.window().pixels(), tracer::Limits{}.samples_times_pixels);
   }
   accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
-  if (!requested.max_depth) accuracy.max_depth = tracer::default_max_depth(accuracy.adaptive.has_value());
+  if (!requested.max_depth)
+    accuracy.max_depth = tracer::default_max_depth(accuracy.adaptive.has_value(), accuracy.cutoff);
 }
 
 }  // namespace api
