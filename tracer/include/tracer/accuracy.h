@@ -120,7 +120,7 @@ struct Accuracy {
 /// Default depth of a document. With adaptive sampling, Russian roulette ends paths and the depth is a safety net: a
 /// path between two mirrors of 95 % reaches it with probability 0.95^(1000 - 135) = 5e-20 (135 bounces to the default
 /// cutoff, then survival by 0.95 at each), one of 99 % with 4 %. It bounds the work between mirrors of 100 %, which
-/// never ends. With a cutoff of 0 nothing else ends the rays of glass, which branch: the depth is that of exact samples.
+/// never ends. With a cutoff of 0 nothing else ends the branches of rays in glass: the depth is that of exact samples.
 constexpr std::uint32_t default_max_depth(bool adaptive, double cutoff = Accuracy().cutoff) {
   return adaptive && cutoff > 0 ? 1000 : Accuracy().max_depth;
 }
