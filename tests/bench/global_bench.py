@@ -2,7 +2,7 @@
 """Time to an image of the rendering equation with a given error: Whittle by paths, by radiosity and by gathering, Blender's
 Cycles, and POV-Ray with its radiosity.
 
-    tests/bench/global_bench.py [--size 512x512] [--rounds 1] [--points FILE]
+    tests/bench/global_bench.py [PROGRAM ...] [--size 512x512] [--rounds 1] [--points FILE]
 
 The scene is scenes/cornell_box.json. The error of every image is its distance to the rendering equation: the root of the
 mean of (image - a)(image - b) for two independent images a and b by paths (peers/sweeps.py). Cycles solves the same
@@ -10,7 +10,8 @@ equation: the distance of its limit to theirs is printed, found from two indepen
 a limit of its own, which is part of its error. Every program uses all processors. Seconds are those of the process without
 those of an image of 16 x 16 pixels, which has no patches: these are part of the time. `claim` is the error that Whittle
 states in its report.
-Programs that are not installed are left out.
+PROGRAM is a word of the names in the table, such as `radiosity` or `cycles`; by default all of them run. Programs that are
+not installed are left out.
 """
 import argparse
 import json
@@ -118,15 +119,15 @@ def images_without_bias(program, settings):
     return [sweeps.levels(program.run(setting)) for setting in settings]
 
 
-def available(scene, directory):
-    found = [Program("whittle paths", Whittle, EXACT, scene, directory)]
-    found += [Program(f"whittle {by}", Whittle, curves, scene, directory, EXACT[0][0])
-              for by, curves in BY_PATCHES.items()]
+def programs_to_run(words, scene, directory):
+    known = [("whittle paths", Whittle, EXACT, None)]
+    known += [(f"whittle {by}", Whittle, curves, EXACT[0][0]) for by, curves in BY_PATCHES.items()]
     if shutil.which("blender"):
-        found.append(Program("cycles", Cycles, CYCLES, scene, directory))
+        known.append(("cycles", Cycles, CYCLES, None))
     if shutil.which("povray"):
-        found.append(Program("povray radiosity", Radiosity, [[setting] for setting in povray_radiosity.SETTINGS], scene, directory))
-    return found
+        known.append(("povray radiosity", Radiosity, [[setting] for setting in povray_radiosity.SETTINGS], None))
+    return [Program(name, program, curves, scene, directory, idle) for name, program, curves, idle in known
+            if not words or set(words) & set(name.split())]
 
 
 def table(found):
@@ -147,6 +148,7 @@ def distance_of_limits(a, b):
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("programs", nargs="*", metavar="PROGRAM")
     parser.add_argument("--size", default="512x512")
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--points", type=pathlib.Path, metavar="FILE", help="all points as JSON")
@@ -159,8 +161,9 @@ def main():
     scene = {**json.loads(SCENE.read_text()), "image": {"width": width, "height": height}}
     print(f"{THREADS} processors, load {os.getloadavg()[0]:.1f}; {SCENE.stem}, {width} x {height} pixels")
     with tempfile.TemporaryDirectory() as temporary:
-        found = available(scene, pathlib.Path(temporary).resolve())
-        references = images_without_bias(found[0].program, REFERENCES)
+        directory = pathlib.Path(temporary).resolve()
+        found = programs_to_run(options.programs, scene, directory)
+        references = images_without_bias(Whittle(scene, directory), REFERENCES)
         for program in found:
             if program.name == "cycles":
                 theirs = images_without_bias(program.program, CYCLES_REFERENCES)
