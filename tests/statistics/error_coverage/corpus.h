@@ -21,6 +21,7 @@ enum class SettingGroup {
   bounds,          ///< with the default depth and cutoff
   files,           ///< target errors, compared with the decoded files
   tiles,           ///< target errors, also of the worst tile
+  noisy_tiles,     ///< the same with larger targets: small ones take thousands of samples in every pixel
 };
 
 struct CorpusScene {
@@ -29,6 +30,11 @@ struct CorpusScene {
   /// Linear radiance of the converged image; unset: it is estimated by two reference images.
   std::optional<tracer::Image> exact{};
 };
+
+/// True if the worst tile is measured as well.
+constexpr bool measures_tiles(SettingGroup group) {
+  return group == SettingGroup::tiles || group == SettingGroup::noisy_tiles;
+}
 
 /// A scene for any canvas; `random` places its features.
 struct CorpusEntry {

@@ -181,7 +181,8 @@ class Table {
  private:
   /// All sizes; 1280 x 720 for the first entry of a family only.
   void run_sizes(const CorpusEntry& entry, bool first) {
-    const bool slow = !entry.exact || entry.settings == SettingGroup::bounds;
+    const bool slow =
+        !entry.exact || entry.settings == SettingGroup::bounds || entry.settings == SettingGroup::noisy_tiles;
     const std::vector<Setting> settings = settings_of(entry.settings, options_.extended);
     const std::uint32_t fewer = entry.family == "examples" ? 1 : (options_.placements + 1) / 2;
     run_entry(entry, {160, 120}, slow ? fewer : options_.placements, settings);

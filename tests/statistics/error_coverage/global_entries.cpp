@@ -341,18 +341,18 @@ std::vector<CorpusEntry> global_entries() {
   return {
       {family, "large sphere", tiles, [](Canvas c, Random& r) { return sphere_lamp(c, r, 0.5); }},
       {family, "small sphere", tiles, [](Canvas c, Random& r) { return sphere_lamp(c, r, 0.01); }},
-      {family, "furnace", tiles, [](Canvas c, Random& r) { return furnace(c, r, 0.4); }},
+      {family, "furnace", noisy_tiles, [](Canvas c, Random& r) { return furnace(c, r, 0.4); }},
       {family, "bright furnace", targets, [](Canvas c, Random& r) { return furnace(c, r, 0.1); }, true, true},
       {family, "furnace of 0.99", targets, [](Canvas c, Random& r) { return furnace(c, r, 0.01); }, true, true},
-      {family, "half of the sky", tiles, half_sky},
+      {family, "half of the sky", noisy_tiles, half_sky},
       {family, "colors 10,000 apart", tiles,
        [](Canvas c, Random& r) {
          return sphere_lamp(c, r, 0.5, {0.9, 9e-3, 9e-5});
        }},
       {family, "low lamp", tiles, low_lamp},
-      {family, "lamp and its mirror image", tiles, mirrored_lamp},
-      {family, "lamp behind a pane", tiles, lamp_behind_pane},
-      {family, "sky through a hole", tiles, hole},
+      {family, "lamp and its mirror image", noisy_tiles, mirrored_lamp},
+      {family, "lamp behind a pane", noisy_tiles, lamp_behind_pane},
+      {family, "sky through a hole", noisy_tiles, hole},
       {family, "lamp in a mirror alone", targets, hidden_lamp, true, true},
       {family, "81 lamps", tiles, many_lamps},
       {family, "lamp of 800 triangles", tiles, mesh_lamp},

@@ -105,6 +105,10 @@ std::vector<Setting> settings_of(SettingGroup group, bool extended) {
     case SettingGroup::tiles:
       add_targets({4, 2, 1});
       break;
+    case SettingGroup::noisy_tiles:
+      add_targets({16, 8, 4});
+      if (extended) add_targets({2, 1});
+      break;
     case SettingGroup::bounds:
       add_targets({4});
       add_samples({4, 16});
@@ -131,7 +135,7 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, 
   Scene scene = scene_.scene;
   scene.accuracy = accuracy_of(setting, scene_.scene.accuracy.approximate, seed);
   scene.accuracy.model = scene_.scene.accuracy.model;
-  if (entry_.settings == SettingGroup::tiles) scene.output.layers = {Layer::error};
+  if (measures_tiles(entry_.settings)) scene.output.layers = {Layer::error};
   const Rendered rendered = render_scene(scene, scene_.assets, threads_, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};
   trial.claimed = rendered.error.estimate;
@@ -144,7 +148,7 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, 
       static_cast<double>(rendered.statistics.samples) / static_cast<double>(scene.image.window().pixels());
   if (entry_.settings == SettingGroup::files) return file_trials(rendered, trial);
   std::vector<Trial> trials{trial};
-  if (entry_.settings == SettingGroup::tiles) {
+  if (measures_tiles(entry_.settings)) {
     trial.scene += ", worst tile";
     trial.target.reset();
     trial.proven = std::numeric_limits<double>::infinity();

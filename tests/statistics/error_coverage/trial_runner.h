@@ -31,7 +31,7 @@ class TrialRunner {
   /// Throws std::runtime_error if the scene cannot be rendered. References must outlive it.
   TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, const ReferenceOptions& options);
 
-  /// The trials of one render: of the image, and with the groups `files` and `tiles` of each file or of the worst tile.
+  /// The trials of one render: of the image, and with `files` of each file, with measures_tiles() of the worst tile.
   std::vector<Trial> run(const Setting& setting, std::uint64_t seed, Renderer renderer = tracer::render) const;
 
  private:
