@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "tests/support/scenes.h"
 #include "tracer/compare.h"
@@ -66,6 +67,66 @@ TEST(MirrorHall, IsChargedTheRestOfTheSeriesAtALowerDepth) {
   EXPECT_FLOAT_EQ(rendered.image.rgb[0], static_cast<float>(hall.whole - rest));
   EXPECT_NEAR(rendered.error.depth, level_of(hall.whole) - level_of(hall.whole - rest), 2e-3);
   EXPECT_FALSE(rendered.error.target_met);
+}
+
+/// The charge for depth of a hall with a lamp of that height, below its floor or above.
+double charge_with_lamp(double height, const std::function<void(Scene&)>& change = {}) {
+  Scene scene = mirror_hall(0.95, 0.5).scene;
+  scene.accuracy.max_depth = 64;
+  scene.accuracy.samples = 4;
+  if (!std::isnan(height)) scenes::add(scene, Sphere{{5, height, 0}, 1}, scenes::glowing({4, 4, 4}));
+  if (change) change(scene);
+  return scenes::render(scene).error.depth;
+}
+
+TEST(MirrorHall, IsNotChargedALampBehindAWall) {
+  const double without = charge_with_lamp(std::nan(""));
+  EXPECT_GT(without, 0);
+  for (const double height : {-2.0, 8.0, -20.0}) EXPECT_DOUBLE_EQ(charge_with_lamp(height), without) << height;
+}
+
+/// True if a lamp of that height is in the charge for depth.
+bool charges_lamp(double height, const std::function<void(Scene&)>& change = {}) {
+  return charge_with_lamp(height, change) > 1.5 * charge_with_lamp(std::nan(""), change);
+}
+
+TEST(MirrorHall, IsChargedALampThatAPathMayReach) {
+  const double below = -10;
+  EXPECT_FALSE(charges_lamp(below));
+  EXPECT_TRUE(charges_lamp(4));
+  EXPECT_TRUE(charges_lamp(-0.5)) << "a part of the lamp is above the floor";
+  EXPECT_TRUE(charges_lamp(below, [](Scene& scene) { scene.materials[0].transmission = 0.01; }));
+  EXPECT_TRUE(charges_lamp(below, [](Scene& scene) { scene.materials[0].opacity = Color{0.98, 0.98, 0.98}; }));
+  EXPECT_TRUE(charges_lamp(below, [](Scene& scene) {  // paths, which may have shadow rays toward any lamp
+    scene.accuracy.model = Accuracy::Model::global;
+    scenes::add(scene, Sphere{{-3, 3, 0}, 1}, scenes::matte({0.5, 0.5, 0.5}));
+  }));
+  EXPECT_TRUE(charges_lamp(below, [](Scene& scene) {  // turned normals may reflect through a wall
+    scene.textures.emplace_back().pattern = NoiseTexture{};
+    scene.materials[0].bump = Bump{{0}, 0.1};
+  }));
+}
+
+TEST(MirrorHall, IsChargedALampIfARayStartsOnItsSide) {
+  const auto charges = [](auto change) {
+    return charges_lamp(-10, [=](Scene& scene) {
+      scene.camera.position = {0, 2, 0};
+      scene.camera.look_at = {3, 1, 0};
+      scene.camera.up = {0, 1, 0};
+      change(scene.camera);
+    });
+  };
+  EXPECT_FALSE(charges([](Camera&) {}));
+  EXPECT_TRUE(charges([](Camera& camera) { camera.aperture = 5; }));
+  EXPECT_TRUE(charges([](Camera& camera) {
+    camera.type = Camera::Type::orthographic;
+    camera.height = 5;
+  }));
+  EXPECT_TRUE(charges([](Camera& camera) {
+    camera.up = {0, 0, 1};
+    camera.layout = Camera::Layout::anaglyph;
+    camera.eye_separation = 5;
+  }));
 }
 
 TEST(MirrorHall, EndsAtTheDefaultDepthBetweenPerfectMirrors) {

@@ -1,7 +1,9 @@
 #include "tracer/src/certify/box_tree.h"
 
+#include <ranges>
 #include <span>
 
+#include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/rounding.h"
 #include "tracer/src/shapes/shape_registry.h"
@@ -36,10 +38,15 @@ Bounds bounds_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
   return {box.low - Vec3{slack, slack, slack}, box.high + Vec3{slack, slack, slack}};
 }
 
-void BoxTree::add(const GeometrySet& geometry, std::uint32_t first, std::size_t sets, const auto& count_of) {
-  for (std::size_t set = 0; set < sets; ++set)
-    for (std::uint32_t i = 0; i < count_of(set); ++i) {
-      const PrimitiveRef primitive{first + static_cast<std::uint32_t>(set), i};
+BoxTree::BoxTree(const GeometrySet& geometry, const RenderControl& control) {
+  const auto finite = std::views::iota(0u, geometry.plane_geometry());
+  std::size_t count = 0;
+  for (const std::uint32_t number : finite) count += primitive_count(geometry, number);
+  items_.reserve(count);
+  primitives_.reserve(count);
+  for (const std::uint32_t number : finite)
+    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
+      const PrimitiveRef primitive{number, i};
       const Bounds box = bounds_of(geometry, primitive);
       items_.push_back({{rounded_down(box.low.x), rounded_down(box.low.y), rounded_down(box.low.z)},
                         {rounded_up(box.high.x), rounded_up(box.high.y), rounded_up(box.high.z)},
@@ -47,20 +54,6 @@ void BoxTree::add(const GeometrySet& geometry, std::uint32_t first, std::size_t 
       primitives_.push_back(primitive);
       reach_ = std::max({reach_, largest_component(box.low), largest_component(box.high)});
     }
-}
-
-BoxTree::BoxTree(const GeometrySet& geometry, const RenderControl& control) {
-  std::size_t count = 0;
-  for (const SphereGeometry& spheres : geometry.spheres) count += spheres.x.size();
-  for (const TriangleGeometry& mesh : geometry.triangles) count += mesh.triangles.size();
-  for (const QuadricGeometry& set : geometry.quadrics) count += set.quadrics.size();
-  items_.reserve(count);
-  primitives_.reserve(count);
-  add(geometry, 0, geometry.spheres.size(), [&](std::size_t set) { return geometry.spheres[set].x.size(); });
-  add(geometry, geometry.first_triangles(), geometry.triangles.size(),
-      [&](std::size_t set) { return geometry.triangles[set].triangles.size(); });
-  add(geometry, geometry.first_quadrics(), geometry.quadrics.size(),
-      [&](std::size_t set) { return geometry.quadrics[set].quadrics.size(); });
   nodes_.reserve(count / (width - 1) + 1);
   if (!items_.empty()) build(items_.data(), items_.data() + items_.size(), control);
   items_ = {};

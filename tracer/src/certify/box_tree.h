@@ -41,7 +41,6 @@ class BoxTree {
     float low[3], high[3];
     std::uint32_t number;
   };
-  void add(const GeometrySet& geometry, std::uint32_t first, std::size_t sets, const auto& count_of);
   std::uint32_t build(Item* first, Item* last, const RenderControl& control);
   void set_child(std::uint32_t node, std::uint32_t child, const Item* first, const Item* last);
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <set>
 
+#include "tracer/src/accel/primitive_count.h"
+#include "tracer/src/certify/box_tree.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -52,17 +54,53 @@ double local_radiance_bound(const CompiledScene& scene, const Material& material
          (lit > 0 && lights > 0 ? lights * lit : 0);
 }
 
+/// The part of space that no path leaves, because opaque planes enclose it. A plane reflects to the side that light
+/// comes from, unless a texture turns its normal. Everything under global light, where shadow rays find emitters.
+ConvexRegion reachable_region(const CompiledScene& scene) {
+  ConvexRegion region;
+  const bool one_origin = scene.camera.eyes() == 1 && !scene.camera.has_parallel_rays() && !scene.needs.lens;
+  if (!one_origin || scene.needs.global_light || scene.exact.needs.global_light) return region;
+  const PlaneGeometry& planes = scene.geometry().planes;
+  for (std::size_t i = 0; i < planes.point.size(); ++i) {
+    const Material& material = scene.material_of(planes.object[i]);
+    const Vec3 offset = scene.camera.position() - planes.point[i];
+    const double height = dot(planes.normal[i], offset);
+    const bool opaque = !lets_light_pass(material) && !material.normal_map && !material.bump;
+    if (opaque && std::abs(height) > 1e-9 * length(offset)) region.cut(planes.normal[i] * height, planes.point[i]);
+  }
+  return region;
+}
+
+/// True if an object of this material may be inside of the region.
+bool is_inside(const CompiledScene& scene, std::uint32_t material, const ConvexRegion& region) {
+  const GeometrySet& geometry = scene.geometry();
+  for (PrimitiveRef primitive{0, 0}; primitive.geometry <= geometry.plane_geometry(); ++primitive.geometry)
+    for (primitive.primitive = 0; primitive.primitive < primitive_count(geometry, primitive.geometry);
+         ++primitive.primitive) {
+      if (scene.objects.material[geometry.object_of(primitive)] != material) continue;
+      const Bounds box = bounds_of(geometry, primitive);
+      const auto contains = [&](const HalfSpace& h) {
+        return std::max(h.x * box.low.x, h.x * box.high.x) + std::max(h.y * box.low.y, h.y * box.high.y) +
+                   std::max(h.z * box.low.z, h.z * box.high.z) >=
+               h.limit;
+      };
+      if (box.empty() || std::ranges::all_of(region, contains)) return true;
+    }
+  return false;
+}
+
 }  // namespace
 
 std::optional<double> radiance_bound(const CompiledScene& scene) {
   double bound = scene.background->bound();
   const double lights = light_bound(scene);
+  const ConvexRegion region = reachable_region(scene);
   const std::set<std::uint32_t> used(scene.objects.material.begin(), scene.objects.material.end());
   for (const std::uint32_t index : used) {
     const Material& material = scene.materials[index];
     const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(scene, material);
-    if (local > 0) bound = std::max(bound, albedo < 1 ? local / (1 - albedo) : unbounded);
-    if (albedo > 1) bound = unbounded;
+    const double least = local > 0 && albedo < 1 ? local / (1 - albedo) : local > 0 || albedo > 1 ? unbounded : 0;
+    if (least > bound && (region.begin() == region.end() || is_inside(scene, index, region))) bound = least;
   }
   return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
 }

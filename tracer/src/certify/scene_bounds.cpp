@@ -10,10 +10,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-ColorInterval background_range(const CompiledScene& scene, const std::vector<ColorInterval>& textures) {
+ColorInterval background_range(const CompiledScene& scene) {
   if (const Color* const plain = scene.background->plain()) return interval_of(*plain);
   const double bound = scene.background->bound();
-  (void)textures;
   return {{{0, bound}, {0, bound}, {0, bound}}};
 }
 
@@ -31,7 +30,7 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
       overlapping_media(compiled.needs.overlapping_media || compiled.exact.needs.overlapping_media) {
   for (std::size_t i = 0; i < scene.textures.size(); ++i)
     textures.push_back(texture_range(scene.textures[i], scene.images[i].get()));
-  background = background_range(scene, textures);
+  background = background_range(scene);
   for (const Material& material : scene.materials) {
     const Coefficients largest =
         coefficients(material, scene.ambient_of(approximate), [&](const ColorOrTexture& color) {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/shape_registry.h"
 
@@ -120,24 +121,8 @@ void include(Bounds& bounds, const GeometrySet& geometry, const PrimitiveRef& pr
 
 Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky)
     : geometry_(&geometry), radiance_(std::move(radiance)), sky_(std::move(sky)) {
-  for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number) {
-    const auto add_all = [&](std::size_t count) {
-      for (std::uint32_t i = 0; i < count; ++i) add({number, i});
-    };
-    switch (geometry.kind_of(number)) {
-      case GeometryKind::spheres:
-        add_all(geometry.spheres[number].object.size());
-        break;
-      case GeometryKind::triangles:
-        add_all(geometry.mesh(number).triangles.size());
-        break;
-      case GeometryKind::quadrics:
-        add_all(geometry.quadric_set(number).object.size());
-        break;
-      case GeometryKind::planes:
-        break;
-    }
-  }
+  for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
+    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) add({number, i});
   if (!sky_.empty()) sky_share_ = primitive_.empty() ? 1 : 0.5;
 }
 
