@@ -197,7 +197,7 @@ std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOpti
     const ProgressBar bar(control, !options.quiet, label + " " + run.next());
     failure = run.step(control);
   }
-  for (std::size_t i = 0; i < before.size(); ++i) {
+  for (std::size_t i = 0; i < run.references().size(); ++i) {
     const tracer::Reference& reference = run.references()[i];
     if (std::pair(reference.images, reference.complete) == before[i]) continue;
     if (const auto written = write_reference(reference_path(options.name, i), key, reference); !written)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
+#include "tracer/encode.h"
 #include "tracer/measure.h"
 #include "tracer/src/measure/model_comparison.h"
 
@@ -226,6 +227,34 @@ TEST(ModelError, IsThatOfTheErrorEstimateOfARender) {
     EXPECT_GE(claimed.estimate, 0.97 * levels) << name;
     EXPECT_LE(claimed.approximation, 1.3 * levels) << name;
   }
+}
+
+TEST(ModelError, IsNotMeasuredIfAnImageFileIsTooBrightForTheRenderingEquation) {
+  Scene scene = lit_by_a_point();
+  const Assets assets{{encode({1, 1, {1.5F, 0.5F, 0.5F}}, Format::exr)->bytes}};
+  scene.assets = {{"bright.exr", "/textures/bright/file"}};
+  scene.textures.push_back({ImageTexture{}, {1, 1}, {}, "/textures/bright"});
+  scene.materials.back().color = TextureId{0};
+  scene.materials.back().path = "/materials/bright";
+  RenderControl control;
+  double now = 0;
+  MeasurementRun run(
+      scene, assets,
+      {.parameters = {"samples", "model"}, .reference_samples = 16, .threads = 2, .seconds = [&] { return now += 1; }});
+  while (!run.done()) {
+    ASSERT_FALSE(run.step(control).has_value());
+    EXPECT_LE(run.steps_done(), run.steps());
+  }
+  const Measurement measured = run.measurement();
+  EXPECT_TRUE(measured.not_measured.value_or("").starts_with(
+      "/materials/bright: the texture of a material: it gives back 1.35 of the light"))
+      << measured.not_measured.value_or("");
+  EXPECT_EQ(measured.points.size(), 8u) << "four numbers of samples, and Whitted's model at four settings";
+  EXPECT_FALSE(measured.model_error);
+  scene.accuracy.model = Accuracy::Model::global;
+  MeasurementRun refused(scene, assets,
+                         {.parameters = {"model"}, .reference_samples = 16, .seconds = [] { return 0; }});
+  EXPECT_EQ(refused.step(control)->code, Failure::Code::bad_asset);
 }
 
 TEST(ModelError, IsTheSameFromEitherModel) {

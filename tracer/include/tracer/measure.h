@@ -79,8 +79,9 @@ struct ModelComparison;
 /// samples; with the parameter "model" also to a reference of the other model, and one step compares both. The next
 /// steps measure one setting each. The last steps are rounds of timings: each runs the settings once more whose order
 /// in time relative to their neighbors is uncertain. They end when no order is uncertain, when those settings have
-/// `timing_runs_max` runs, or when the repeated runs have taken ten seconds and twice the time of the first ones. One
-/// thread at a time.
+/// `timing_runs_max` runs, or when the repeated runs have taken ten seconds and twice the time of the first ones. If
+/// the rendering equation refuses an image file of a scene of Whitted's model, the step leaves out the other models,
+/// with the reason in Measurement::not_measured. One thread at a time.
 class MeasurementRun {
  public:
   /// Keeps references to `scene` and `assets`. Preconditions: those of `compile`; `settings.seconds` is set.
@@ -103,7 +104,8 @@ class MeasurementRun {
   /// !done().
   std::optional<Failure> step(RenderControl& control);
 
-  /// The first is that of the scene's model; the second, if there is one, that of the other model.
+  /// The first is that of the scene's model; the second, if there is one, that of the other model. step() may remove
+  /// the second.
   [[nodiscard]] const std::vector<Reference>& references() const { return references_; }
   [[nodiscard]] const Reference& reference() const { return references_.front(); }
   [[nodiscard]] Measurement measurement() const;  ///< results so far
@@ -139,6 +141,7 @@ class MeasurementRun {
   std::optional<Failure> measure_next(RenderControl& control);
   std::optional<Failure> grow_reference(std::size_t index, RenderControl& control);
   std::optional<Failure> check_reference(std::size_t index, RenderControl& control);
+  void leave_out_global(const Failure& failure);  ///< keeps the settings of Whitted's model
 
   const Scene& scene_;
   const Assets& assets_;
@@ -148,6 +151,7 @@ class MeasurementRun {
   std::vector<Reference> references_;
   std::vector<ReferenceImages> images_;  ///< one for each reference
   std::unique_ptr<ModelComparison> comparison_;
+  std::optional<std::string> refusal_;  ///< set by leave_out_global()
 };
 
 }  // namespace tracer

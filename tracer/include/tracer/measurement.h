@@ -102,7 +102,7 @@ struct Measurement {
   double reference_error = 0;                 ///< levels; standard error of the reference
   std::vector<MeasuredPoint> points{};        ///< in the order of `settings`, once all are measured
   std::optional<ModelError> model_error{};    ///< with the parameter "model"
-  std::optional<std::string> not_measured{};  ///< refusal_of_global(), with the parameter "model"
+  std::optional<std::string> not_measured{};  ///< why there are no other models, with the parameter "model"
 };
 
 /// Returns true if the true error is above the claimed one, by more than the references' own error. A few claims may be

@@ -292,10 +292,26 @@ std::optional<Failure> MeasurementRun::grow_reference(std::size_t index, RenderC
   Reference& grown = references_[index];
   if (grown.images < options_.reference_samples / grown.image_samples) {
     auto timed = render_timed(reference_scene(scene_, grown), control);
+    if (!timed && index > 0 && timed.error().code == Failure::Code::bad_asset) {
+      leave_out_global(timed.error());
+      return std::nullopt;
+    }
     if (!timed) return std::move(timed.error());
     add(grown, timed->rendered.image);
   }
   return check_reference(index, control);
+}
+
+/// The second reference is that of the rendering equation: Whitted's model, which has been rendered, accepts all files.
+void MeasurementRun::leave_out_global(const Failure& failure) {
+  refusal_ = failure.pointer + ": " + failure.detail;
+  references_.resize(1);
+  images_.resize(1);
+  for (std::size_t i = settings_.size(); i-- > 0;)
+    if (!settings_[i].model.empty() && settings_[i].model != "whitted") {
+      settings_.erase(settings_.begin() + static_cast<std::ptrdiff_t>(i));
+      points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
+    }
 }
 
 /// Sets `complete` once the reference is accurate enough or has all its samples.
@@ -327,7 +343,7 @@ Measurement MeasurementRun::measurement() const {
   if (own.images > 1) found.reference_error = standard_error(own, scene_.output);
   if (comparison_ != nullptr) found.model_error = comparison_->error;
   const bool has_models = std::ranges::any_of(settings_, [](const Setting& setting) { return !setting.model.empty(); });
-  if (has_models && references_.size() == 1) found.not_measured = refusal_of_global(scene_);
+  if (has_models && references_.size() == 1) found.not_measured = refusal_ ? refusal_ : refusal_of_global(scene_);
   for (const auto& point : points_)
     if (point) found.points.push_back(*point);
   return found;
