@@ -100,8 +100,8 @@ def mesh_files():
             "floor": {"color": [0.55, 0.52, 0.5], "reflection": 0.06},
             "brass": {"color": [0.72, 0.48, 0.16], "diffuse": 0.7, "specular": 0.7, "shininess": 60, "reflection": 0.18},
             "glazed": {"color": "tiles", "specular": 0.4, "shininess": 120, "reflection": 0.05},
-            "crystal": {"color": 1, "ambient": 0, "diffuse": 0.02, "specular": 0.6, "shininess": 400, "transmission": 1,
-                        "reflection": 0.98, "ior": 1.9, "transmission_color": [0.86, 0.95, 0.98]}},
+            "crystal": {"color": 1, "ambient": 0.03, "diffuse": 0, "specular": 0.6, "shininess": 400, "transmission": 1,
+                        "ior": 1.9, "transmission_color": [0.86, 0.95, 1]}},
         "objects": [
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor"},
             {"type": "mesh", "file": "assets/knot.ply", "smooth": True, "material": "brass",
