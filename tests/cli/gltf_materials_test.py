@@ -7,6 +7,7 @@ import os
 import pathlib
 import struct
 import subprocess
+import sys
 import tempfile
 import unittest
 import zlib
@@ -87,14 +88,15 @@ class Directory(unittest.TestCase):
         self.addCleanup(directory.cleanup)
         self.directory = pathlib.Path(directory.name)
 
-    def run_tool(self, content, name="a.glb"):
-        """Exit code, output and lines of errors for a file."""
+    def run_tool(self, content, name="a.glb", options=()):
+        """Exit code, output and lines of errors for a file. The option -S of Python leaves out all packages."""
         (self.directory / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-        done = subprocess.run([TOOL, self.directory / name], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, *options, TOOL, self.directory / name], capture_output=True, text=True,
+                              check=False)
         return done.returncode, done.stdout, done.stderr.replace(f"{self.directory}/", "").splitlines()
 
-    def members(self, content, name="a.glb", omitted=()):
-        code, output, errors = self.run_tool(content, name)
+    def members(self, content, name="a.glb", omitted=(), options=()):
+        code, output, errors = self.run_tool(content, name, options)
         self.assertEqual((code, errors), (0, list(omitted)))
         return json.loads(output)
 
@@ -103,10 +105,10 @@ class Directory(unittest.TestCase):
 
 
 class Coefficients(Directory):
-    def material(self, material, omitted=()):
+    def material(self, material, omitted=(), options=()):
         document, binary = squares([{"name": "m", **material}], [RED_OVER_BLUE, LEAF])
-        return self.members(glb(document, binary), omitted=[f"a.glb: /materials/0{line} is not carried over" for line in omitted])[
-            "materials"]["m"]
+        omitted = [f"a.glb: /materials/0{line} is not carried over" for line in omitted]
+        return self.members(glb(document, binary), omitted=omitted, options=options)["materials"]["m"]
 
     def test_splits_light_by_metallic_and_roughness(self):
         matt = self.material(plain((0.5, 0.25, 0, 1), roughness=0.5))
@@ -119,6 +121,13 @@ class Coefficients(Directory):
         self.assertEqual(metal["specular"], 0.75 / 4 / 0.25 ** 4)
         self.assertEqual(self.material({})["diffuse"], 1, "a rough metal scatters all light")
         self.assertEqual(self.material(plain(roughness=0))["shininess"], self.material(plain(roughness=0.2))["shininess"])
+        specular = {"KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 0]}}
+        tinted = self.material(plain(roughness=1, extensions=specular))
+        self.assertEqual(tinted["specular_color"], [1, 0.5, 0])
+        self.assertAlmostEqual(tinted["specular"], 0.04 / 2 / 4)
+        mixed = self.material(plain((1, 0, 0, 1), metallic=0.5, roughness=0.5))
+        self.assertAlmostEqual(mixed["specular"], 0.27 / 4 / 0.5 ** 4)
+        self.assertAlmostEqual(mixed["specular_color"][1], 0.02 / 0.27)
         denser = self.material(plain(roughness=1, extensions={"KHR_materials_ior": {"ior": 2}}))
         self.assertAlmostEqual(denser["specular"], 1 / 9 / 4)
 
@@ -159,7 +168,6 @@ class Coefficients(Directory):
                                    extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 4}}))
         self.assertEqual(lamp["emission"], [4, 2, 0])
         self.assertEqual(self.material(plain(emissiveFactor=[1, 1, 1], emissiveTexture={"index": 0}))["emission"], "a.0.png")
-        self.material(plain(emissiveFactor=[0.5, 1, 1], emissiveTexture={"index": 0}), omitted=[": the factor 1 of emissiveTexture"])
         unlit = self.material(textured(extensions={"KHR_materials_unlit": {}}))
         self.assertEqual((unlit["emission"], unlit["diffuse"], unlit["ambient"]), ("a.0.png", 0, 0))
         for mode, alpha, opacity in (("BLEND", 0.25, 0.25), ("MASK", 0.25, 0), ("MASK", 0.75, 1), ("OPAQUE", 0.25, 1)):
@@ -168,15 +176,26 @@ class Coefficients(Directory):
         self.assertNotIn("opacity", self.material(textured(0, alphaMode="BLEND")), "an image without alpha")
 
     def test_lists_what_is_not_carried_over(self):
-        self.material({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "baseColorTexture": {"index": 0},
-                                                "metallicRoughnessTexture": {"index": 0}},
-                       "occlusionTexture": {"index": 0}, "normalTexture": {"index": 0, "scale": 2},
-                       "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0, "texCoord": 1},
-                       "alphaMode": "MASK", "extensions": {"KHR_materials_clearcoat": {}}}, omitted=(
-            "/pbrMetallicRoughness: the hue of baseColorFactor beside baseColorTexture", "/occlusionTexture: occlusionTexture",
-            "/extensions: KHR_materials_clearcoat", "/pbrMetallicRoughness/metallicRoughnessTexture: metallicRoughnessTexture: "
-            "metallic is 0, roughness its factor, the texture itself", "/emissiveTexture: a texture with other coordinates than "
-            "TEXCOORD_0", "/normalTexture: the scale of normalTexture"))
+        material = {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5], "baseColorTexture": {"index": 1},
+                                             "metallicRoughnessTexture": {"index": 0}},
+                    "occlusionTexture": {"index": 0}, "normalTexture": {"index": 0, "scale": 2},
+                    "emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 0, "texCoord": 1},
+                    "alphaMode": "MASK", "extensions": {"KHR_materials_clearcoat": {}, "KHR_materials_specular": {
+                        "specularTexture": {"index": 0}}}}
+        always = ["/occlusionTexture: occlusionTexture", "/extensions: KHR_materials_clearcoat"]
+        specular = "/extensions/KHR_materials_specular/specularTexture: specularTexture"
+        coordinates = "/emissiveTexture: a texture with other coordinates than TEXCOORD_0"
+        self.material(material, omitted=[*always, specular, coordinates])
+        for name in self.files():
+            if name != "a.glb":
+                (self.directory / name).unlink()
+        self.material(material, options=["-S"], omitted=[
+            "/pbrMetallicRoughness: the hue of baseColorFactor beside baseColorTexture", *always,
+            "/pbrMetallicRoughness/metallicRoughnessTexture: metallicRoughnessTexture: metallic is 0, roughness its factor, the "
+            "texture itself", specular, coordinates, "/normalTexture: the scale of normalTexture",
+            "/alphaMode: the sharp edge at alphaCutoff"])
+        self.material(plain(emissiveFactor=[0.5, 1, 1], emissiveTexture={"index": 0}), options=["-S"],
+                      omitted=[": the factor 1 of emissiveTexture"])
 
 
 class Textures(Directory):
@@ -190,11 +209,12 @@ class Textures(Directory):
         self.assertEqual(self.files(), ["a.0.png", "a.glb", "b.0.png", "b.gltf"])
 
     def test_leaves_files_with_another_content_as_they_are(self):
-        (self.directory / "a.1.png").write_bytes(b"mine")
         content = glb(*squares([textured(0), textured(1)], [RED_OVER_BLUE, LEAF]))
-        self.assertEqual(self.run_tool(content), (1, "", ["a.1.png: exists with another content"]))
-        self.assertEqual((self.directory / "a.1.png").read_bytes(), b"mine")
-        self.assertEqual(self.files(), ["a.1.png", "a.glb"])
+        for mine in (b"mine", LEAF + b"mine"):
+            (self.directory / "a.1.png").write_bytes(mine)
+            self.assertEqual(self.run_tool(content), (1, "", ["a.1.png: exists with another content"]))
+            self.assertEqual((self.directory / "a.1.png").read_bytes(), mine)
+            self.assertEqual(self.files(), ["a.1.png", "a.glb"])
 
     def test_carries_samplers_transforms_and_other_files(self):
         (self.directory / "oak board.png").write_bytes(RED_OVER_BLUE)

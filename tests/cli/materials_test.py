@@ -1,23 +1,30 @@
-"""whittle-materials: statements of MTL files as materials of a document that whittle accepts, and invalid files."""
+"""whittle-materials: statements of MTL files as materials of a document that whittle accepts, invalid files, images that
+are computed, and --into."""
 import json
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
+import numpy
+
+from tests.cli import gltf_materials_test as gltf
+from tests.cli.gltf_materials_test import LEAF, RED_OVER_BLUE, glb, plain, png, squares, textured
+from tests.support.images import read_hdr, read_png
 from tests.support.whittle import SOURCE, whittle
 
 TOOL = SOURCE / "api" / "client" / "whittle-materials"
 
 
-def run(*texts):
-    """Exit code, output and the lines of errors for files a.mtl, b.mtl, ... of these texts."""
+def run(*texts, options=()):
+    """Exit code, output and the lines of errors for files a.mtl, b.mtl, ... of these texts. -S leaves out all packages."""
     with tempfile.TemporaryDirectory() as directory:
         paths = []
         for name, text in zip("ab", texts):
             paths.append(pathlib.Path(directory) / f"{name}.mtl")
             paths[-1].write_bytes(text if isinstance(text, bytes) else text.encode())
-        done = subprocess.run([TOOL, *paths], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, *options, TOOL, *paths], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout, done.stderr.replace(directory + "/", "").splitlines()
 
 
@@ -48,6 +55,32 @@ class Materials(unittest.TestCase):
         self.assertEqual(self.material("d 0.25\n")["opacity"], 0.25)
         self.assertEqual(self.material("Tr 0.25\n")["opacity"], 0.75)
 
+    def test_takes_the_color_of_illum_0_as_it_is(self):
+        self.assertEqual(self.material("Kd 1 0.5 0\nillum 0\n"), {
+            "model": "lambert", "color": 0, "ambient": 0, "diffuse": 0, "emission": [1, 0.5, 0]})
+        self.assertEqual(self.material("map_Kd a.png\nillum 0\nd 0.5\n")["emission"], "a.png")
+
+    def test_multiplies_textures_by_the_colors_beside_them(self):
+        with tempfile.TemporaryDirectory() as directory:
+            target = pathlib.Path(directory)
+            (target / "tex").mkdir()
+            (target / "tex" / "oak.png").write_bytes(RED_OVER_BLUE)
+            (target / "tex" / "a.mtl").write_text(
+                "newmtl a\nKd 0.5 0.25 0.25\nmap_Kd -s 2 2 oak.png\nKs 0.5 0.5 0.5\nmap_Ks oak.png\nillum 3\n"
+                "newmtl b\nKe 3 3 9\nmap_Ke oak.png\nd 0.5\nmap_d oak.png\n", encoding="utf-8")
+            (target / "a.obj").write_text("mtllib tex/a.mtl\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n", encoding="utf-8")
+            done = subprocess.run([sys.executable, TOOL, target / "a.obj"], capture_output=True, text=True, check=True)
+            self.assertEqual(done.stderr, "")
+            members = json.loads(done.stdout)
+            a, b, textures = members["materials"]["a"], members["materials"]["b"], members["textures"]
+            self.assertEqual((a["diffuse"], a["specular_color"], a["reflection_color"]), (0.5, "oak.png", "oak.png"))
+            self.assertEqual(textures["a.0.Kd.hdr"], {"file": "tex/a.0.Kd.hdr", "scale": [2, 2]})
+            for name, top, bottom in ((a["color"], [1, 0, 0], [0, 0, 0.5]), (b["emission"], [3, 0, 0], [0, 0, 9]),
+                                      (b["opacity"], [0.5, 0, 0], [0, 0, 0.5])):
+                image, _ = read_hdr((target / textures[name]["file"]).read_bytes())
+                for row, expected in ((0, top), (3, bottom)):
+                    self.assertLess(numpy.abs(image[row] - expected).max(), max(expected) / 100, name)
+
     def test_names_textures_by_their_files_once(self):
         found = self.translated("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on tex\\oak board.png\nnorm tex/n.png\n"
                                 "newmtl b\nmap_Kd -s 2 3 1 -o 0.5 -clamp on tex/oak board.png\nmap_Ke other/oak board.png\n"
@@ -68,6 +101,10 @@ class Materials(unittest.TestCase):
         self.assertEqual(errors, [f"a.mtl:{line}: {what} is not carried over" for line, what in (
             (2, "map_Ns"), (3, "Ka spectral"), (4, "map_Kd -mm"), (4, "map_Kd -blendu"), (5, "d -halo"), (6, "bump"),
             (1, "the hue of Kd beside map_Kd, in a,"), (1, "d beside map_d, in a,"))])
+
+        for statements, what in (("illum 10\n", "illum 10"), ("d 0.5\nTf 1 0 0\n", "Tf of a surface that is no glass"),
+                                 ("illum 7\nmap_d a.png\n", "map_d of glass"), ("map_Ks a.png\n", "map_Ks without Ks")):
+            self.assertEqual(run("newmtl a\n" + statements)[2], [f"a.mtl:1: {what}, in a, is not carried over"])
 
     def test_refuses_invalid_files_with_the_place(self):
         for text, message in (
@@ -107,6 +144,132 @@ class Materials(unittest.TestCase):
             done = whittle("render", target / "scene.json", "-o", target / "image.png")
             self.assertEqual(done.returncode, 1)
             self.assertIn("/objects/0/materials/blue", str(done.stderr))
+
+
+METAL_OVER_MATT = png([[(0, 64, 255)] * 4, [(0, 128, 255)] * 4, [(255, 255, 0)] * 4, [(255, 255, 0)] * 4])
+
+
+class ComputedImages(gltf.Directory):
+    """Products of textures and factors."""
+
+    def images_of(self, material, images, omitted=()):
+        for name in self.files():
+            (self.directory / name).unlink()
+        document, binary = squares([{"name": "m", **material}], images)
+        members = self.members(glb(document, binary), omitted=omitted)
+        material = members["materials"]["m"]
+        values = {field: read_hdr((self.directory / texture["file"]).read_bytes())[0]
+                  for field, name in material.items()
+                  if isinstance(name, str) and (texture := members["textures"].get(name)) and texture["file"].endswith(".hdr")}
+        return material, values, members
+
+    def near(self, image, expected):
+        self.assertLess(numpy.abs(image - numpy.array(expected)).max(), 1 / 128)
+
+    def test_are_made_of_metallic_and_roughness(self):
+        factors = {"baseColorFactor": [1, 0.5, 1, 1], "baseColorTexture": {"index": 0}, "roughnessFactor": 0.5,
+                   "metallicRoughnessTexture": {"index": 1}}
+        material, images, _ = self.images_of({"pbrMetallicRoughness": factors}, [LEAF, METAL_OVER_MATT], omitted=[
+            "a.glb: /materials/0/pbrMetallicRoughness/metallicRoughnessTexture: the width of highlights by texel: they have "
+            "that of the mean roughness 0.34, the texture's is not carried over"])
+        green, rough = numpy.array([0, 0.5, 0]), (64 / 510, 128 / 510)
+        for row, r in enumerate(rough):
+            self.near(images["color"][row], green * r)
+            self.near(images["reflection_color"][row], green * (1 - r))
+            self.near(images["specular_color"][row] * material["specular"] * 8 / (material["shininess"] + 2), green * (1 - r))
+        self.near(images["color"][2:], green)
+        self.near(images["reflection_color"][2:], 0)
+        self.near(images["specular_color"][2:] * material["specular"] * 8 / (material["shininess"] + 2), 0.04)
+        self.assertEqual((material["diffuse"], material["reflection"]), (1, 1))
+        self.assertAlmostEqual(material["shininess"], 2 / (sum(rough) / 4 + 0.25) ** 4 - 2, places=3)
+        self.assertLessEqual((images["color"] + images["reflection_color"]).max(), 1)
+
+    def test_are_means_if_the_textures_are_placed_differently(self):
+        moved = {"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
+        material, images, _ = self.images_of(
+            {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": moved}}, [LEAF, METAL_OVER_MATT],
+            omitted=["a.glb: /materials/0/pbrMetallicRoughness/metallicRoughnessTexture: metallicRoughnessTexture, placed unlike "
+                     "baseColorTexture: its means are, the texture itself is not carried over"])
+        self.assertEqual((material["color"], images), ("a.0.png", {}))
+        self.assertAlmostEqual(material["reflection"], 0.5 * (1 - (64 + 128 + 510) / 1020), places=6)
+
+    def test_are_colors_if_they_are_even(self):
+        even = png([[(255, 51, 255)] * 2])
+        material, images, _ = self.images_of({"pbrMetallicRoughness": {
+            "baseColorFactor": [1, 0.5, 0.25, 1], "metallicRoughnessTexture": {"index": 0}}}, [even])
+        self.assertEqual(images, {})
+        self.near(numpy.array(material["reflection_color"]), [0.8, 0.4, 0.2])
+        self.near(numpy.array(material["color"]), [0.2, 0.1, 0.05])
+
+    def test_are_products_with_factors(self):
+        material, images, _ = self.images_of({**textured(), "emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 0},
+                                              "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 8}}},
+                                             [RED_OVER_BLUE])
+        self.near(images["emission"][0], [8, 0, 0])
+        self.near(images["emission"][3], [0, 0, 8])
+        _, images, _ = self.images_of(textured(extensions={"KHR_materials_unlit": {}}) | {"pbrMetallicRoughness": {
+            "baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 0.5, 0.25, 1]}}, [RED_OVER_BLUE])
+        self.near(images["emission"][3], [0, 0, 0.25])
+        slope = png([[(255, 128, 255), (128, 128, 255)]])
+        _, images, members = self.images_of({"normalTexture": {"index": 0, "scale": 0.5}}, [slope])
+        self.near(images["normal_map"][0, 0], numpy.array([0.5, 0, 1]) / 1.25 ** 0.5 / 2 + 0.5)
+        self.assertEqual(members["textures"]["a.0.normal.hdr"], {"file": "a.0.normal.hdr"}, "Radiance HDR is linear")
+
+    def test_cut_out_at_the_alpha_cutoff(self):
+        shades = png([[(0, 255, 0, alpha) for alpha in (0, 100, 150, 255)]])
+        for mode, fields, opacity in (("MASK", {}, (0, 0, 1, 1)), ("MASK", {"alphaCutoff": 0.25}, (0, 1, 1, 1)),
+                                      ("BLEND", {}, (0, 50 / 255, 75 / 255, 0.5))):
+            material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0, "baseColorFactor": [
+                1, 1, 1, 1 if mode == "MASK" else 0.5]}, "alphaMode": mode, **fields}
+            _, images, members = self.images_of(material, [shades])
+            self.near(images["opacity"][0, :, 0], opacity)
+            self.assertEqual(members["textures"]["a.0.opacity.hdr"].get("filter"), "nearest" if mode == "MASK" else None)
+
+    def test_are_rendered(self):
+        scene = {"version": 1, "image": {"width": 8, "height": 8}, "background": [0, 0, 1], "ambient": 1,
+                 "camera": {"type": "orthographic", "position": [0.5, 0.5, 5], "look_at": [0.5, 0.5, 0], "height": 0.9}}
+        _, _, members = self.images_of({"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}, [
+            png([[(0, 0, 255)] * 4] * 2 + [[(0, 255, 0)] * 4] * 2)], omitted=[
+                "a.glb: /materials/0/pbrMetallicRoughness/metallicRoughnessTexture: the width of highlights by texel: they have "
+                "that of the mean roughness 0.5, the texture's is not carried over"])
+        (self.directory / "scene.json").write_text(json.dumps({**scene, **members}), encoding="utf-8")
+        done = whittle("render", self.directory / "scene.json", "-o", self.directory / "image.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = read_png((self.directory / "image.png").read_bytes())
+        self.assertEqual((rows[1][4].tolist(), rows[6][4].tolist()), ([0, 0, 255], [255, 255, 255]),
+                         "the metal shows the sky, the matt part is lit evenly")
+
+
+class Scenes(gltf.Directory):
+    """--into."""
+
+    def run_into(self, scene):
+        (self.directory / "a.glb").write_bytes(glb(*squares([plain((1, 0, 0, 1), name="red")])))
+        (self.directory / "scene.json").write_text(scene, encoding="utf-8")
+        done = subprocess.run([sys.executable, TOOL, "a.glb", "--into", "scene.json"], capture_output=True, text=True, check=False,
+                              cwd=self.directory)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_have_the_members_of_the_files_beside_theirs(self):
+        scene = {"version": 1, "image": {"width": 8, "height": 8}, "background": "black", "ambient": 1,
+                 "camera": {"type": "orthographic", "position": [0.5, 0.5, 5], "look_at": [0.5, 0.5, 0], "height": 0.9},
+                 "materials": {"blue": {"color": "blue"}},
+                 "objects": [{"type": "plane", "point": [0, 0, -1], "normal": [0, 0, 1], "material": "blue"}]}
+        code, output, errors = self.run_into(json.dumps(scene))
+        self.assertEqual((code, errors), (0, ""))
+        document = json.loads(output)
+        self.assertEqual((sorted(document["materials"]), len(document["objects"])), (["blue", "red"], 2))
+        (self.directory / "both.json").write_text(output, encoding="utf-8")
+        done = whittle("render", self.directory / "both.json", "-o", self.directory / "image.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(read_png((self.directory / "image.png").read_bytes())[4][4].tolist(), [255, 0, 0])
+
+    def test_are_refused_if_they_have_the_same_names_or_are_invalid(self):
+        for scene, sentence in (('{"materials": {"red": {}}}', "/materials/red of the scene: a file has the same name"),
+                                ('{"objects": {}}', "/objects of the scene must be an array"),
+                                ("[]", "scene.json: must be an object"),
+                                ("{", "scene.json: Expecting property name enclosed in double quotes: line 1 column 2 (char 1)")):
+            self.assertEqual(self.run_into(scene), (1, "", sentence + "\n"))
 
 
 if __name__ == "__main__":

@@ -8,10 +8,9 @@ import os
 import struct
 import urllib.parse
 
-from whittle_materials.members import Invalid
+from whittle_materials.members import FILE_BYTES_MAX, Invalid, read_texels
 from whittle_materials.surface import material_of
 
-FILE_BYTES_MAX = 256_000_000
 JSON_TYPES = {dict: "an object", list: "an array", str: "a string", bool: "true or false"}
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 NEAREST = 9728
@@ -158,10 +157,11 @@ def has_alpha(content):
 
 
 class GltfFile:
-    """One file. `images` collects the content of images by the path at which they are to be written."""
+    """One file."""
 
-    def __init__(self, path, content, members, images):
-        self.path, self.members, self.written = path, members, images
+    def __init__(self, path, content, members):
+        self.path, self.members, self.directory = path, members, os.path.dirname(path)
+        self.stem = os.path.splitext(os.path.basename(path))[0]
         text, self.binary = open_container(path, content)
         self.root = parse(path, text)
         self.lists = {name: self.root.elements(name) for name in (
@@ -254,7 +254,7 @@ class GltfFile:
         """Path in the document and content of an image; no path if its format is not one that a texture has."""
         if at.pointer in self.contents:
             return self.contents[at.pointer]
-        uri, directory = at.get("uri", str), os.path.dirname(self.path)
+        uri = at.get("uri", str)
         if uri is None:
             content = self.view(self.target(at.required("bufferView"), "bufferViews"))
         elif uri.value.startswith("data:"):
@@ -264,14 +264,12 @@ class GltfFile:
             return None, b""
         else:
             name = urllib.parse.unquote(uri.value)
-            self.contents[at.pointer] = name, self.external(uri, os.path.join(directory, name))
+            self.contents[at.pointer] = name, self.external(uri, os.path.join(self.directory, name))
             return self.contents[at.pointer]
         ending = "png" if content.startswith(PNG) else "jpg" if content.startswith(JPEG) else None
-        name = ending and f"{os.path.splitext(os.path.basename(self.path))[0]}.{at.pointer.rsplit('/', 1)[1]}.{ending}"
-        if sum(map(len, self.written.values())) + len(content) > FILE_BYTES_MAX:
-            at.fail(f"the images within have more than {FILE_BYTES_MAX} bytes")
+        name = ending and f"{self.stem}.{at.pointer.rsplit('/', 1)[1]}.{ending}"
         if name:
-            self.written[os.path.join(directory, name)] = content
+            self.members.add_file(at.place, self.directory, name, content)
         else:
             self.omit(at, "an image that is neither PNG nor JPEG")
         self.contents[at.pointer] = name, content
@@ -281,23 +279,45 @@ class GltfFile:
     def external(uri, path):
         try:
             with open(path, "rb") as file:
-                return file.read(1 << 16)  # for has_alpha()
+                return file.read(FILE_BYTES_MAX)
         except (OSError, ValueError) as error:
             return uri.fail(f"cannot be read: {getattr(error, 'strerror', None) or error}")
 
     def texture(self, info, **fields):
-        """The texture of a textureInfo as a document has it, or nothing if it is not carried over."""
+        """Name of the texture of a textureInfo, or nothing if it is not carried over."""
+        image, placing = self.lookup(info)
+        if image is None:
+            return None
+        file, content = image
+        if fields.get("channel") == "alpha" and not has_alpha(content):
+            return None
+        return self.members.texture({"file": file, **fields, **placing})
+
+    def texels(self, info):
+        """Values of a textureInfo as they are coded, and the fields that place them; nothing if they cannot be computed
+        with."""
+        image, placing = self.lookup(info)
+        return (read_texels(image[1]) if image is not None else None), placing
+
+    def computed(self, at, what, image, placing):
+        """A color, or the name of a texture with these linear values, whose file is named after its material."""
+        name = f"{self.stem}.{at.pointer.rsplit('/', 1)[1]}.{what}.hdr"
+        return self.members.computed(at.place, self.directory, name, image, **placing)
+
+    def lookup(self, info):
+        """Path and content of the image of a textureInfo, or nothing if it is not carried over, and the fields that
+        place it."""
         at = self.target(info.required("index"), "textures")
         transform = info.extension("KHR_texture_transform") or Value(self.path, {}, info.pointer)
         if transform.index_or("texCoord", info.index_or("texCoord", 0)) != 0:
-            return self.omit(info, "a texture with other coordinates than TEXCOORD_0")
+            self.omit(info, "a texture with other coordinates than TEXCOORD_0")
+            return None, {}
         source = at.get("source")
         if source is None:
-            return self.omit(at, "a texture in the format of an extension" if at.get("extensions") else "a texture without image")
-        file, content = self.image(self.target(source, "images"))
-        if file is None or (fields.get("channel") == "alpha" and not has_alpha(content)):
-            return None
-        return self.members.texture({"file": file, **fields, **self.sampling(at), **self.placing(transform)})
+            self.omit(at, "a texture in the format of an extension" if at.get("extensions") else "a texture without image")
+            return None, {}
+        image = self.image(self.target(source, "images"))
+        return (image if image[0] is not None else None), {**self.sampling(at), **self.placing(transform)}
 
     def sampling(self, at):
         reference = at.get("sampler")

@@ -2,7 +2,7 @@
 import math
 import os
 
-from whittle_materials.members import Invalid, factor_and_color, read_file
+from whittle_materials.members import Invalid, factor_and_color, read_file, read_texels, to_linear
 
 FILE_BYTES_MAX = 16_000_000
 COLORS = {"Kd", "Ka", "Ks", "Ke", "Tf"}
@@ -12,6 +12,7 @@ MAPS = {"map_Kd": "color", "map_Ks": "specular_color", "map_Ke": "emission", "ma
 OPTIONS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2, "-texres": 1,
            "-type": 1}
 VECTORS = {"-s", "-o", "-t"}  # one to three numbers
+WHITE = [1.0, 1.0, 1.0]
 GLASS, MIRRORS, FRESNEL = {4, 6, 7, 9}, {3, 5, 8}, {5, 7}
 
 
@@ -136,10 +137,12 @@ def unused(statements):
     """Statements that have no place beside others."""
     if illum_of(statements) in FRESNEL and is_cut_out(statements):
         yield "the Fresnel reflection of a cut-out"
-    if "map_Kd" in statements and len(set(statements.get("Kd", [1.0]))) > 1:
-        yield "the hue of Kd beside map_Kd"
-    if "map_d" in statements and ({"d", "Tr"} & set(statements) or statements.get("illum") in GLASS):
-        yield "d beside map_d" if {"d", "Tr"} & set(statements) else "map_d of glass"
+    if "map_d" in statements and illum_of(statements) in GLASS:
+        yield "map_d of glass"
+    if "Tf" in statements and illum_of(statements) not in GLASS and presence(statements) < 1:
+        yield "Tf of a surface that is no glass"
+    if illum_of(statements) not in range(10):
+        yield f"illum {illum_of(statements)}"
     if "map_Ks" in statements and not max(statements.get("Ks", [0.0])) > 0:
         yield "map_Ks without Ks"
 
@@ -147,6 +150,9 @@ def unused(statements):
 def translate(statements):
     """The material of one newmtl."""
     illumination = illum_of(statements)
+    if illumination == 0:  # the color itself
+        constant = {"model": "lambert", "color": 0, "ambient": 0, "diffuse": 0, "emission": statements.get("Kd", [0.8] * 3)}
+        return {**constant, "opacity": presence(statements)} if presence(statements) < 1 else constant
     diffuse, color = factor_and_color(statements.get("Kd", [0.8, 0.8, 0.8]))
     specular, specular_color = factor_and_color(statements.get("Ks", [0.0, 0.0, 0.0]))
     material = {"model": "lambert" if illumination < 2 else "phong", "color": color, "diffuse": diffuse,
@@ -169,17 +175,56 @@ def translate(statements):
     return material
 
 
-def add_maps(material, statements, members, directory):
-    """Puts textures in place of colors; one texture for equal maps."""
-    for keyword, field in MAPS.items():
-        if keyword not in statements or (field == "opacity" and "transmission" in material):
-            continue
-        if field == "specular_color" and "specular" not in material:
-            continue
-        texture = {**statements[keyword], "file": os.path.join(directory, statements[keyword]["file"])}
-        if keyword == "norm":
-            texture = {**texture, "color_space": "linear"}
-        material[field] = members.texture(texture)
+def factor_of(keyword, statements):
+    """The color that a map is multiplied by. An emission of 0 beside a map is that of a program that has no other."""
+    if keyword == "map_d":
+        return [presence(statements)] * 3
+    color = statements.get({"map_Kd": "Kd", "map_Ks": "Ks", "map_Ke": "Ke"}.get(keyword), WHITE)
+    if keyword == "map_Ke":
+        return color if max(color) > 0 else WHITE
+    return factor_and_color(color)[1] if max(color) > 0 else WHITE
+
+
+class Maps:
+    """Puts textures in place of the colors of one material; one texture for equal maps."""
+
+    def __init__(self, file, name, members, directory):
+        self.place, self.members, self.directory = f"{file.path}:{file.materials[name]['line']}", members, directory
+        self.name, self.root = name, os.path.dirname(file.path)[:-len(directory) or None]
+        self.prefix = f"{os.path.splitext(os.path.basename(file.path))[0]}.{list(file.materials).index(name)}"
+
+    def texture(self, keyword, texture, factor):
+        """The texture, times the factor if that can be computed."""
+        file = os.path.join(self.directory, texture["file"])
+        if factor != WHITE:
+            texels = self.texels(file)
+            if texels is not None:
+                rgb = texels[..., 3:] if texture.get("channel") == "alpha" else to_linear(texels[..., :3])
+                path = os.path.join(self.directory, f"{self.prefix}.{keyword.removeprefix('map_')}.hdr")
+                placing = {key: value for key, value in texture.items() if key not in ("file", "channel")}
+                return self.members.computed(self.place, self.root, path, rgb * factor, **placing)
+            what = "d" if keyword == "map_d" else "the hue of " + keyword.removeprefix("map_")
+            self.members.omit(self.place, f"{what} beside {keyword}, in {self.name},")
+        return self.members.texture({**texture, "file": file, **({"color_space": "linear"} if keyword == "norm" else {})})
+
+    def texels(self, file):
+        try:
+            with open(os.path.join(self.root, file), "rb") as image:
+                return read_texels(image.read())
+        except (OSError, ValueError):
+            return None  # the document is made without its images, too
+
+    def add(self, material, statements):
+        for keyword, field in MAPS.items():
+            if keyword not in statements or (field == "opacity" and "transmission" in material):
+                continue
+            if field == "color" and statements.get("illum") == 0:
+                field = "emission"
+            if field == "specular_color" and "specular" not in material:
+                continue
+            material[field] = self.texture(keyword, statements[keyword], factor_of(keyword, statements))
+            if field == "specular_color" and "reflection_color" in material:
+                material["reflection_color"] = material[field]
 
 
 def add_mtl(path, members, directory=""):
@@ -189,7 +234,7 @@ def add_mtl(path, members, directory=""):
     members.omitted += file.omitted
     for name, statements in file.materials.items():
         material = translate(statements)
-        add_maps(material, statements, members, directory)
+        Maps(file, name, members, directory).add(material, statements)
         members.add_material(path, name, material)
         for what in unused(statements):
             members.omit(f"{path}:{statements['line']}", f"{what}, in {name},")
