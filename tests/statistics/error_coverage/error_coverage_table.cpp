@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <optional>
 #include <random>
@@ -24,6 +25,7 @@ constexpr std::string_view usage =
   --grammar N        number of random scenes; default 60
   --scene SEED       only the random scene whose first trial has this seed in the file of --json
   --placements N     placements of the features at 160 x 120; default 4
+  --width N          no wider images of the corpus
   --json FILE        every trial
   --references DIR   cache of reference images; default: error-references beside the directory of this program
   --threads N        default: all
@@ -36,7 +38,7 @@ struct Options {
   std::vector<std::string> families;
   std::uint64_t seed = 0;
   std::optional<std::uint64_t> scene;
-  std::uint32_t grammar_scenes = 0, placements = 0;
+  std::uint32_t grammar_scenes = 0, placements = 0, width_max = std::numeric_limits<std::uint32_t>::max();
   std::filesystem::path json;
   ReferenceOptions references;
 
@@ -83,6 +85,8 @@ Options parse(const std::vector<std::string>& arguments) {
       grammar_set = true;
     } else if (name == "--placements") {
       options.placements = number();
+    } else if (name == "--width") {
+      options.width_max = number();
     } else if (name == "--json") {
       options.json = value();
     } else if (name == "--references") {
@@ -192,6 +196,7 @@ class Table {
 
   void run_entry(const CorpusEntry& entry, Canvas canvas, std::uint32_t placements,
                  const std::vector<Setting>& settings) {
+    if (canvas.width > options_.width_max) return;
     for (std::uint32_t i = 0; i < placements; ++i) {
       const std::uint64_t seed = seed_of(entry.family + entry.name + std::to_string(canvas.width)) + i;
       oracle::Random random(seed);
