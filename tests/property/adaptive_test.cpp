@@ -185,11 +185,11 @@ Scene bright(std::uint32_t side) {
   return scene;
 }
 
-Rendered within(double budget_ms, FakeClock& clock, std::uint32_t side = 64) {
+Rendered within(double budget_ms, FakeClock& clock, const Scene& scene = bright(64)) {
   Adaptive adaptive;
   adaptive.time_budget_ms = budget_ms;
   RenderControl control;
-  auto rendered = render(*compiled(adapting(bright(side), adaptive)), clock.settings(), control);
+  auto rendered = render(*compiled(adapting(scene, adaptive)), clock.settings(), control);
   EXPECT_TRUE(rendered.has_value());
   return std::move(*rendered);
 }
@@ -236,7 +236,7 @@ TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
   const DisplayImage truth = to_display(scenes::render(converged).image);
   for (const double budget_ms : {1e-6, 10.0, 30.0, 60.0}) {
     FakeClock clock;
-    const Rendered rendered = within(budget_ms, clock, 128);
+    const Rendered rendered = within(budget_ms, clock, scene);
     ASSERT_EQ(rendered.statistics.samples_min, 0u) << budget_ms;
     EXPECT_LE(compare(truth, to_display(rendered.image))->rmse, rendered.error.estimate) << budget_ms;
   }
@@ -257,6 +257,15 @@ TEST(TimeBudget, ThatEndsARoundLeavesThePilotsOfPixelsWithoutSamples) {
     EXPECT_LT(rendered->error.estimate, 1.5 * earlier) << budget_ms;
     earlier = std::min(earlier, rendered->error.estimate);
   }
+}
+
+TEST(TimeBudget, EndsTheMeasurementOfApproximationsToo) {
+  Scene scene = bright(32);
+  scene.accuracy.approximate.shadows = Approximations::Shadows::none;
+  FakeClock clock;
+  const Rendered rendered = within(100, clock, scene);
+  EXPECT_GT(rendered.error.looks, 0u);
+  EXPECT_LT(rendered.error.looks, 2048u) << "as many as without a budget";
 }
 
 TEST(TimeBudget, IsCheckedBeforeEveryTileAndEndsTheRender) {

@@ -30,7 +30,8 @@ class AdaptiveSampler {
       : scene_(scene),
         control_(control),
         target_(*scene.accuracy.adaptive),
-        deadline_(settings, target_, concurrency(settings.threads)),
+        deadline_(settings, target_, concurrency(settings.threads),
+                  scene.accuracy.approximate.any() ? approximation_share : 0),
         tiles_(scene.image.window()),
         film_(scene, scene.image.window(), in_parallel_),
         goal_(target_, film_.size()),
@@ -65,6 +66,8 @@ class AdaptiveSampler {
   /// take beyond the least number.
   static constexpr std::size_t first_looks = 256;
   static constexpr double look_share = 0.05;
+  /// Fraction of a time budget for the error of approximations.
+  static constexpr double approximation_share = 0.2;
   /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
   static constexpr double round_overhead_ms_per_pixel = 150e-6;
 
@@ -102,7 +105,8 @@ class AdaptiveSampler {
   /// them are taken.
   ApproximationError measure_approximation_error() {
     if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
-    ApproximationError measured = measure_approximation<T>(scene_, context_.settings, control_, film_.display(), mean_);
+    ApproximationError measured =
+        measure_approximation<T>(scene_, context_.settings, control_, film_.display(), mean_, deadline_);
     // The rest of the error is that of the samples so far, whatever further ones leave of it.
     known_.approximation = std::max(0.0, measured.exact.squared_upper - known_.sampled.squared);
     known_.fixed += known_.approximation;

@@ -8,20 +8,24 @@
 
 namespace tracer {
 
-/// Any thread may call set(), over(), over_before(), leaves() and fraction_elapsed() while no thread calls the rest.
+/// Any thread may call set(), over(), over_before(), spent(), leaves() and fraction_elapsed() while no thread calls the
+/// rest.
 class Deadline {
  public:
   /// `threads`: number of threads that trace concurrently.
-  Deadline(const RenderSettings& settings, const Adaptive& target, std::uint32_t threads)
-      : settings_(settings), threads_(threads) {
+  /// `last_share`: fraction of the budget that is kept for work after the samples of the image.
+  Deadline(const RenderSettings& settings, const Adaptive& target, std::uint32_t threads, double last_share = 0)
+      : settings_(settings), threads_(threads), reserve_share_(holdout_reserve + last_share) {
     if (!settings.elapsed_ms || !target.time_budget_ms) return;
     budget_ms_ = *target.time_budget_ms;
     start_ms_ = settings.elapsed_ms();
-    reserve_ms_ = holdout_reserve * budget_ms_;
+    reserve_ms_ = reserve_share_ * budget_ms_;
   }
 
   [[nodiscard]] bool set() const { return budget_ms_ < never; }
   [[nodiscard]] bool over() const { return set() && settings_.elapsed_ms() >= end_ms(); }
+  /// True when what is kept for the last work is used up too.
+  [[nodiscard]] bool spent() const { return set() && settings_.elapsed_ms() >= budget_ms_ - write_ms_; }
   /// True if a thread that starts so many samples now is unlikely to finish them in time.
   [[nodiscard]] bool over_before(double samples) const {
     return set() && settings_.elapsed_ms() + samples * thread_ms_per_sample_ >= end_ms();
@@ -49,7 +53,7 @@ class Deadline {
   void reserve_time_for(const Work& work) {
     const double before = set() ? settings_.elapsed_ms() : 0;
     work();
-    if (set()) reserve_ms_ = 2 * (settings_.elapsed_ms() - before) + write_ms_ + holdout_reserve * budget_ms_;
+    if (set()) reserve_ms_ = 2 * (settings_.elapsed_ms() - before) + write_ms_ + reserve_share_ * budget_ms_;
   }
 
   /// Number of holdout samples that validation may take; infinite without a budget, 0 before any rate was measured.
@@ -78,7 +82,8 @@ class Deadline {
   [[nodiscard]] double traced_ms() const { return std::max(settings_.elapsed_ms() - start_ms_, 1e-3); }
 
   const RenderSettings& settings_;
-  double threads_ = 1, budget_ms_ = never, start_ms_ = 0, write_ms_ = 0, reserve_ms_ = 0, thread_ms_per_sample_ = 0;
+  double threads_ = 1, reserve_share_ = 0, budget_ms_ = never, start_ms_ = 0, write_ms_ = 0, reserve_ms_ = 0,
+         thread_ms_per_sample_ = 0;
 };
 
 }  // namespace tracer

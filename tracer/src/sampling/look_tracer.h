@@ -6,6 +6,7 @@
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
+#include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/looks.h"
 #include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/tiles.h"
@@ -64,12 +65,12 @@ struct ApproximationError {
 };
 
 /// Measures it, if the scene has approximations. Pixels are drawn by the distance from their value to the ends of the
-/// interval of the exact image, so that a shadow that is left out is found, however small it is. `value`: the image's
-/// pixel at a place.
+/// interval of the exact image, so that a shadow that is left out is found, however small it is. With a time budget a
+/// few looks are taken at a time, until it is spent. `value`: the image's pixel at a place.
 template <Tracer T>
 ApproximationError measure_approximation(const CompiledScene& scene, const RenderSettings& settings,
                                          RenderControl& control, const DisplayTransform& display,
-                                         const std::function<Color(std::size_t)>& value) {
+                                         const std::function<Color(std::size_t)>& value, const Deadline& deadline) {
   if (!scene.accuracy.approximate.any()) return {};
   const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
     for_each_tile(count, settings.threads, work);
@@ -79,14 +80,22 @@ ApproximationError measure_approximation(const CompiledScene& scene, const Rende
   std::vector<float> bounds(pixels, 1.0F);
   for (std::size_t i = 0; i < intervals.size(); ++i)
     bounds[i] = squared_distance_bound(intervals[i], value(i), display);
-  const LookDraws draws = draw_looks(bounds, std::max<std::size_t>(2048, pixels / 32), 0, scene.accuracy.seed);
+  const std::size_t wanted = std::max<std::size_t>(2048, pixels / 32), at_once = deadline.set() ? 16 : wanted;
   TracerPool<T> pool(scene, control, {});
   LookTracer<T> exact({scene, settings, control, pool}, PartKind::exact_looks);
-  const std::vector<FreshError> errors = exact.squared_errors(draws.looks, value, display);
+  std::vector<double> found;  // each is an estimate of the whole sum
+  double bound = 0;
+  do {
+    const LookDraws draws = draw_looks(bounds, at_once, found.size() / at_once, scene.accuracy.seed);
+    if (draws.looks.empty()) break;
+    bound = draws.range;
+    const std::vector<FreshError> errors = exact.squared_errors(draws.looks, value, display);
+    for (std::size_t i = 0; i < errors.size(); ++i) found.push_back(errors[i].squared * draws.looks[i].weight);
+  } while (found.size() < wanted && !deadline.spent() && !control.cancelled());
   SummedErrors sum;
-  for (std::size_t i = 0; i < errors.size(); ++i)
-    sum.add(errors[i].squared * draws.looks[i].weight / static_cast<double>(draws.looks.size()));
-  ApproximationError measured{sum.estimated(), draws.looks.size(), pool.statistics()};
+  for (const double error : found) sum.add(error / static_cast<double>(found.size()));
+  ApproximationError measured{sum.estimated(), found.size(), pool.statistics()};
+  measured.exact.add_possible(unseen_error(found.size(), bound, sum.squared));
   measured.statistics.holdout_samples += exact.samples();
   return measured;
 }

@@ -95,11 +95,16 @@ void LookPool::begin_epoch() {
   range_ = 0;
 }
 
-EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
+double unseen_error(std::size_t looks, double bounds, double found) {
   const auto count = static_cast<double>(looks);
   // The number of finds, if each were as large as the bounds allow: the more has been found, the less is unseen.
-  const double finds = bounds > 0 ? std::max(0.0, sum_) / bounds : 0;
-  const double unseen = bounds * unseen_share(count) * std::max(0.0, 1 - finds);
+  const double finds = bounds > 0 ? std::max(0.0, found) * count / bounds : 0;
+  return bounds * unseen_share(count) * std::max(0.0, 1 - finds);
+}
+
+EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {
+  const auto count = static_cast<double>(looks);
+  const double unseen = unseen_error(looks, bounds, looks > 0 ? sum_ / count : 0);
   if (looks == 0) return {.squared = unseen, .variance = 0, .unseen = unseen};
   // The largest error counts once more: a few finds do not show how much larger others are.
   const double mean = sum_ / count;

@@ -52,6 +52,10 @@ LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint6
 /// The same from all of `pixels` by bounds alone: `bounds` of their squared errors.
 LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed);
 
+/// Error that fewer looks than `looks_min` cannot exclude, if those show `found` where at most `bounds` is possible: by
+/// Laplace's rule of succession, as if each find were as large as it can be.
+double unseen_error(std::size_t looks, double bounds, double found);
+
 /// Squared errors of looks, each divided by the probability of its pixel.
 class SummedLooks {
  public:

@@ -55,7 +55,8 @@ class UniformSampler {
   void add_approximation_error(const DisplayTransform& display, Rendered& rendered) {
     const std::vector<float>& rgb = rendered.image.rgb;
     const auto value = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
-    const ApproximationError measured = measure_approximation<T>(scene_, settings_, control_, display, value);
+    const ApproximationError measured =
+        measure_approximation<T>(scene_, settings_, control_, display, value, Deadline{settings_, {}, 1});
     measured.count_in(rendered);
     add_approximation(rendered.error, measured.exact, rgb.size() / 3);
     rendered.error.target_met = targets_reached(rendered.error);
