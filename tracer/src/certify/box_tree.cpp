@@ -1,6 +1,5 @@
 #include "tracer/src/certify/box_tree.h"
 
-#include <ranges>
 #include <span>
 
 #include "tracer/src/accel/primitive_count.h"
@@ -39,12 +38,12 @@ Bounds bounds_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
 }
 
 BoxTree::BoxTree(const GeometrySet& geometry, const RenderControl& control) {
-  const auto finite = std::views::iota(0u, geometry.plane_geometry());
+  const std::uint32_t finite = geometry.plane_geometry();  // the numbers below it are of finite shapes
   std::size_t count = 0;
-  for (const std::uint32_t number : finite) count += primitive_count(geometry, number);
+  for (std::uint32_t number = 0; number < finite; ++number) count += primitive_count(geometry, number);
   items_.reserve(count);
   primitives_.reserve(count);
-  for (const std::uint32_t number : finite)
+  for (std::uint32_t number = 0; number < finite; ++number)
     for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
       const PrimitiveRef primitive{number, i};
       const Bounds box = bounds_of(geometry, primitive);
