@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <vector>
 
 #include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/certify/box_tree.h"
@@ -71,37 +72,41 @@ ConvexRegion reachable_region(const CompiledScene& scene) {
   return region;
 }
 
-/// True if an object of this material may be inside of the region.
-bool is_inside(const CompiledScene& scene, std::uint32_t material, const ConvexRegion& region) {
+/// The largest of `bound` and the bounds `of_material` of the primitives that may be inside of the region.
+double bound_inside(const CompiledScene& scene, const ConvexRegion& region, const std::vector<double>& of_material,
+                    double bound) {
   const GeometrySet& geometry = scene.geometry();
-  for (PrimitiveRef primitive{0, 0}; primitive.geometry <= geometry.plane_geometry(); ++primitive.geometry)
-    for (primitive.primitive = 0; primitive.primitive < primitive_count(geometry, primitive.geometry);
-         ++primitive.primitive) {
-      if (scene.objects.material[geometry.object_of(primitive)] != material) continue;
+  for (PrimitiveRef primitive{0, 0}; primitive.geometry <= geometry.plane_geometry(); ++primitive.geometry) {
+    const std::size_t count = primitive_count(geometry, primitive.geometry);
+    for (primitive.primitive = 0; primitive.primitive < count; ++primitive.primitive) {
+      const double light = of_material[scene.objects.material[geometry.object_of(primitive)]];
+      if (light <= bound) continue;
       const Bounds box = bounds_of(geometry, primitive);
       const auto contains = [&](const HalfSpace& h) {
         return std::max(h.x * box.low.x, h.x * box.high.x) + std::max(h.y * box.low.y, h.y * box.high.y) +
                    std::max(h.z * box.low.z, h.z * box.high.z) >=
                h.limit;
       };
-      if (box.empty() || std::ranges::all_of(region, contains)) return true;
+      if (box.empty() || std::ranges::all_of(region, contains)) bound = light;
     }
-  return false;
+  }
+  return bound;
 }
 
 }  // namespace
 
 std::optional<double> radiance_bound(const CompiledScene& scene) {
-  double bound = scene.background->bound();
   const double lights = light_bound(scene);
-  const ConvexRegion region = reachable_region(scene);
-  const std::set<std::uint32_t> used(scene.objects.material.begin(), scene.objects.material.end());
-  for (const std::uint32_t index : used) {
+  std::vector<double> of_material(scene.materials.size());
+  double bound = scene.background->bound(), largest = bound;
+  for (const std::uint32_t index : std::set(scene.objects.material.begin(), scene.objects.material.end())) {
     const Material& material = scene.materials[index];
     const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(scene, material);
-    const double least = local > 0 && albedo < 1 ? local / (1 - albedo) : local > 0 || albedo > 1 ? unbounded : 0;
-    if (least > bound && (region.begin() == region.end() || is_inside(scene, index, region))) bound = least;
+    of_material[index] = local > 0 && albedo < 1 ? local / (1 - albedo) : local > 0 || albedo > 1 ? unbounded : 0;
+    largest = std::max(largest, of_material[index]);
   }
+  const ConvexRegion region = reachable_region(scene);
+  bound = region.begin() == region.end() ? largest : bound_inside(scene, region, of_material, bound);
   return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
 }
 
