@@ -110,6 +110,14 @@ Scene under_checkered_sky() {
   return scene;
 }
 
+TEST(Emitters, HaveNoDensityTowardSurfacesIfTheSkyIsTheOnlyOne) {
+  Scene scene = under_checkered_sky();
+  scenes::add(scene, Sphere{{0, 0, -3}, 1}, scenes::matte({0.5, 0.5, 0.5}));
+  const auto made = compiled(scene);
+  ASSERT_FALSE(made->objects.emitters.empty());
+  EXPECT_EQ(made->objects.emitters.density({0, 0}, {0, 0, 0}, {0, 0, -1}), 0);
+}
+
 TEST(Emitters, IncludeASkyWithADensityThatIntegratesToTheWholeSphere) {
   const auto made = compiled(under_checkered_sky());
   constexpr std::uint32_t count = 1 << 14;

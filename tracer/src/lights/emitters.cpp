@@ -161,7 +161,7 @@ Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
 }
 
 double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
-  if (geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
+  if (primitive_.empty() || geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
   const double share = share_per_area(primitive);
   if (!(share > 0)) return 0;
   if (const auto flat = flat_shape(*geometry_, primitive)) return share * flat->area_per_angle(from, direction);
