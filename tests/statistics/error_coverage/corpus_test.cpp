@@ -192,6 +192,25 @@ TEST(ClosedForms, EqualTheLimitOfUniformSamples) {
   }
 }
 
+/// One sample in eighty finds the lamp: only the mean of many shows whether all of it is in sight.
+TEST(ClosedForms, OfALampInAMirrorHasTheMeanOfManySamples) {
+  const auto entries = global_entries();
+  const auto entry = std::ranges::find(entries, "lamp in a mirror alone", &CorpusEntry::name);
+  ASSERT_NE(entry, entries.end());
+  Random random(3);
+  const CorpusScene scene = entry->build({16, 12}, random);
+  const tracer::Image image = scenes::render(reference_scene(scene.scene, 16'384, 1), 2, scene.assets).image;
+  double sum = 0, squares = 0, exact = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    const double difference = image.rgb[i] - scene.exact->rgb[i];
+    sum += difference;
+    squares += difference * difference;
+    exact += scene.exact->rgb[i];
+  }
+  EXPECT_LT(std::sqrt(squares), 0.01 * exact);  // the test can find a missing hundredth
+  EXPECT_LT(std::abs(sum), 3 * std::sqrt(squares));
+}
+
 TEST(ClosedForms, EqualTheLimitOfUniformSamplesInRandomScenes) {
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
     const GrammarScene random = grammar_scene(seed, {80, 70});
