@@ -130,6 +130,51 @@ TEST(UniformVariance, OfMoreSamplesIsTheirDeviationSquared) {
   for (const float one : variance) EXPECT_NEAR(one / (3 * difference * difference), 1, 1e-2);
 }
 
+/// An image in which each sample is 20 with a probability of 1 %, else 0: claimed and true root mean square errors.
+struct RareLight {
+  double claimed = 0, exact = 0;
+};
+RareLight rare_light(std::uint32_t samples, bool noisy) {
+  constexpr std::uint32_t side = 96;
+  constexpr double height = 20, share = 0.01;
+  const Output output;
+  const DisplayTransform display(output, 1);
+  oracle::Random random(samples);
+  Image image{side, side, {}};
+  std::vector<float> deviation;
+  double squared = 0;
+  for (std::uint32_t i = 0; i < side * side; ++i) {
+    PixelAccumulator all, half;
+    for (std::uint32_t sample = 0; sample < samples; ++sample) {
+      const double value = random.in(0, 1) < share ? height : 0;
+      all.add({value, value, value});
+      if (sample < samples / 2) half.add({value, value, value});
+    }
+    float mean[3], of_mean[3] = {};
+    all.write(mean);
+    all.write_deviation(half, of_mean);
+    image.rgb.insert(image.rgb.end(), mean, mean + 3);
+    if (samples > 1) deviation.insert(deviation.end(), of_mean, of_mean + 3);
+    squared += std::pow(display.level(mean[0]) - display.level(height * share), 2) / (side * side);
+  }
+  UniformPixels pixels{image.rgb, deviation, side, samples};
+  pixels.noisy = noisy;
+  const ErrorContext context{display, {height, true}, output};
+  const InParallel in_order = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+    for (std::uint64_t i = 0; i < count; ++i) work(i);
+  };
+  return {measure_uniform_errors(image, pixels, {}, context, in_order).estimate, std::sqrt(squared)};
+}
+
+TEST(UniformErrors, OfRareBrightLightCountThePixelsWithoutASampleOfIt) {
+  for (const std::uint32_t samples : {1u, 2u, 4u, 8u, 16u, 64u}) {
+    const RareLight found = rare_light(samples, true);
+    EXPECT_GT(found.claimed, found.exact) << samples;
+    EXPECT_LT(found.claimed, found.exact / 0.7) << samples;
+  }
+  EXPECT_LT(rare_light(2, false).claimed, rare_light(2, false).exact / 2);  // by the deviations alone
+}
+
 TEST(PixelAccumulator, EstimatesTheDeviationOfTheMeanFromHalves) {
   // Four samples of which one is in the half: |8 - 2| sqrt(1 * 3) / 4.
   PixelAccumulator all, half;

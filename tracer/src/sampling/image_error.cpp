@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "tracer/src/math/lanes.h"
+#include "tracer/src/sampling/rare_light.h"
 #include "tracer/src/sampling/tile_errors.h"
 #include "tracer/src/sampling/tone_error.h"
 #include "tracer/src/textures/texture.h"
@@ -55,8 +56,15 @@ SampledError measure_samples(Image& image, const UniformPixels& pixels, const Er
   const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
   const auto add_block = [&](std::uint64_t block, SummedErrors& sum) {
     UniformVariance variances(pixels, context.display);
-    for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
-      const std::span<const float> variance = variances.row(y);
+    const std::size_t first = blocks.first_row(block), last = blocks.first_row(block + 1);
+    std::vector<float> all;  // rows of the block
+    for (std::size_t y = first; y < last; ++y) {
+      const std::span<const float> row = variances.row(y);
+      all.insert(all.end(), row.begin(), row.end());
+    }
+    if (pixels.noisy) sum.add(add_rare_light(pixels, context.display, first, all));
+    for (std::size_t y = first; y < last; ++y) {
+      const auto variance = std::span<const float>(all).subspan((y - first) * pixels.width, pixels.width);
       sum.add(summed(variance));
       tiles.add_row(y, variance);
       if (image.layers.error.empty()) continue;

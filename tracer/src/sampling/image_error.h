@@ -92,6 +92,7 @@ struct UniformPixels {
   std::uint32_t samples = 1;                ///< per pixel
   std::span<const MissedFeature> missed{};  ///< ascending by place
   bool indirect = false;                    ///< reflection or refraction may show features that nobody searched
+  bool noisy = false;                       ///< chance is in every pixel: light may be rare and bright
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };

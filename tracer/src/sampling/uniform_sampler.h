@@ -93,6 +93,7 @@ class UniformSampler {
         missed_features(features, radiance, pixels, scene_.image.window(), context.display);
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
+    pixels.noisy = scene_.needs.global_light;
     ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
     error.bounded = scene_.has_bounded_patches() && (context.bound.bounded || (error.depth == 0 && error.cutoff == 0));
     error.target = scene_.accuracy.target();
