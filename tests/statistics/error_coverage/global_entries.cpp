@@ -355,7 +355,7 @@ std::vector<CorpusEntry> global_entries() {
       {family, "lamp behind a pane", noisy_tiles, lamp_behind_pane},
       {family, "sky through a hole", noisy_tiles, hole},
       {family, "lamp in a mirror alone", targets, hidden_lamp, true, true},
-      {"fixed samples", "lamp in a mirror alone", fixed_samples, hidden_lamp},
+      {family, "lamp in a mirror alone, fixed samples", fixed_samples, hidden_lamp},
       {family, "81 lamps", tiles, many_lamps},
       {family, "lamp of 800 triangles", tiles, mesh_lamp},
       {family, "lamp in a corner", tiles, corner_light},
