@@ -66,7 +66,8 @@ class Load:
         """All acknowledged jobs end; prints figures."""
         ids = "', '".join(self.acknowledged)
         query = f"SELECT count(*) FROM jobs WHERE id IN ('{ids}') AND ended_at IS NULL"
-        wait_until(lambda: cluster.sql(query) == "0", "the end of all jobs")
+        while (running := cluster.sql(query)) != "0":  # for as long as it takes: the machine may be slow
+            wait_until(lambda before=running: cluster.sql(query) != before, "the end of one more job")
         rows = cluster.sql("SELECT j.id, j.state, j.attempt, a.sha256 FROM jobs j LEFT JOIN artifacts a ON a.job_id = j.id")
         jobs = {row.split("|")[0]: row.split("|")[1:] for row in rows.splitlines()}
         written = collections.Counter(row for row in cluster.sql("SELECT job_id FROM moves WHERE state = 'succeeded'").splitlines())
