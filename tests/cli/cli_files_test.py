@@ -31,6 +31,13 @@ class ImageFile(unittest.TestCase):
     def names(self):
         return sorted(path.name for path in self.directory.iterdir())
 
+    def test_of_a_format_that_cannot_hold_the_image_is_refused_before_the_render(self):
+        long = {"version": 1, "image": {"width": 16384, "height": 1}, "camera": {"position": [0, 0, 9], "look_at": [0, 0, 0]}}
+        done = whittle("render", "-", "-o", self.image, "-o", self.directory / "b.webp", document=long)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn(b"b.webp: a webp file has at most 16383 pixels on a side", done.stderr)
+        self.assertEqual(self.names(), [])
+
     def test_replaces_a_file_of_the_same_name(self):
         self.image.write_bytes(b"old")
         self.assertEqual(self.render().returncode, 0)

@@ -144,6 +144,13 @@ class Rendering(OneDaemon):
         reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
         self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
 
+    def test_selects_a_format_that_holds_the_image(self):
+        long = scene(16384, 1)
+        reply = self.daemon.request("POST", "/v1/render", long, {"Accept": "image/webp, image/png;q=0.5"})
+        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "image/png"))
+        reply = self.daemon.request("POST", "/v1/render", long, {"Accept": "image/webp"})
+        self.assert_problem(reply, 406, "not_acceptable")
+
     def test_rejects_unsupported_formats(self):
         reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/avif, text/html"})
         self.assert_problem(reply, 406, "not_acceptable")

@@ -205,6 +205,13 @@ ExitCode run(const RenderOptions& options) {
   tracer::Scene& scene = loaded->document.scene;
   summary.parse_ms = watch.lap_ms();
   if (!options.quiet) print_warnings(stderr, scene);
+  const tracer::PixelWindow window = scene.image.window();
+  for (const RenderOptions::Output& output : options.outputs) {
+    const std::uint32_t side_max = tracer::side_max(output.format);
+    if (std::max(window.width(), window.height()) > side_max)
+      return fail(output.path + ": a " + std::string(tracer::name(output.format)) + " file has at most " +
+                  std::to_string(side_max) + " pixels on a side");
+  }
 
   // --threads bounds the thread pool that scene building and the encoders use.
   std::optional<tbb::global_control> bound;

@@ -36,10 +36,14 @@ void apply_range(const Request& request, Reply& reply, const std::string& etag) 
   }
 }
 
-/// The format that Accept prefers among those of the document, in its order, followed by all others.
-std::optional<tracer::Format> accepted_format(const Request& request, std::vector<tracer::Format> formats) {
+/// The format that Accept prefers among those of the document, in its order, followed by all others that can hold the
+/// image.
+std::optional<tracer::Format> accepted_format(const Request& request, const tracer::Scene& scene) {
+  const tracer::PixelWindow window = scene.image.window();
+  std::vector<tracer::Format> formats = scene.output.formats;
   for (const tracer::Format format : tracer::all_formats) {
-    if (std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
+    const bool holds_image = std::max(window.width(), window.height()) <= tracer::side_max(format);
+    if (holds_image && std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
   }
   std::vector<std::string_view> types;
   for (const tracer::Format format : formats) types.push_back(tracer::media_type(format));
@@ -286,7 +290,7 @@ Answer render(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   auto scene = take_scene(request, context);
   if (!scene) return scene.error();
-  const auto format = accepted_format(request, scene->parsed.scene.output.formats);
+  const auto format = accepted_format(request, scene->parsed.scene);
   if (!format) {
     return Problem{failures::not_acceptable, "accept image/png, image/x-exr or another supported image format"};
   }

@@ -209,6 +209,17 @@ WrongImage wrong_image(double noise, double difference) {
   return wrong;
 }
 
+TEST(Encode, RefusesSidesThatAFormatCannotHold) {
+  for (const Format format : all_formats) {
+    const std::uint32_t longest = std::min(side_max(format), std::uint32_t{65'536});
+    EXPECT_TRUE(encode(Image{longest, 1, std::vector<float>(3 * longest)}, format)) << name(format);
+    if (longest < side_max(format)) continue;
+    const std::uint32_t longer = longest + 1;
+    EXPECT_FALSE(encode(Image{longer, 1, std::vector<float>(3 * longer)}, format)) << name(format);
+    EXPECT_FALSE(encode(Image{1, longer, std::vector<float>(3 * longer)}, format)) << name(format);
+  }
+}
+
 TEST(FileError, IsThatOfTheDecodedFileOfANoisyImage) {
   for (const Format format : {Format::png, Format::png16, Format::jpg, Format::webp})
     for (const double noise : {0.1, 0.25, 0.5, 1.0, 2.0}) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -85,6 +86,12 @@ constexpr std::string_view name(Format format) { return format_names[static_cast
 constexpr std::string_view extension(Format format) { return format_names[static_cast<std::size_t>(format)].extension; }
 constexpr std::string_view media_type(Format format) {
   return format_names[static_cast<std::size_t>(format)].media_type;
+}
+
+/// The most pixels on a side of a file: 65,500 for jpg (JPEG_MAX_DIMENSION of libjpeg), 16,383 for webp, whose frames
+/// have 14 bits for a side (RFC 6386, section 9.1). The others hold all images.
+constexpr std::uint32_t side_max(Format format) {
+  return format == Format::jpg ? 65'500 : format == Format::webp ? 16'383 : std::numeric_limits<std::uint32_t>::max();
 }
 
 }  // namespace tracer

@@ -169,6 +169,8 @@ EncodedFile encode_lossy(const Image& image, Format format, const Output& output
 EncodedFile encode(const Image& image, Format format, const Output& output) {
   // Not every encoder rejects empty images: the JPEG encoder crashes.
   if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the image has no pixels";
+  if (std::max(image.width, image.height) > side_max(format))  // the JPEG encoder ends the process
+    return std::string(name(format)) + " encoder: a side has more than " + std::to_string(side_max(format)) + " pixels";
   if (format == Format::png) return encode_png<std::uint8_t>(image, output, output.palette);
   if (format == Format::png16) return encode_png<std::uint16_t>(image, output, 0);
   if (format == Format::tiff) return encode_tiff(image, output);

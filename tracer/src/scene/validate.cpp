@@ -1,10 +1,12 @@
 #include "tracer/validate.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <type_traits>
 #include <variant>
 
+#include "tracer/encode.h"
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/materials/energy_balance.h"
@@ -328,11 +330,19 @@ void check_named_once(Checks& checks, const DocumentPath& where, const std::vect
   }
 }
 
-void check_output(Checks& checks, const Output& output) {
+void check_output(Checks& checks, const Output& output, const PixelWindow& window) {
   const DocumentPath where("/output");
   const DocumentPath formats(where, "formats");
   if (output.formats.empty()) checks.add_issue(formats, "wrong_length", "must name at least one format");
   check_named_once(checks, formats, output.formats);
+  const std::uint32_t side = std::max(window.width(), window.height());
+  for (std::size_t i = 0; i < output.formats.size(); ++i) {
+    const Format format = output.formats[i];
+    if (side > side_max(format))
+      checks.add_issue({formats, i}, "conflict",
+                       "a " + std::string(name(format)) + " file has at most " + std::to_string(side_max(format)) +
+                           " pixels on a side, the image " + std::to_string(side));
+  }
   checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
   if (output.palette != 0 && (output.palette < 2 || output.palette > 256))
     checks.add_issue({where, "palette"}, "out_of_range",
@@ -361,7 +371,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits,
   check_materials(checks, scene);
   check_objects(checks, scene);
   check_accuracy(checks, scene.accuracy, scene.image);
-  check_output(checks, scene.output);
+  check_output(checks, scene.output, scene.image.window());
   return checks.take();
 }
 
