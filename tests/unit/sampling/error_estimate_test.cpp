@@ -342,11 +342,35 @@ TEST(ErrorEstimate, AddsVariancesAndSquaredBiases) {
   EXPECT_DOUBLE_EQ(error.estimate, 2);
 }
 
-TEST(ErrorEstimate, AttributesTheUnexplainedErrorToApproximations) {
-  ErrorEstimate error = error_estimate({.sampled = {12, 12}, .omitted = {}}, 4);
-  add_approximation(error, {.squared = 60, .squared_upper = 60}, 4);
+TEST(ErrorEstimate, IncludesApproximations) {
+  const ErrorEstimate error = error_estimate({.sampled = {12, 12}, .omitted = {}, .approximation = 48}, 4);
   EXPECT_DOUBLE_EQ(error.approximation, 2);
   EXPECT_DOUBLE_EQ(error.estimate, std::sqrt(5));
+}
+
+TEST(HalvesDistance, IsFreeOfNoiseThatBothHaveInCommon) {
+  const DisplayTransform display({}, 1);
+  const Color value{0.5, 0.5, 0.5}, bias{0.01, 0.01, 0.01}, noise{0.2, -0.1, 0.3};
+  const HalvesDistance distance(value, {value + noise, value}, {value + noise + bias, value + bias}, display);
+  EXPECT_NEAR(std::sqrt(distance.squared / 3), display.level(0.5) - display.level(0.49), 0.01);
+  EXPECT_NEAR(distance.noise, 0, 1e-12);
+}
+
+TEST(HalvesDistance, IsUnbiasedAndHasTheVarianceOfAHalf) {
+  const DisplayTransform display({}, 1);
+  const double slope = display.slope(0.5), bias = 1e-4, deviation = 5e-4;
+  oracle::Random random(7);
+  double squared = 0, noise = 0;
+  constexpr int trials = 100'000;
+  const Color value{0.5, 0.5, 0.5};
+  const auto fresh = [&] { return value + Color{1, 1, 1} * (bias + deviation * std::sqrt(3.0) * random.in(-1, 1)); };
+  for (int i = 0; i < trials; ++i) {
+    const HalvesDistance distance(value, {fresh(), fresh()}, {value, value}, display);
+    squared += distance.squared / trials;
+    noise += distance.noise / trials;
+  }
+  EXPECT_NEAR(squared, 3 * std::pow(slope * bias, 2), 0.02 * 3 * std::pow(slope * deviation, 2));
+  EXPECT_NEAR(noise, 3 * std::pow(slope * deviation, 2), 0.03 * 3 * std::pow(slope * deviation, 2));
 }
 
 }  // namespace

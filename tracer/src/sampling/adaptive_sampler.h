@@ -105,10 +105,10 @@ class AdaptiveSampler {
   /// them are taken.
   ApproximationError measure_approximation_error() {
     if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
+    const DisplayTransform display = film_.display();
     ApproximationError measured =
-        measure_approximation<T>(scene_, context_.settings, control_, film_.display(), mean_, deadline_);
-    // The rest of the error is that of the samples so far, whatever further ones leave of it.
-    known_.approximation = std::max(0.0, measured.exact.squared_upper - known_.sampled.squared);
+        measure_approximation<T>(scene_, context_.settings, control_, display, mean_, deadline_);
+    known_.approximation = measured.error.squared_upper;
     known_.fixed += known_.approximation;
     summarize();
     const bool refined = !film_.pixels().empty() && (target_.target_error || target_.tile_error);

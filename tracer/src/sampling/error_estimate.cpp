@@ -357,13 +357,4 @@ ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   return error;
 }
 
-void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels) {
-  const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
-  const double unexplained = std::max(0.0, exact.squared_upper / channels - error.sampling * error.sampling);
-  error.approximation = std::sqrt(unexplained);
-  error.estimate = std::sqrt(error.estimate * error.estimate + unexplained);
-  error.worst_tile = std::sqrt(error.worst_tile * error.worst_tile + unexplained);
-  error.proven = std::numeric_limits<double>::infinity();
-}
-
 }  // namespace tracer

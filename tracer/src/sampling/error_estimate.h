@@ -195,7 +195,4 @@ inline bool targets_reached(const ErrorEstimate& error) {
          (!error.tile_target || error.worst_tile <= *error.tile_target);
 }
 
-/// Adds the error of approximations; `exact` is the whole error of the image against exact samples.
-void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels);
-
 }  // namespace tracer

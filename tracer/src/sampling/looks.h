@@ -28,16 +28,14 @@ struct Look {
 };
 
 /// Samples in each half of a look. With fewer, the mean code value of a half would be darker than that of the mean.
-inline constexpr std::uint32_t look_half = 8;
-
-/// The same for looks that may be exact. Paths by diffuse surfaces have more noise, and are rare enough where they
-/// validate an approximation.
-inline std::uint32_t look_half_of(const CompiledScene& scene, bool exact) {
-  return exact && scene.exact.needs.global_light ? 8 * look_half : look_half;
-}
+/// Looks that measure approximations may take more, for paths by diffuse surfaces have more noise.
+inline constexpr std::uint32_t look_half = 8, look_half_max = 4096;
 
 /// The least number of looks that validates an image with open pixels.
 inline constexpr std::size_t looks_min = 1024;
+
+/// The number of looks that measure the light of patches by paths: fewer for an image of few pixels.
+inline std::size_t path_looks(std::size_t pixels) { return std::clamp<std::size_t>(pixels, 64, 512); }
 
 /// Independent draws, ascending by place, and the largest weighted bound that a draw can have.
 struct LookDraws {

@@ -261,17 +261,20 @@ UnitOutcome trace_allocated_unit(const CompiledScene& scene, const RenderControl
 
 class LookRound final : public PartRound {
  public:
+  /// `half`: samples in each half, at most look_half_max.
   LookRound(PartKind kind, std::uint32_t half, const Tiles& tiles, std::span<const Look> looks)
-      : kind_(kind), half_(half), halves_(looks.size()), order_(looks.size()) {
+      : kind_(kind), half_(half), halves_(looks.size()) {
+    constexpr std::size_t unit_samples_max = 1u << 14;
+    const std::size_t unit_looks_max = std::max<std::size_t>(1, unit_samples_max / (2 * half));
     std::vector<std::vector<std::size_t>> of_tile(tiles.count());
     for (std::size_t i = 0; i < looks.size(); ++i) of_tile[tiles.index(tiles.pixel(looks[i].place))].push_back(i);
-    order_.clear();
     for (const auto& indices : of_tile) {
-      if (indices.empty()) continue;
-      ends_.push_back(order_.size() + indices.size());
+      std::size_t in_unit = 0;
       for (const std::size_t i : indices) {
+        if (in_unit++ % unit_looks_max == 0) ends_.push_back(order_.size());
         order_.push_back(i);
         looks_.push_back(looks[i]);
+        ends_.back() = order_.size();
       }
     }
   }
@@ -281,6 +284,7 @@ class LookRound final : public PartRound {
     return std::uint64_t{2} * half_ * (ends_[unit] - first(unit));
   }
   void describe(std::uint64_t unit, PartWriter& writer) const override {
+    writer.put(half_);
     for (const Look& look : looks(unit)) writer.put_each(look.place, look.index);
   }
   bool store(std::uint64_t unit, PartReader& result) override {
@@ -310,7 +314,7 @@ class LookRound final : public PartRound {
   [[nodiscard]] std::size_t first(std::uint64_t unit) const { return unit == 0 ? 0 : ends_[unit - 1]; }
 
   PartKind kind_;
-  std::uint32_t half_;       ///< samples in each half
+  std::uint32_t half_;
   std::vector<Look> looks_;  ///< by tile
   std::vector<std::optional<Halves>> halves_;
   std::vector<std::size_t> order_;  ///< index of each look before
@@ -357,9 +361,10 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
 }
 
 template <Tracer T>
-UnitOutcome trace_look_unit(PartKind kind, const CompiledScene& scene, PartReader& unit, T& tracer,
-                            PartWriter& result) {
+UnitOutcome trace_look_unit(const CompiledScene& scene, PartReader& unit, T& tracer, PartWriter& result) {
   const Tiles tiles(scene.image.window());
+  std::uint32_t half = 0;
+  if (!unit.get(half) || half == 0 || half > look_half_max) return UnitOutcome::malformed;
   std::vector<Look> looks;
   while (!unit.at_end()) {
     Look& look = looks.emplace_back();
@@ -367,8 +372,7 @@ UnitOutcome trace_look_unit(PartKind kind, const CompiledScene& scene, PartReade
       return UnitOutcome::malformed;
   }
   std::vector<std::optional<Halves>> halves(looks.size());
-  if (!trace_looks<T>(scene, tiles, looks, look_half_of(scene, kind == PartKind::exact_looks), tracer, halves))
-    return UnitOutcome::cancelled;
+  if (!trace_looks<T>(scene, tiles, looks, half, tracer, halves)) return UnitOutcome::cancelled;
   for (const std::optional<Halves>& entry : halves) {
     result.put(static_cast<std::uint8_t>(entry ? 1 : 0));
     if (entry) result.put_each((*entry)[0], (*entry)[1]);
@@ -388,7 +392,7 @@ UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderCo
       return trace_allocated_unit<T>(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
-      return trace_look_unit<T>(kind, scene, unit, tracer, result);
+      return trace_look_unit<T>(scene, unit, tracer, result);
   }
   return UnitOutcome::malformed;
 }

@@ -191,6 +191,13 @@ FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTra
   return error;
 }
 
+HalvesDistance::HalvesDistance(const Color& value, const Halves& a, const Halves& b, const DisplayTransform& display) {
+  const Color first = a[0] + b[0] * -1, second = a[1] + b[1] * -1;
+  const Color half_difference = (first + second * -1) * std::numbers::sqrt2 * 0.5;
+  squared = fresh_error(value, {value + first, value + second}, display).squared;
+  noise = fresh_error(value, {value + half_difference, value + half_difference}, display).squared;
+}
+
 float squared_error_bound(const RadianceInterval& interval, const DisplayTransform& display) {
   double sum = 0;
   for (std::size_t channel = 0; channel < 3; ++channel) {

@@ -197,6 +197,14 @@ struct FreshError {
 };
 FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display);
 
+/// Distance between the limits of two kinds of samples of the pixel `value`, by two halves of each. Samples of both
+/// kinds with the same seeds have common noise, which cancels.
+struct HalvesDistance {
+  HalvesDistance(const Color& value, const Halves& a, const Halves& b, const DisplayTransform& display);
+  double squared;  ///< in squared code values, summed over the channels; negative by chance
+  double noise;    ///< variance of the difference of two halves, likewise
+};
+
 /// The largest squared distance of any two samples of a pixel, in squared code values, summed over the channels.
 float squared_error_bound(const RadianceInterval& interval, const DisplayTransform& display);
 /// The largest squared distance of a sample from `value`, which may lie outside of the interval.

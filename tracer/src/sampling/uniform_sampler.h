@@ -1,6 +1,7 @@
 #pragma once
 /// Takes the same number of samples in every pixel.
 
+#include <functional>
 #include <mutex>
 #include <span>
 #include <utility>
@@ -41,9 +42,11 @@ class UniformSampler {
     Rendered rendered;
     rendered.statistics = pool_.statistics();  // without the samples of features
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
-    rendered.error = estimate(image, context);
+    const ApproximationError approximation =
+        measure_approximation<T>(scene_, settings_, control_, context.display, mean_, Deadline{settings_, {}, 1});
+    rendered.error = estimate(image, context, approximation.error.squared_upper);
     rendered.image = std::move(image);
-    if (scene_.accuracy.approximate.any()) add_approximation_error(context.display, rendered);
+    approximation.count_in(rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -51,16 +54,6 @@ class UniformSampler {
  private:
   /// At most about one feature for 512 samples, so that they take little time.
   static constexpr std::size_t samples_per_feature = 512, features_min = 4;
-
-  void add_approximation_error(const DisplayTransform& display, Rendered& rendered) {
-    const std::vector<float>& rgb = rendered.image.rgb;
-    const auto value = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
-    const ApproximationError measured =
-        measure_approximation<T>(scene_, settings_, control_, display, value, Deadline{settings_, {}, 1});
-    measured.count_in(rendered);
-    add_approximation(rendered.error, measured.exact, rgb.size() / 3);
-    rendered.error.target_met = targets_reached(rendered.error);
-  }
 
   void trace() {
     const PreviewTiles::Open open(preview_);
@@ -80,7 +73,7 @@ class UniformSampler {
   }
 
   /// Also samples features that the pixels may have missed.
-  ErrorEstimate estimate(Image& image, const ErrorContext& context) {
+  ErrorEstimate estimate(Image& image, const ErrorContext& context, double approximation) {
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
@@ -94,6 +87,7 @@ class UniformSampler {
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
     pixels.noisy = scene_.needs.global_light;
+    pixels.approximation = approximation;
     ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
     error.bounded = scene_.has_bounded_patches() && (context.bound.bounded || (error.depth == 0 && error.cutoff == 0));
     error.target = scene_.accuracy.target();
@@ -106,7 +100,7 @@ class UniformSampler {
   const RenderSettings& settings_;
   RenderControl& control_;
   UniformFilm film_;
-  const PreviewTiles::Mean mean_ = [this](std::size_t place) {
+  const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) {
     const float* const rgb = film_.image.rgb.data() + 3 * place;
     return Color{rgb[0], rgb[1], rgb[2]};
   };
