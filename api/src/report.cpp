@@ -91,6 +91,7 @@ Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures, bool
   if (!figures) return nullptr;
   return object_of({{"patches", figures->patches},
                     {"limited", figures->limited},
+                    {"stages", figures->stages},
                     {"rays", figures->rays},
                     {"factors", figures->factors},
                     {"sweeps", figures->sweeps},

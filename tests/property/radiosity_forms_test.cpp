@@ -11,14 +11,14 @@ namespace {
 
 constexpr Approximations by_radiosity{.interreflection = Approximations::Interreflection::radiosity};
 
-/// By about so many patches: the target error decides.
-Image image_of(Scene scene, double patches) {
-  scene.accuracy.target_error = 4000 / patches;
+/// By more patches for a smaller target error.
+Image image_of(Scene scene, double target) {
+  scene.accuracy.target_error = target;
   return scenes::approximated(scene, by_radiosity).image;
 }
 
 void expect_truth(const Scene& scene, double truth, const std::string& name) {
-  EXPECT_NEAR(mean_radiance(image_of(scene, 1024)), truth, 0.01 * truth) << name;
+  EXPECT_NEAR(mean_radiance(image_of(scene, 4)), truth, 0.01 * truth) << name;
 }
 
 /// 16 x 16 pixels, which a field of view of so many degrees fills with one surface.
@@ -98,8 +98,8 @@ TEST(Radiosity, BesideAWallConvergesWithThePatches) {
   floor.triangles = wall.triangles = {{0, 1, 2}, {0, 2, 3}};
   scenes::add(scene, floor, surface(1));
   scenes::add(scene, wall, surface(0));
-  const auto error = [&](double patches) {
-    const Image image = image_of(scene, patches);
+  const auto error = [&](double target) {
+    const Image image = image_of(scene, target);
     double squares = 0;
     for (std::uint32_t row = 0; row < side; ++row) {
       for (std::uint32_t column = 0; column < side; ++column) {
@@ -110,7 +110,7 @@ TEST(Radiosity, BesideAWallConvergesWithThePatches) {
     }
     return std::sqrt(squares) / side;
   };
-  const double coarse = error(300), fine = error(3000);
+  const double coarse = error(16), fine = error(0.5);
   EXPECT_LT(fine, 0.5 * coarse);
   EXPECT_LT(fine, 0.01);
 }

@@ -10,7 +10,6 @@
 #include "tests/support/scenes.h"
 #include "tracer/image.h"
 #include "tracer/scene_cache.h"
-#include "tracer/src/math/vec.h"
 
 namespace tracer {
 namespace {
@@ -119,37 +118,8 @@ TEST(Radiosity, UnderAUniformSkyIsTheReflectanceOfAConvexBody) {
   }
 }
 
-/// A room of five walls that is open toward the camera, lit by a lamp, with a mirror ball.
-Scene room(double scale = 1, const Vec3& offset = {}) {
-  Scene scene = scenes::empty(32);
-  const auto at = [&](const Vec3& p) { return p * scale + offset; };
-  scene.camera = {at({0, 0, 3.25}), at({0, 0, 0}), {0, 1, 0}, 45};
-  const auto wall = [&](const Vec3& corner, const Vec3& u, const Vec3& v, const Color& color) {
-    Mesh mesh;
-    mesh.positions = {at(corner), at(corner + u), at(corner + u + v), at(corner + v)};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    Material material = gray_wall(1);
-    material.color = color;
-    scenes::add(scene, mesh, material);
-  };
-  const Color white{0.8, 0.8, 0.8};
-  wall({-1, -1, -1}, {2, 0, 0}, {0, 0, 2}, white);
-  wall({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);
-  wall({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, white);
-  wall({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.8, 0.1, 0.1});
-  wall({1, -1, -1}, {0, 2, 0}, {0, 0, 2}, {0.1, 0.6, 0.1});
-  Mesh lamp;
-  constexpr double half = 0.3125, height = 0.8125;  // sums with offsets are exact
-  lamp.positions = {at({-half, height, -half}), at({half, height, -half}), at({half, height, half}),
-                    at({-half, height, half})};
-  lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
-  scenes::add(scene, lamp, scenes::glowing({4, 3, 2}));
-  scenes::add(scene, Sphere{at({-0.375, -0.625, -0.25}), 0.375 * scale}, scenes::mirror(0.9));
-  return scene;
-}
-
 TEST(Radiosity, IsWithinItsClaimOfPaths) {
-  Scene scene = room();
+  Scene scene = scenes::room();
   scene.accuracy.samples = 64;
   Scene converged = scene;
   converged.accuracy.samples = 1024;
@@ -170,7 +140,7 @@ TEST(Radiosity, IsWithinItsClaimOfPaths) {
 }
 
 TEST(Radiosity, LeavesTheSamplesTheRestOfTheTargetError) {
-  Scene scene = room();
+  Scene scene = scenes::room();
   scene.image = {96, 96, {}};
   scene.accuracy.adaptive = Adaptive{.target_error = 4, .time_budget_ms = {}};
   scene.accuracy.cutoff_by_chance = true;
@@ -178,12 +148,12 @@ TEST(Radiosity, LeavesTheSamplesTheRestOfTheTargetError) {
   EXPECT_TRUE(error.target_met) << error.estimate;
   EXPECT_EQ(error.limit, ErrorEstimate::Limit::target);
   EXPECT_GT(error.approximation, 1);
-  EXPECT_LT(error.sampling, 3.3) << "samples that reach the target alone do not suffice";
+  EXPECT_LT(error.sampling, 3.5) << "samples that reach the target alone do not suffice";
   EXPECT_NEAR(std::hypot(error.sampling, error.approximation), error.estimate, 0.2);
 }
 
 TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
-  Scene scene = room();
+  Scene scene = scenes::room();
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.approximate.interreflection = Interreflection::radiosity;
   RenderControl control;
@@ -194,10 +164,11 @@ TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
 }
 
 TEST(Radiosity, HasTheSameBitsForEveryScaleByAPowerOfTwoAndPlace) {
-  const std::vector<float> image = rendered_with(room(), Interreflection::radiosity).image.rgb;
+  const std::vector<float> image = rendered_with(scenes::room(), Interreflection::radiosity).image.rgb;
   for (const int exponent : {-20, 3})
-    EXPECT_EQ(rendered_with(room(std::ldexp(1.0, exponent)), Interreflection::radiosity).image.rgb, image) << exponent;
-  EXPECT_EQ(rendered_with(room(1, {64, -1024, 8}), Interreflection::radiosity).image.rgb, image);
+    EXPECT_EQ(rendered_with(scenes::room(std::ldexp(1.0, exponent)), Interreflection::radiosity).image.rgb, image)
+        << exponent;
+  EXPECT_EQ(rendered_with(scenes::room(1, {64, -1024, 8}), Interreflection::radiosity).image.rgb, image);
 }
 
 std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interreflection, double target) {
@@ -208,22 +179,24 @@ std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interref
   return radiosity_figures(**compile(scene, control));
 }
 
-TEST(Radiosity, HasMorePatchesForASmallerTargetAndReportsThem) {
-  EXPECT_FALSE(figures_of(room(), Interreflection::exact, 1));
-  EXPECT_FALSE(figures_of(room(), Interreflection::ambient, 1));
-  const auto coarse = figures_of(room(), Interreflection::radiosity, 4),
-             fine = figures_of(room(), Interreflection::gather, 2);
+TEST(Radiosity, HasMorePatchesAndRaysForASmallerTargetAndReportsThem) {
+  EXPECT_FALSE(figures_of(scenes::room(), Interreflection::exact, 1));
+  EXPECT_FALSE(figures_of(scenes::room(), Interreflection::ambient, 1));
+  const auto coarse = figures_of(scenes::room(), Interreflection::radiosity, 16),
+             fine = figures_of(scenes::room(), Interreflection::radiosity, 2);
   ASSERT_TRUE(coarse && fine);
-  for (const auto& [figures, wanted] : {std::pair(*coarse, 1000u), std::pair(*fine, 2000u)}) {
-    EXPECT_GE(figures.patches, wanted);
-    EXPECT_LE(figures.patches, 1.2 * wanted + 50) << "cells at borders are cut";
-  }
+  EXPECT_EQ(coarse->stages, 1u);
+  EXPECT_GT(fine->stages, 1u);
+  EXPECT_GT(fine->factors, 2 * coarse->factors);
+  EXPECT_GE(coarse->patches, 1024u);
+  EXPECT_LE(coarse->patches, 1300u) << "cells at borders are cut";
+  EXPECT_GE(coarse->rays, 128u * coarse->patches);
   for (const RadiosityFigures& figures : {*coarse, *fine}) {
-    EXPECT_GE(figures.rays, 128u * figures.patches);
-    EXPECT_LE(figures.factors, 256u * figures.patches);
     EXPECT_GT(figures.factors, 10u * figures.patches);
+    EXPECT_LT(figures.factors, figures.rays);
     EXPECT_GT(figures.sweeps, 2u);
     EXPECT_LT(figures.bound, 1e-4);
+    EXPECT_FALSE(figures.limited);
   }
 }
 
@@ -257,9 +230,9 @@ Cached compiled_with(SceneCache& cache, Scene scene, const std::string& everythi
 
 TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   SceneCache cache(64u << 20);
-  EXPECT_FALSE(compiled_with(cache, room(), "a").reused);
+  EXPECT_FALSE(compiled_with(cache, scenes::room(), "a").reused);
   EXPECT_GT(cache.memory_bytes().radiosity, 0u);
-  Scene moved = room();
+  Scene moved = scenes::room();
   moved.camera.position = {0.5, 0.25, 2};
   moved.image = {24, 16, {}};
   const Cached again = compiled_with(cache, moved, "a");
@@ -268,18 +241,18 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   const Cached fresh = compiled_with(none, moved, "a");
   EXPECT_FALSE(fresh.reused);
   EXPECT_EQ(again.image, fresh.image);
-  EXPECT_FALSE(compiled_with(cache, room(), "b").reused) << "another scene";
-  EXPECT_FALSE(compiled_with(cache, room(), "").reused) << "of unknown content";
-  Scene turned = room();
+  EXPECT_FALSE(compiled_with(cache, scenes::room(), "b").reused) << "another scene";
+  EXPECT_FALSE(compiled_with(cache, scenes::room(), "").reused) << "of unknown content";
+  Scene turned = scenes::room();
   turned.camera.up = {1, 0, 0};  // and with it an environment
   EXPECT_FALSE(compiled_with(cache, turned, "a").reused);
-  Scene with_file = room();
+  Scene with_file = scenes::room();
   with_file.assets.push_back({"image.png", "/textures/wood/file"});
   EXPECT_FALSE(compiled_with(cache, with_file, "a").reused) << "of a file of unknown content";
 }
 
 TEST(Radiosity, IsCancelledWhileTheSceneIsBuilt) {
-  Scene scene = room();
+  Scene scene = scenes::room();
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.approximate.interreflection = Interreflection::radiosity;
   RenderControl control;

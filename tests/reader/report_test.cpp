@@ -129,19 +129,20 @@ TEST(Report, HasEveryMember) {
       R"("artifacts":[{"name":"image.png","error":{"estimate":2.0,"proven":2.25,"met":false,"worst_tile":7.5,"encoding":0.5}},)"
       R"({"name":"image.exr","error":{"estimate":1.5,"proven":null,"met":true,"worst_tile":0.0,"encoding":0.0}}],)"
       R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30,"diffuse":40},"culled_shadows":{"rays":144,"radiance":0.0005},"duplicates":11,)"
-      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"workers":1,"tasks":0,"repeated_tasks":0,"geometry_reused":true,"textures":{"reused":5,"decoded":6},"radiosity":{"patches":7,"limited":true,"rays":8,"factors":9,"sweeps":10,"reused":true,"bound":null},"estimated_work":20097.0,"memory_bytes":12345678901,"non_finite":3,)"
+      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"workers":1,"tasks":0,"repeated_tasks":0,"geometry_reused":true,"textures":{"reused":5,"decoded":6},"radiosity":{"patches":7,"limited":true,"stages":12,"rays":8,"factors":9,"sweeps":10,"reused":true,"bound":null},"estimated_work":20097.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
-  EXPECT_EQ(api::write_report(scene, error, artifacts, statistics,
-                              {0.5,
-                               1,
-                               2,
-                               3,
-                               4,
-                               {true, 5, 6, true},
-                               tracer::RadiosityFigures{7, true, 8, 9, 10, std::numeric_limits<double>::infinity()}},
-                              12345678901),
-            expected);
+  EXPECT_EQ(
+      api::write_report(scene, error, artifacts, statistics,
+                        {0.5,
+                         1,
+                         2,
+                         3,
+                         4,
+                         {true, 5, 6, true},
+                         tracer::RadiosityFigures{7, true, 12, 8, 9, 10, std::numeric_limits<double>::infinity()}},
+                        12345678901),
+      expected);
 }
 
 }  // namespace

@@ -211,6 +211,28 @@ Scene random(std::uint64_t seed, std::uint32_t side) {
   return scene;
 }
 
+Scene room(double scale, const Vec3& offset) {
+  Scene scene = empty(32);
+  const auto at = [&](const Vec3& p) { return p * scale + offset; };
+  scene.camera = {at({0, 0, 3.25}), at({0, 0, 0}), {0, 1, 0}, 45};
+  const auto rectangle = [&](const Vec3& corner, const Vec3& u, const Vec3& v, const Material& material) {
+    Mesh mesh;
+    mesh.positions = {at(corner), at(corner + u), at(corner + u + v), at(corner + v)};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    add(scene, mesh, material);
+  };
+  const Material white = matte({0.8, 0.8, 0.8});
+  rectangle({-1, -1, -1}, {2, 0, 0}, {0, 0, 2}, white);
+  rectangle({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, white);
+  rectangle({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, white);
+  rectangle({-1, -1, -1}, {0, 2, 0}, {0, 0, 2}, matte({0.8, 0.1, 0.1}));
+  rectangle({1, -1, -1}, {0, 2, 0}, {0, 0, 2}, matte({0.1, 0.6, 0.1}));
+  constexpr double half = 0.3125, height = 0.8125;  // sums with offsets are exact
+  rectangle({-half, height, -half}, {2 * half, 0, 0}, {0, 0, 2 * half}, glowing({4, 3, 2}));
+  add(scene, Sphere{at({-0.375, -0.625, -0.25}), 0.375 * scale}, mirror(0.9));
+  return scene;
+}
+
 void light_globally(Scene& scene) {
   scene.accuracy.model = Accuracy::Model::global;
   for (Material& material : scene.materials)

@@ -37,6 +37,10 @@ tracer::Mesh placed(tracer::Mesh mesh, double scale, const tracer::Vec3& offset)
 /// light, attenuation, checkers, mirrors, glass with and without Fresnel, transmissive shadows, cutoff and depth.
 tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 
+/// A room of five walls that is open toward the camera, lit by a lamp, with a mirror ball as its last object; 32 x 32
+/// pixels. Every position p becomes p * scale + offset.
+tracer::Scene room(double scale = 1, const tracer::Vec3& offset = {});
+
 /// Sets global light: materials give back less light than they receive, and the first glows.
 void light_globally(tracer::Scene& scene);
 

@@ -19,9 +19,7 @@ constexpr int bar_width = 40, bar_width_behind_label = 20;
 constexpr const char* erase_line = "\r\x1b[K";
 
 void draw(const tracer::RenderControl& control, const std::string& label, double seconds) {
-  const auto done = static_cast<double>(control.tiles_done());
-  const auto total = static_cast<double>(std::max<std::uint64_t>(control.tiles_total(), 1));
-  const double part = std::min(done / total, 1.0);
+  const double part = control.progress();
   const int width = label.empty() ? bar_width : bar_width_behind_label;
   const auto filled = static_cast<std::size_t>(width * part);
   const std::string bar = std::string(filled, '=') + std::string(width - filled, ' ');

@@ -6,6 +6,7 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -135,11 +136,11 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, co
   Stopwatch watch;
   const Stopwatch whole;
   const ProgressBar bar(control, !options.quiet);
-  const auto compiled = tracer::compile_taking_meshes(scene, control, assets);
+  const std::function<double()> elapsed_ms = [&] { return whole.elapsed_ms(); };
+  const auto compiled = tracer::compile_taking_meshes(scene, control, assets, nullptr, elapsed_ms);
   summary.build_ms = watch.lap_ms();
   if (!compiled) return compiled.error();
-  auto rendered = tracer::render(
-      **compiled, {.elapsed_ms = [&] { return whole.elapsed_ms(); }, .threads = options.threads}, control);
+  auto rendered = tracer::render(**compiled, {.elapsed_ms = elapsed_ms, .threads = options.threads}, control);
   summary.trace_ms = watch.lap_ms();
   summary.memory_bytes = tracer::memory_bytes(**compiled);
   summary.radiosity = tracer::radiosity_figures(**compiled);

@@ -217,7 +217,8 @@ class RenderStages {
           value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing, everything_but_the_view_));
     const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get()));
+    auto compiled = value_of(
+        tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get(), [&] { return watch_.elapsed(); }));
     times_.build = watch_.lap();
     times_.cache_hits = tracer::cache_hits(*compiled);
     times_.radiosity = tracer::radiosity_figures(*compiled);

@@ -226,10 +226,12 @@ void RenderExecutor::send_progress() {
     for (const auto& [id, job] : jobs_) {
       const JobControl& control = job->control;
       const bool in_steps = control.steps_total > 0;
-      const std::uint64_t done = in_steps ? control.steps_done.load() : control.tracing.tiles_done();
-      const std::uint64_t total = in_steps ? control.steps_total.load() : control.tracing.tiles_total();
+      constexpr std::uint64_t parts = 10'000;
+      const std::uint64_t done =
+          in_steps ? control.steps_done.load() : static_cast<std::uint64_t>(parts * control.tracing.progress());
+      const std::uint64_t total = in_steps ? control.steps_total.load() : parts;
       if (done > job->sent_progress) messages.emplace_back(Progress{id, done, total});
-      job->sent_progress = done;
+      job->sent_progress = std::max(job->sent_progress, done);
       const std::lock_guard measured_lock(job->control.measured_mutex);
       std::string summary = std::exchange(job->control.measured, {});
       if (!summary.empty()) messages.emplace_back(MeasurementUpdate{id, std::move(summary)});

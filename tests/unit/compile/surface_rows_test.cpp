@@ -64,16 +64,23 @@ class Rows {
     const Bounds bounds = finite_bounds(scene);
     const Vec3 low = scene_->frame.render_from_world(bounds.low), high = scene_->frame.render_from_world(bounds.high);
     const Region region{(low + high) * 0.5, length(high - low) * 0.5};
-    patches_ = divide_surfaces(*compiled, region, wanted, PatchGrid::none, control);
+    patches_ = divide_surfaces(PatchPoints(*compiled, region, control), wanted, PatchGrid::none, control);
     const auto radiosity = std::make_shared<Radiosity>();
     radiosity->patches = patches_.grid;
     compiled->objects.radiosity = radiosity;
-    rows_ = trace_rows(*compiled, patches_.points, row_rays, control);
+    const SurfaceRows rows = trace_rows(*compiled, patches_.points, row_rays, control);
+    for (std::size_t i = 0; i < rows.halves[0].size(); ++i) {
+      std::vector<TransportEntry> row;
+      for (const Transport& half : rows.halves)
+        for (const TransportEntry& entry : half.row(i)) row.emplace_back(entry.patch, entry.share() * 0.5);
+      merge_entries(row);
+      transport_.add_row((rows.halves[0].source(i) + rows.halves[1].source(i)) * 0.5, row);
+    }
   }
 
   [[nodiscard]] const CompiledScene& scene() const { return *scene_; }
   [[nodiscard]] const SurfacePatches& patches() const { return patches_; }
-  [[nodiscard]] const Transport& transport() const { return rows_.transport; }
+  [[nodiscard]] const Transport& transport() const { return transport_; }
 
   struct Factor {
     double value = 0, sigma = 0, area = 0;  ///< area: relative
@@ -87,8 +94,8 @@ class Rows {
       if (!is_from(patches_.points[i].front())) continue;
       const auto area = static_cast<double>(patches_.points[i].size());
       double share = 0;
-      for (const TransportEntry& entry : rows_.transport.row(i))
-        if (is_to(patches_.points[entry.patch].front())) share += entry.share.g;
+      for (const TransportEntry& entry : transport_.row(i))
+        if (is_to(patches_.points[entry.patch].front())) share += entry.g;
       factor.value += area * share;
       factor.area += area;
       rays += row_rays;
@@ -106,7 +113,7 @@ class Rows {
  private:
   std::shared_ptr<const CompiledScene> scene_;
   SurfacePatches patches_;
-  SurfaceRows rows_;
+  Transport transport_;  ///< mean of both halves
 };
 
 void expect_factor(const Rows::Factor& factor, double truth, double relative_sigma_max = 0.012) {
@@ -134,7 +141,7 @@ TEST(SurfaceRows, SumToOneInAWhiteScene) {
     ASSERT_GT(rows.transport().size(), 500u);
     for (std::size_t i = 0; i < rows.transport().size(); ++i) {
       double sum = rows.transport().source(i).r;
-      for (const TransportEntry& entry : rows.transport().row(i)) sum += entry.share.r;
+      for (const TransportEntry& entry : rows.transport().row(i)) sum += entry.r;
       ASSERT_LE(sum, 1 + 1e-12) << i;
       // Rays below the face, of a direction about the smooth normal, bring nothing.
       const bool smooth = scene.objects.size() == 1;
@@ -225,10 +232,10 @@ double mean_arriving(const Transport& rows, double factor) {
   Transport multiplied;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     std::vector<TransportEntry> row(rows.row(i).begin(), rows.row(i).end());
-    for (TransportEntry& entry : row) entry.share = entry.share * factor;
+    for (TransportEntry& entry : row) entry = {entry.patch, entry.share() * factor};
     multiplied.add_row(rows.source(i), row);
   }
-  const RenderControl control;
+  RenderControl control;
   double sum = 0;
   for (const Color& value : solve(multiplied, 1e-9, 1000, control).values) sum += value.g;
   return sum / static_cast<double>(rows.size());
@@ -247,7 +254,7 @@ TEST(SurfaceRows, TimesOneAndAFiftiethAreCaughtInAnIntegratingSphere) {
   EXPECT_GT(mean_arriving(rows.transport(), 1.02), 1.05 * truth) << "this fault could not be found";
 }
 
-TEST(SurfaceRows, EndSoonAfterCancellation) {
+TEST(SurfaceRows, MoveTheProgressAndEndSoonAfterCancellation) {
   const Rows few(unit_cube(), 300);
   constexpr std::size_t repetitions = 100;
   std::vector<std::vector<PatchPoint>> many;
@@ -256,10 +263,16 @@ TEST(SurfaceRows, EndSoonAfterCancellation) {
   RenderControl control;
   SurfaceRows rows;
   std::thread tracing([&] { rows = trace_rows(few.scene(), many, row_rays, control); });
+  double progress = 0;
+  while (progress == 0) {
+    std::this_thread::yield();
+    progress = control.progress();
+  }
   control.cancel();
   tracing.join();
+  EXPECT_LT(progress, 0.05) << "before half of the rows";
   EXPECT_LT(rows.rays, row_rays * many.size() / 2) << "seconds of rows";
-  EXPECT_EQ(rows.transport.size(), 0u);
+  for (const Transport& half : rows.halves) EXPECT_EQ(half.size(), 0u);
   const TransportSolution solution = solve(few.transport(), 0, 1000, control);
   EXPECT_EQ(solution.sweeps, 0u);
 }
@@ -268,7 +281,7 @@ std::size_t count(const Scene& scene, double wanted, std::uint32_t patches_max, 
   RenderControl control;
   const auto compiled = *compile(scene, control);
   const Region region{compiled->frame.render_from_world(Vec3{0.5, 0.5, 0.5}), compiled->frame.render_from_world(1.0)};
-  const SurfacePatches patches = divide_surfaces(*compiled, region, wanted, patches_max, control);
+  const SurfacePatches patches = divide_surfaces(PatchPoints(*compiled, region, control), wanted, patches_max, control);
   limited = patches.limited;
   EXPECT_EQ(patches.points.size(), patches.grid.size());
   return patches.points.size();

@@ -2,6 +2,7 @@
 /// Compiles a scene for tracing: geometry recentred and scaled by a power of two, its BVH, decoded textures, lights.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,16 +29,18 @@ struct Failure {
 /// rendered many times. Keeps no reference to `scene`. Runs on the calling thread's oneTBB arena. Fails with
 /// `cancelled` after `control.cancel()`, `out_of_memory` if Embree or the heap has none left, `bad_asset` if an asset
 /// is not an image within TextureImageLimits, or too bright for the light model. With `cache_entry` (scene_cache.h,
-/// acquired for this scene), cached parts are reused and new parts are stored.
+/// acquired for this scene), cached parts are reused and new parts are stored. `elapsed_ms`: as in RenderSettings; with
+/// a time budget, the light of patches takes a part of it at most.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
                                                               const Assets& assets = {},
-                                                              SceneCacheEntry* cache_entry = nullptr);
+                                                              SceneCacheEntry* cache_entry = nullptr,
+                                                              const std::function<double()>& elapsed_ms = {});
 
 /// Like compile, but moves the meshes out of `scene.objects`, also if it fails: it avoids a second copy of them in
 /// memory while the BVH is built. The rest of `scene` is unchanged.
-Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
-                                                                            const Assets& assets = {},
-                                                                            SceneCacheEntry* cache_entry = nullptr);
+Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(
+    Scene& scene, RenderControl& control, const Assets& assets = {}, SceneCacheEntry* cache_entry = nullptr,
+    const std::function<double()>& elapsed_ms = {});
 
 /// Parts of a compiled scene that came from a SceneCache.
 struct CacheHits {
@@ -51,8 +54,9 @@ CacheHits cache_hits(const CompiledScene& scene);
 /// The linear system that stands for light between surfaces (Approximations::Interreflection).
 struct RadiosityFigures {
   std::uint32_t patches = 0;
-  bool limited = false;       ///< Limits::radiosity_patches made them fewer or larger than the target error requires
-  std::uint64_t rays = 0;     ///< diffuse rays from patches, and all that follow from them
+  bool limited = false;  ///< Limits::radiosity_patches or memory made patches or rays fewer than the target requires
+  std::uint32_t stages = 0;   ///< solutions with more and more patches and rays, until the error suffices
+  std::uint64_t rays = 0;     ///< diffuse rays from patches, and all that follow from them, of all stages
   std::uint64_t factors = 0;  ///< entries of the system
   std::uint32_t sweeps = 0;
   /// Upper bound of the error that the sweeps leave, as radiance; infinity if a patch receives all the light of others.

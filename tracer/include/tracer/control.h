@@ -1,7 +1,9 @@
 #pragma once
 /// Control of a running compile or render: progress, cancellation, and access to the unfinished image.
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -23,6 +25,16 @@ class RenderControl {
   [[nodiscard]] std::uint64_t tiles_done() const { return done_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::uint64_t tiles_total() const { return total_.load(std::memory_order_relaxed); }
 
+  /// Fraction of the way from the start of the compile to the image, in [0, 1], as far as known. Compiling counts if it
+  /// takes rays: a scene whose light is found by patches.
+  [[nodiscard]] double progress() const {
+    constexpr double build_share = 0.5;
+    const double total = static_cast<double>(tiles_total()), traced = static_cast<double>(tiles_done());
+    const double of_tiles = total > 0 ? std::min(traced / total, 1.0) : 0;
+    const double built = built_.load(std::memory_order_relaxed);
+    return built > 0 ? build_share * (total > 0 ? 1 : built) + (1 - build_share) * of_tiles : of_tiles;
+  }
+
   /// The remaining functions are called by the tracer only.
   void begin(std::uint64_t tiles) {
     done_.store(0, std::memory_order_relaxed);
@@ -32,11 +44,21 @@ class RenderControl {
     if (done > tiles_done()) done_.store(done, std::memory_order_relaxed);
   }
   void finish_tile() { done_.fetch_add(1, std::memory_order_relaxed); }
+  /// Begins a step of the build. Their number is unknown: three of them take half of what is left of its progress.
+  void begin_build_step() { ++build_steps_; }
+  /// `part` of the step is done, in [0, 1]. Any thread.
+  void reach_in_build_step(double part) {
+    const double built = 1 - std::exp2((1 - part - build_steps_.load(std::memory_order_relaxed)) / 3.0);
+    double before = built_.load(std::memory_order_relaxed);
+    while (before < built && !built_.compare_exchange_weak(before, built, std::memory_order_relaxed)) continue;
+  }
 
  private:
   std::atomic<bool> cancelled_{false};
   std::atomic<std::uint64_t> done_{0};
   std::atomic<std::uint64_t> total_{0};
+  std::atomic<int> build_steps_{0};
+  std::atomic<double> built_{0};
 };
 
 class PreviewTiles;

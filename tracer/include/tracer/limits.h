@@ -19,7 +19,7 @@ struct Limits {
   std::uint32_t textures = 100'000;   ///< named and inline
   std::uint32_t assets = 10'000;      ///< distinct files
   std::uint32_t octaves = 32;         ///< noise: the last octave is 2^31 times as fine as the first
-  /// Patches of all surfaces; their rows take some 400 MB while the scene is compiled.
+  /// Patches of all surfaces; their rows take 540 MB at most while the scene is compiled.
   std::uint32_t radiosity_patches = 65'536;
   std::uint32_t image_side = 65'536;  ///< the longest side that PNG and EXR readers commonly support
   double coordinate_max = 1e60;       ///< positions, lengths, directions: fourth powers stay far from overflow

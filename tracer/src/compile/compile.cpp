@@ -193,24 +193,6 @@ Emitters emitters_of(const CompiledScene& scene) {
   return {scene.geometry(), std::move(radiance), SkyTable(*scene.background)};
 }
 
-/// Sets the light of patches, from the cache if it has it. Fails with `cancelled`.
-std::optional<Failure> add_radiosity(CompiledScene& scene, const Bounds& bounds, const RenderControl& control,
-                                     SceneCacheEntry* cache_entry) {
-  using Ticket = std::optional<LruCache::BuildTicket>;
-  auto acquired = cache_entry != nullptr ? cache_entry->radiosity(control) : Result<Ticket, Failure>(Ticket());
-  if (!acquired) return acquired.error();
-  Ticket& ticket = *acquired;
-  if (ticket && ticket->found()) {
-    scene.objects.radiosity = std::static_pointer_cast<const Radiosity>(ticket->found());
-    scene.cache_hits.radiosity = true;
-    return std::nullopt;
-  }
-  scene.objects.radiosity = solve_radiosity(scene, bounds, control);
-  if (ticket && scene.objects.radiosity != nullptr && !control.cancelled())
-    ticket->store(scene.objects.radiosity, scene.objects.radiosity->memory_bytes());
-  return std::nullopt;
-}
-
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -219,7 +201,8 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
 /// `taken`: the scene's objects, whose meshes may be moved from; null: nothing may.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
                                                               RenderControl& control, const Assets& assets,
-                                                              SceneCacheEntry* cache_entry) {
+                                                              SceneCacheEntry* cache_entry,
+                                                              const std::function<double()>& elapsed_ms) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     const CachedGeometry* const cached = cache_entry != nullptr ? cache_entry->geometry() : nullptr;
@@ -246,7 +229,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
     if (scene.accuracy.uses_patches() && compiled->needs.global_light)
-      if (auto failure = add_radiosity(*compiled, bounds, control, cache_entry)) return *std::move(failure);
+      if (auto failure = solve_radiosity(*compiled, bounds, {control, cache_entry, elapsed_ms}))
+        return *std::move(failure);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
@@ -257,20 +241,22 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
 }  // namespace
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets, SceneCacheEntry* cache_entry) {
-  return compile(scene, nullptr, control, assets, cache_entry);
+                                                              const Assets& assets, SceneCacheEntry* cache_entry,
+                                                              const std::function<double()>& elapsed_ms) {
+  return compile(scene, nullptr, control, assets, cache_entry, elapsed_ms);
 }
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
                                                                             const Assets& assets,
-                                                                            SceneCacheEntry* cache_entry) {
-  return compile(scene, &scene.objects, control, assets, cache_entry);
+                                                                            SceneCacheEntry* cache_entry,
+                                                                            const std::function<double()>& elapsed_ms) {
+  return compile(scene, &scene.objects, control, assets, cache_entry, elapsed_ms);
 }
 
 CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::optional<RadiosityFigures> radiosity_figures(const CompiledScene& scene) {
-  return scene.objects.radiosity == nullptr ? std::nullopt : std::optional(scene.objects.radiosity->figures);
+  return scene.objects.radiosity == nullptr ? std::nullopt : std::optional(scene.objects.radiosity_figures);
 }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {

@@ -1,13 +1,21 @@
 #pragma once
 /// Steps of compile().
 
-#include <memory>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "tracer/compile.h"
 #include "tracer/src/compiled/compiled_scene.h"
 
 namespace tracer {
+
+/// References must outlive it.
+struct BuildContext {
+  RenderControl& control;
+  SceneCacheEntry* cache_entry = nullptr;     ///< null: nothing is cached
+  const std::function<double()>& elapsed_ms;  ///< time since the start of a time budget; empty: none is kept
+};
 
 /// Converts instanced scene objects to render-space primitives. Also fills `compiled`'s table of objects, which must be
 /// empty. Objects are numbered after instancing, in document order. `taken`: the scene's objects, whose meshes are
@@ -26,10 +34,12 @@ void drop_duplicates(GeometrySet& geometry);
 std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Bounds& finite,
                                           const RenderControl& control);
 
-/// Divides the surfaces that reflect diffusely into patches and solves for the light that arrives at each
-/// (Approximations::Interreflection). Precondition: the scene is complete otherwise. Runs on the calling thread's
-/// oneTBB arena; after cancellation the result is meaningless. Throws std::bad_alloc.
-std::shared_ptr<const Radiosity> solve_radiosity(CompiledScene& scene, const Bounds& finite,
-                                                 const RenderControl& control);
+/// Divides the surfaces that reflect diffusely into patches, and solves for the light that arrives at each
+/// (Approximations::Interreflection), with more patches and rays until paths at some pixels of the image show that the
+/// error is within its share of the target, until a limit is reached, or until more would not pay. Sets the scene's
+/// light of patches; it stays null if no surface has patches. Precondition: the scene is complete otherwise. Runs on
+/// the calling thread's oneTBB arena; after cancellation the result is meaningless. Fails with `cancelled` while
+/// another scene builds the same. Throws std::bad_alloc.
+std::optional<Failure> solve_radiosity(CompiledScene& scene, const Bounds& finite, const BuildContext& context);
 
 }  // namespace tracer

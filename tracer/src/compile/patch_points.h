@@ -36,6 +36,7 @@ class PatchPoints {
   /// std::bad_alloc. Incomplete after cancellation.
   PatchPoints(const CompiledScene& scene, const Region& region, const RenderControl& control);
 
+  [[nodiscard]] const Region& region() const { return region_; }
   /// Points per line, in the mean: the area of the lit sides over 4 pi r^2 (Crofton's formula, for one of two sides).
   [[nodiscard]] double per_line() const { return per_line_; }
 

@@ -266,9 +266,10 @@ Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::image(con
   return std::optional<LruCache::BuildTicket>(std::move(*ticket));
 }
 
-Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::radiosity(const RenderControl& control) {
+Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::radiosity(const std::string& stage,
+                                                                                 const RenderControl& control) {
   if (radiosity_key_.empty()) return std::optional<LruCache::BuildTicket>();
-  auto ticket = cache_->acquire({LruCache::Kind::radiosity, radiosity_key_}, control);
+  auto ticket = cache_->acquire({LruCache::Kind::radiosity, radiosity_key_ + stage}, control);
   if (!ticket) return ticket.error();
   return std::optional<LruCache::BuildTicket>(std::move(*ticket));
 }

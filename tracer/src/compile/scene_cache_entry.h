@@ -105,8 +105,10 @@ class SceneCacheEntry {
   /// Empty if the content of the file is unknown. Fails with `cancelled`.
   Result<std::optional<LruCache::BuildTicket>, Failure> image(const ImageTexture& texture,
                                                               const RenderControl& control);
-  /// Ticket whose value is a Radiosity. Empty if patches are not cached. Fails with `cancelled`.
-  Result<std::optional<LruCache::BuildTicket>, Failure> radiosity(const RenderControl& control);
+  /// Ticket whose value is a Radiosity, `stage` of its refinement. Empty if patches are not cached. Fails with
+  /// `cancelled`.
+  Result<std::optional<LruCache::BuildTicket>, Failure> radiosity(const std::string& stage,
+                                                                  const RenderControl& control);
   /// Stores images of at least SceneCache::worthwhile_bytes.
   static void store(LruCache::BuildTicket ticket, const std::shared_ptr<const ImageMap>& image);
 

@@ -1,6 +1,7 @@
 #include "tracer/src/compile/surface_rows.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -47,10 +48,11 @@ class RowRays {
   RayQueue rays_;
 };
 
-struct Row {
+struct HalfRow {
   Color source;
   std::vector<TransportEntry> entries;
 };
+using Row = std::array<HalfRow, 2>;
 
 /// The rows of the patches from `first` on.
 void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points, std::size_t first,
@@ -59,26 +61,30 @@ void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<P
   for (std::size_t i = 0; i < rows.size(); ++i) rays.add(static_cast<std::uint32_t>(first + i), points[first + i]);
   std::vector<Landing> landings;
   if (!tracer.trace_from_patches(rays.rays(), landings)) return;
-  const double share = 1.0 / row_rays;
+  const std::uint32_t half_rays = row_rays / 2;
+  const double share = 1.0 / half_rays;
+  const auto half_of = [&](std::size_t sample) -> HalfRow& {
+    return rows[sample / row_rays][sample % row_rays / half_rays];
+  };
   for (std::size_t sample = 0; sample < tracer.radiance().size(); ++sample)
-    if (finite(tracer.radiance()[sample])) rows[sample / row_rays].source += tracer.radiance()[sample] * share;
+    if (finite(tracer.radiance()[sample])) half_of(sample).source += tracer.radiance()[sample] * share;
   for (const Landing& landing : landings)
-    rows[landing.sample / row_rays].entries.push_back({landing.entry.patch, landing.entry.share * share});
-  for (Row& row : rows) merge_entries(row.entries);
+    half_of(landing.sample).entries.emplace_back(landing.entry.patch, landing.entry.share() * share);
+  for (Row& row : rows)
+    for (HalfRow& half : row) merge_entries(half.entries);
 }
 
 }  // namespace
 
-SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region, double wanted,
-                               std::uint32_t patches_max, const RenderControl& control) {
+SurfacePatches divide_surfaces(const PatchPoints& surfaces, double wanted, std::uint32_t patches_max,
+                               const RenderControl& control) {
   constexpr double points_per_patch = 16, lines_max = 1u << 22;
   constexpr int attempts_max = 4;
   SurfacePatches patches;
   patches.limited = wanted > patches_max;
-  const PatchPoints surfaces(scene, region, control);
   if (!(surfaces.per_line() > 0)) return patches;
   const double cells = std::min<double>(wanted, patches_max);
-  double side = std::sqrt(surfaces.per_line() * 4 * std::numbers::pi / cells) * region.radius;
+  double side = std::sqrt(surfaces.per_line() * 4 * std::numbers::pi / cells) * surfaces.region().radius;
   const double lines = std::min(std::ceil(cells * points_per_patch / surfaces.per_line()), lines_max);
   const std::vector<PatchPoint> points = surfaces.on_lines(static_cast<std::uint32_t>(lines), side * 0x1p-6);
   for (int attempt = 1; attempt <= attempts_max; ++attempt, side *= 1.25) {
@@ -102,25 +108,31 @@ SurfacePatches divide_surfaces(const CompiledScene& scene, const Region& region,
 }
 
 SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector<PatchPoint>>& points,
-                       std::uint32_t row_rays, const RenderControl& control) {
+                       std::uint32_t row_rays, RenderControl& control) {
   const std::size_t block = std::max<std::size_t>(1, bounce_rays_max / 4 / row_rays);
   std::vector<Row> rows(points.size());
   TracerPool<Wavefront<AllFeatures>> pool(scene, control, scene.accuracy.approximate);
-  for_each_tile((rows.size() + block - 1) / block, 0, [&](std::uint64_t number) {
+  const std::size_t blocks = (rows.size() + block - 1) / block;
+  std::atomic<std::size_t> done{0};
+  control.begin_build_step();
+  for_each_tile(blocks, 0, [&](std::uint64_t number) {
     if (control.cancelled()) return;
     const std::size_t first = number * block;
     typename TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
     trace_some_rows(scene, points, first, row_rays, *tracer,
                     std::span(rows).subspan(first, std::min(block, rows.size() - first)));
+    control.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(blocks));
   });
   SurfaceRows all;
-  std::size_t entries = 0;
-  for (const Row& row : rows) entries += row.entries.size();
-  all.transport.reserve(rows.size(), entries);
-  for (Row& row : rows) {
-    if (control.cancelled()) break;
-    all.transport.add_row(row.source, row.entries);
-    row.entries = {};
+  for (std::size_t half = 0; half < 2; ++half) {
+    std::size_t entries = 0;
+    for (const Row& row : rows) entries += row[half].entries.size();
+    all.halves[half].reserve(rows.size(), entries);
+    for (Row& row : rows) {
+      if (control.cancelled()) break;
+      all.halves[half].add_row(row[half].source, row[half].entries);
+      row[half].entries = {};
+    }
   }
   all.rays = pool.statistics().rays.total();
   return all;

@@ -21,7 +21,7 @@ class PatchGrid {
 
   PatchGrid() = default;
   /// `side`: of the cells, in render space.
-  explicit PatchGrid(double side) : side_(side) {}
+  explicit PatchGrid(double side) : side_(side) { patches_.max_load_factor(0.5F); }  // found in fewer steps
 
   /// Patch of a place on an object, with the unit normal of the side that light arrives at. The number of a new patch
   /// is their count before; `none` if that is `patches_max`. Throws std::bad_alloc.
@@ -100,10 +100,11 @@ class PatchGrid {
 /// lights and of the emitters that are sampled, which is found exactly.
 struct Radiosity {
   PatchGrid patches;
-  std::vector<Color> arriving;  ///< by patch
-  RadiosityFigures figures;
+  std::vector<Color> arriving;                         ///< by patch
+  std::array<std::vector<Color>, 2> by_half_the_rays;  ///< two independent solutions, of which this is the mean
+  RadiosityFigures figures;                            ///< rays of this solution alone
   [[nodiscard]] std::uint64_t memory_bytes() const {
-    return patches.memory_bytes() + arriving.capacity() * sizeof(Color);
+    return patches.memory_bytes() + 3 * arriving.capacity() * sizeof(Color);
   }
 };
 

@@ -11,7 +11,7 @@ double largest_row(const Transport& transport) {
   double largest = 0;
   for (std::size_t patch = 0; patch < transport.size(); ++patch) {
     Color sum{};
-    for (const TransportEntry& entry : transport.row(patch)) sum += entry.share;
+    for (const TransportEntry& entry : transport.row(patch)) sum += entry.share();
     largest = std::max(largest, max_component(sum));
   }
   return largest;
@@ -29,7 +29,7 @@ void merge_entries(std::vector<TransportEntry>& entries) {
   std::size_t kept = 0;
   for (const TransportEntry& entry : entries) {
     if (kept > 0 && entries[kept - 1].patch == entry.patch) {
-      entries[kept - 1].share += entry.share;
+      entries[kept - 1] = {entry.patch, entries[kept - 1].share() + entry.share()};
     } else {
       entries[kept++] = entry;
     }
@@ -50,7 +50,8 @@ void Transport::add_row(const Color& source, std::span<const TransportEntry> ent
 }
 
 TransportSolution solve(const Transport& transport, double tolerance, std::uint32_t sweeps_max,
-                        const RenderControl& control) {
+                        RenderControl& control) {
+  constexpr double typical_sweeps = 10;  // beyond them progress gets slower
   TransportSolution solution;
   solution.bound = std::numeric_limits<double>::infinity();
   for (std::size_t patch = 0; patch < transport.size(); ++patch) solution.values.push_back(transport.source(patch));
@@ -59,12 +60,13 @@ TransportSolution solve(const Transport& transport, double tolerance, std::uint3
     double change = 0, largest = 0;
     for (std::size_t patch = 0; patch < transport.size(); ++patch) {
       Color value = transport.source(patch);
-      for (const TransportEntry& entry : transport.row(patch)) value += solution.values[entry.patch] * entry.share;
+      for (const TransportEntry& entry : transport.row(patch)) value += solution.values[entry.patch] * entry.share();
       change = std::max(change, largest_change(value, solution.values[patch]));
       largest = std::max(largest, max_component(value));
       solution.values[patch] = value;
     }
     ++solution.sweeps;
+    control.reach_in_build_step(solution.sweeps / (solution.sweeps + typical_sweeps));
     if (q < 1) solution.bound = q / (1 - q) * change;
     if (solution.bound <= tolerance * largest || change == 0) break;
   }

@@ -10,10 +10,14 @@
 
 namespace tracer {
 
-/// Share of the value of a patch that arrives at another.
+/// Share of the value of a patch that arrives at another. A system has some hundred for each patch: they are small.
 struct TransportEntry {
   std::uint32_t patch = 0;
-  Color share;
+  float r = 0, g = 0, b = 0;
+  TransportEntry() = default;
+  TransportEntry(std::uint32_t from, const Color& share)
+      : patch(from), r(static_cast<float>(share.r)), g(static_cast<float>(share.g)), b(static_cast<float>(share.b)) {}
+  [[nodiscard]] Color share() const { return {r, g, b}; }
 };
 
 /// Sorts the entries of a row by patch, and adds up those of equal patches.
@@ -50,7 +54,6 @@ struct TransportSolution {
 /// Gauss-Seidel iteration from the sources, until the bound is at most `tolerance` times the largest value or
 /// `sweeps_max` is reached. With q, the largest sum of a row, the distance from the solution is at most q / (1 - q) of
 /// the last change (Golub & Van Loan 2013, "Matrix Computations", sec. 11.2). Incomplete after cancellation.
-TransportSolution solve(const Transport& transport, double tolerance, std::uint32_t sweeps_max,
-                        const RenderControl& control);
+TransportSolution solve(const Transport& transport, double tolerance, std::uint32_t sweeps_max, RenderControl& control);
 
 }  // namespace tracer
