@@ -33,8 +33,7 @@ CorpusScene shapes_on_gradient(Canvas canvas, Random& random) {
   return finished(flat);
 }
 
-CorpusScene checker(Canvas canvas, Random& random) {
-  const double cell = random.in(4, 12);
+CorpusScene checker_of(Canvas canvas, Random& random, double cell) {
   const Vec2 offset{random.in(0, 2), random.in(0, 2)};
   const Color even{0.1, 0.1, 0.1}, odd{0.8, 0.75, 0.6};
   CorpusScene result;
@@ -50,6 +49,41 @@ CorpusScene checker(Canvas canvas, Random& random) {
   material.color = TextureId{0};
   scenes::add(result.scene, Plane{{0, 0, 0}, {0, 0, 1}, Vec3{1, 0, 0}}, material);
   result.exact = checker_image(canvas, cell, offset, even, odd);
+  return result;
+}
+
+CorpusScene checker(Canvas canvas, Random& random) { return checker_of(canvas, random, random.in(4, 12)); }
+
+/// The dark squares are holes before a background of their color: filters average the color and the holes apart.
+CorpusScene checker_of_holes(Canvas canvas, Random& random) {
+  CorpusScene result = checker_of(canvas, random, random.in(1, 4));
+  Scene& scene = result.scene;
+  const Texture squares = scene.textures[0];
+  scene.background.color = std::get<CheckerTexture>(squares.pattern).colors[0];
+  scene.textures[0].filter = Texture::Filter::mipmap;
+  scene.textures.push_back(scene.textures[0]);
+  scene.textures[1].pattern = CheckerTexture{{Color{0, 0, 0}, Color{1, 1, 1}}};
+  scene.materials.back().opacity = TextureId{1};
+  return result;
+}
+
+/// A plane with bumps that are finer than pixels: filters average normals.
+CorpusScene bumps(Canvas canvas, Random& random) {
+  CorpusScene result;
+  Scene& scene = result.scene;
+  scene.image = {canvas.width, canvas.height};
+  scene.camera = {{0, 3, 7}, {0, 0.5, 0}, {0, 1, 0}, 40};
+  scene.ambient = {0.1, 0.1, 0.1};
+  Light sun;
+  sun.source = DirectionalLight{{random.in(-1, 1), -1, -1}};
+  scene.lights.push_back(sun);
+  Texture noise;
+  noise.pattern = NoiseTexture{{Color{0, 0, 0}, Color{1, 1, 1}}, 6};
+  noise.scale = {random.in(1, 3), random.in(1, 3)};
+  scene.textures.push_back(noise);
+  Material ground = scenes::matte({0.8, 0.8, 0.8});
+  ground.bump = Bump{TextureId{0}, random.in(0.05, 0.3)};
+  scenes::add(scene, Plane{}, ground);
   return result;
 }
 
@@ -159,6 +193,8 @@ std::vector<CorpusEntry> ordinary_entries() {
       {"fixed samples", "half plane", fixed_samples, half_plane},
       {"fixed samples", "shapes on a gradient", fixed_samples, shapes_on_gradient},
       {"fixed samples", "checker", fixed_samples, checker},
+      {"fixed samples", "checker of holes", fixed_samples, checker_of_holes},
+      {"fixed samples", "bumps", fixed_samples, bumps, false},
       {"fixed samples", "penumbra", fixed_samples, penumbra, false},
       {"ordinary, closed form", "half plane", budgets, half_plane},
       {"ordinary, closed form", "shapes on a gradient", budgets, shapes_on_gradient},

@@ -1,6 +1,7 @@
 // Filtered textures compared with the mean of many samples.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -69,6 +70,40 @@ TEST(Filtering, OfNoiseBlursLittleMoreThanThePixel) {
 TEST(Filtering, IsDisabledWithoutFilteredTextures) {
   EXPECT_FALSE(requirements(checkered_plain(1, Texture::Filter::nearest)).filtered_textures);
   EXPECT_TRUE(requirements(checkered_plain(1, Texture::Filter::mipmap)).filtered_textures);
+}
+
+/// Root mean square of the differences of code values (IEC 61966-2-1).
+double error_in_levels(const Image& image, const Image& truth) {
+  const auto level = [](double value) {
+    const double shown = std::clamp(value, 0.0, 1.0);
+    return 255 * (shown <= 0.0031308 ? 12.92 * shown : 1.055 * std::pow(shown, 1 / 2.4) - 0.055);
+  };
+  double sum = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) sum += std::pow(level(image.rgb[i]) - level(truth.rgb[i]), 2);
+  return std::sqrt(sum / static_cast<double>(image.rgb.size()));
+}
+
+/// Holes in the dark squares of the same checker: the mean of a square and a hole is not their product's mean.
+Scene plain_of_holes(std::uint32_t samples, Texture::Filter filter) {
+  Scene scene = checkered_plain(samples, filter);
+  scene.materials.back().opacity = TextureId{0};
+  return scene;
+}
+
+TEST(Filtering, OfColorsAndOpacityIsPartOfTheClaimedError) {
+  const Image truth = scenes::render(plain_of_holes(1024, Texture::Filter::nearest)).image;
+  for (const std::uint32_t samples : {16u, 64u}) {
+    const Rendered filtered = scenes::render(plain_of_holes(samples, Texture::Filter::mipmap));
+    const double error = error_in_levels(filtered.image, truth);
+    EXPECT_GT(error, 2 * filtered.error.sampling) << samples;  // the variance does not show it
+    EXPECT_GT(filtered.error.estimate, error) << samples;
+    EXPECT_LT(filtered.error.estimate, 1.5 * error) << samples;
+  }
+}
+
+TEST(Filtering, OfColorsAloneCostsNoLooks) {
+  EXPECT_EQ(scenes::render(checkered_plain(4, Texture::Filter::mipmap)).error.looks, 0u);
+  EXPECT_EQ(scenes::render(plain_of_holes(4, Texture::Filter::nearest)).error.looks, 0u);
 }
 
 }  // namespace

@@ -149,9 +149,11 @@ struct ErrorEstimate {
   std::optional<double> tile_target{};  ///< as requested
   double sampling = 0;                  ///< part caused by the finite number of samples
   double depth = 0;                     ///< upper bound of the part caused by `max_depth`
-  double cutoff = 0;         ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled
-  double approximation = 0;  ///< part caused by `approximate`, measured with exact samples of some pixels
-  double tone = 0;           ///< part caused by the brightest pixel's error, with `overflow: scale`
+  double cutoff = 0;  ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled
+  /// Part caused by `approximate` and, with fixed samples, by filtering textures of normals and opacity; measured with
+  /// exact samples of some pixels.
+  double approximation = 0;
+  double tone = 0;  ///< part caused by the brightest pixel's error, with `overflow: scale`
   /// True if `depth` and `cutoff` are bounds. False if the scene's radiance has no bound (a light with inverse-square
   /// attenuation, a solid with an albedo >= 1): the largest radiance found in the image is used instead.
   bool bounded = true;

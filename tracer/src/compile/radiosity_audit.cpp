@@ -108,7 +108,7 @@ RadiosityAudit::Found RadiosityAudit::trace(Pool& pool, std::uint32_t half) cons
     if (control_.cancelled()) return;
     typename Pool::Lease tracer(pool);
     const std::size_t first = number * block, count = std::min(block, looks_.size() - first);
-    trace_looks(scene_, tiles_, std::span(looks_).subspan(first, count), half, *tracer,
+    trace_looks(scene_, tiles_, std::span(looks_).subspan(first, count), half, 0, *tracer,
                 std::span(found).subspan(first, count));
     control_.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(blocks));
   });

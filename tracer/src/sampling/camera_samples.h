@@ -1,6 +1,7 @@
 #pragma once
 /// Generates the samples of pixels and adds them to a batch.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -37,6 +38,23 @@ inline std::uint64_t pixel_index(const CompiledScene& scene, std::uint32_t x, st
 
 /// Fraction of the pixel's width that each of `count` samples covers.
 inline double uniform_share(std::uint32_t count) { return 1 / std::sqrt(static_cast<double>(count)); }
+
+/// True if fixed samples that filter textures have another mean than point samples: light depends on normals, and on
+/// the product of opacity and color, but not on their averages.
+inline bool filtering_changes_means(const CompiledScene& scene) {
+  const auto filters = [](const Texture& texture) { return texture.filter == Texture::Filter::mipmap; };
+  const auto multiplies = [](const CompiledMaterial& material) {
+    return material.has_normal_map || (material.cut_out && material.textured);
+  };
+  return !scene.accuracy.adaptive && std::ranges::any_of(scene.textures, filters) &&
+         std::ranges::any_of(scene.terms, multiplies);
+}
+
+/// Fraction of the pixel's width over which the samples of looks filter textures. Point samples measure the effect of
+/// filtering as an error; what fixed samples average instead is compared with those, which are exact.
+inline double look_share(const CompiledScene& scene, bool exact) {
+  return !exact && filtering_changes_means(scene) ? uniform_share(scene.accuracy.samples) : 0;
+}
 
 /// Sample `index` of `count` of a pixel. The first few of any number are stratified; a single one is at the center.
 inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,

@@ -32,7 +32,8 @@ class LookTracer {
       for_each_tile(round.count(), context_.settings.threads, [&](std::uint64_t unit) {
         if (context_.control.cancelled()) return;
         typename TracerPool<T>::Lease tracer(context_.pool);
-        trace_looks<T>(context_.scene, tiles_, round.looks(unit), half, *tracer, round.halves(unit));
+        trace_looks<T>(context_.scene, tiles_, round.looks(unit), half,
+                       look_share(context_.scene, kind_ == PartKind::exact_looks), *tracer, round.halves(unit));
       });
     }
     samples_ += std::uint64_t{2} * half * looks.size();
@@ -63,7 +64,7 @@ class LookTracer {
   std::uint64_t samples_ = 0;
 };
 
-/// Error of the approximations of an image: of its limit for many samples.
+/// Error of the approximations of an image, and of fixed samples that filter textures: of its limit for many samples.
 struct ApproximationError {
   SampledError error;
   std::size_t looks = 0;
@@ -95,11 +96,16 @@ class ApproximationLooks {
   /// that is left out is found, however small it is. Paths by diffuse surfaces are sampled until their noise in half of
   /// a look is twice the target error, if there is one, or the error of the approximations; errors of patches are
   /// small, and get fewer looks of more samples. With a time budget a few looks are taken at a time, until it is spent.
+  /// The effect of filtered textures is in many pixels or small: any pixels show it, and few.
   ApproximationError measure(const Deadline& deadline) {
-    const bool paths = scene_.exact.needs.global_light, patches = paths && scene_.accuracy.uses_patches();
+    const bool leaves_out = scene_.accuracy.approximate.any();
+    const bool paths = leaves_out && scene_.exact.needs.global_light, patches = paths && scene_.accuracy.uses_patches();
     const double target = scene_.accuracy.target().value_or(std::numeric_limits<double>::infinity());
-    const std::vector<float> bounds = squared_bounds();
-    const std::size_t wanted = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
+    std::vector<float> bounds(scene_.image.window().pixels(), 1.0F);
+    if (leaves_out) bound_by_intervals(bounds);
+    const std::size_t wanted = patches      ? path_looks(bounds.size())
+                               : leaves_out ? std::max<std::size_t>(2048, bounds.size() / 32)
+                                            : std::clamp<std::size_t>(bounds.size() / 32, 512, 2048);
     const std::size_t at_once = deadline.set() ? 16 : wanted;
     std::uint32_t half = (patches && !deadline.set() ? 32 : paths ? 8 : 1) * look_half;
     ApproximationError measured;
@@ -142,15 +148,13 @@ class ApproximationLooks {
     }
   };
 
-  [[nodiscard]] std::vector<float> squared_bounds() const {
+  void bound_by_intervals(std::span<float> bounds) const {
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
     const std::vector<RadianceInterval> intervals = T::bounds(scene_, {}, in_parallel, control_);
-    std::vector<float> bounds(scene_.image.window().pixels(), 1.0F);
     for (std::size_t i = 0; i < intervals.size(); ++i)
       bounds[i] = squared_distance_bound(intervals[i], value_(i), display_);
-    return bounds;
   }
 
   void add(const LookDraws& draws, std::uint32_t half, Found& found) {
@@ -175,12 +179,12 @@ class ApproximationLooks {
   LookTracer<T> exact_, approximate_;
 };
 
-/// Measures the error of approximations, if the scene has some; see ApproximationLooks.
+/// Measures the error of approximations and of filtered textures, if the scene has some; see ApproximationLooks.
 template <Tracer T>
 ApproximationError measure_approximation(const CompiledScene& scene, const RenderSettings& settings,
                                          RenderControl& control, const DisplayTransform& display,
                                          const std::function<Color(std::size_t)>& value, const Deadline& deadline) {
-  if (!scene.accuracy.approximate.any()) return {};
+  if (!scene.accuracy.approximate.any() && !filtering_changes_means(scene)) return {};
   return ApproximationLooks<T>(scene, settings, control, display, value).measure(deadline);
 }
 

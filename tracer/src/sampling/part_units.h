@@ -325,18 +325,17 @@ class LookRound final : public PartRound {
 /// half has no finite sample. Returns false if cancelled.
 template <Tracer T>
 bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks, std::uint32_t half_size,
-                 T& tracer, std::span<std::optional<Halves>> means) {
-  constexpr std::uint32_t light_points = 2;
+                 double share, T& tracer, std::span<std::optional<Halves>> means) {
   constexpr std::uint64_t first_stream = std::uint64_t{1} << 40;  // beyond the streams of the image
   Batch& batch = tracer.batch();
   batch.clear();
-  batch.light_points = light_points;
+  batch.light_points = 2;
   for (const Look& look : looks) {
     const Pixel pixel = tiles.pixel(look.place);
     for (std::uint32_t half = 0; half < 2; ++half)
       for (std::uint32_t index = 0; index < half_size; ++index) {
         Sample sample = fresh_sample(scene, pixel.x, pixel.y, index, first_stream + 2 * look.index + half);
-        sample.share = 0;  // point samples: the effect of filtering textures is an error that they measure
+        sample.share = share;
         push(batch, scene, sample);
       }
   }
@@ -361,7 +360,7 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
 }
 
 template <Tracer T>
-UnitOutcome trace_look_unit(const CompiledScene& scene, PartReader& unit, T& tracer, PartWriter& result) {
+UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& unit, T& tracer, PartWriter& result) {
   const Tiles tiles(scene.image.window());
   std::uint32_t half = 0;
   if (!unit.get(half) || half == 0 || half > look_half_max) return UnitOutcome::malformed;
@@ -372,7 +371,8 @@ UnitOutcome trace_look_unit(const CompiledScene& scene, PartReader& unit, T& tra
       return UnitOutcome::malformed;
   }
   std::vector<std::optional<Halves>> halves(looks.size());
-  if (!trace_looks<T>(scene, tiles, looks, half, tracer, halves)) return UnitOutcome::cancelled;
+  if (!trace_looks<T>(scene, tiles, looks, half, look_share(scene, exact), tracer, halves))
+    return UnitOutcome::cancelled;
   for (const std::optional<Halves>& entry : halves) {
     result.put(static_cast<std::uint8_t>(entry ? 1 : 0));
     if (entry) result.put_each((*entry)[0], (*entry)[1]);
@@ -392,7 +392,7 @@ UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderCo
       return trace_allocated_unit<T>(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
-      return trace_look_unit<T>(scene, unit, tracer, result);
+      return trace_look_unit<T>(scene, kind == PartKind::exact_looks, unit, tracer, result);
   }
   return UnitOutcome::malformed;
 }
