@@ -57,6 +57,15 @@ TEST(ErrorGoal, IsLowerInLateRounds) {
   }
 }
 
+TEST(ErrorGoal, IsLowerLaterForPaths) {
+  Adaptive target;
+  target.target_error = 1;
+  const ErrorGoal paths(target, 100, ErrorGoal::rounds_of_paths);
+  const double at_once = paths.of_round(known(300, 300), 300, 1);
+  EXPECT_DOUBLE_EQ(paths.of_round(known(300, 300), 300, 5), at_once);
+  EXPECT_NEAR(paths.of_round(known(300, 300), 300, 6), 0.8 * at_once, 1e-9);
+}
+
 TEST(ErrorGoal, CallsATwentiethLarge) {
   EXPECT_FALSE(goal().is_large(0.049 * squared));
   EXPECT_TRUE(goal().is_large(0.051 * squared));

@@ -34,7 +34,7 @@ class AdaptiveSampler {
                   scene.accuracy.approximate.any() ? approximation_share : 0),
         tiles_(scene.image.window()),
         film_(scene, scene.image.window(), in_parallel_),
-        goal_(target_, film_.size()),
+        goal_(target_, film_.size(), scene.needs.global_light ? ErrorGoal::rounds_of_paths : ErrorGoal::few_rounds),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),

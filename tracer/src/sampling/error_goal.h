@@ -16,9 +16,14 @@ inline constexpr double invisible_error = 0.1;
 /// Squared errors are in code values, summed over channels and pixels.
 class ErrorGoal {
  public:
-  ErrorGoal(const Adaptive& target, std::size_t pixels)
+  /// `rounds`: expected to be enough for the target, see of_round().
+  ErrorGoal(const Adaptive& target, std::size_t pixels, std::uint32_t rounds = few_rounds)
       : wanted_(target.target_error.value_or(target.tile_error.value_or(invisible_error))),
-        channels_(3 * static_cast<double>(pixels)) {}
+        channels_(3 * static_cast<double>(pixels)),
+        rounds_(rounds) {}
+
+  /// Growth by eight in each round brings a pixel to 512 samples in three. The noise of paths needs more.
+  static constexpr std::uint32_t few_rounds = 3, rounds_of_paths = 5;
 
   [[nodiscard]] double channels() const { return channels_; }
   /// Square of the target error; without one, of an error that is invisible.
@@ -36,7 +41,7 @@ class ErrorGoal {
   [[nodiscard]] bool is_large(double error) const { return error > 0.05 * squared(); }
   /// Error that the next round shall leave to samples, in the sum of the predicted errors of the pixels, which is now
   /// `predicted`. Predictions of far smaller errors are too high: the first step towards them goes only near the
-  /// target. Rounds beyond those that predictions need have lower and lower goals.
+  /// target. Rounds beyond those that were expected have lower and lower goals.
   [[nodiscard]] double of_round(const KnownErrors& known, double predicted, std::uint32_t round) const {
     constexpr double step = 2, step_max = 4;
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
@@ -47,13 +52,13 @@ class ErrorGoal {
     // Margins for the uncertainty of the estimate and for predictions that were too low.
     const double margin = std::clamp(mean / std::max(upper, 1e-300), 0.5, 0.95);
     constexpr double lower = 0.8;
-    constexpr std::uint32_t expected_rounds = 3;
-    const double late = std::pow(lower, round > expected_rounds ? round - expected_rounds : 0);
+    const double late = std::pow(lower, round > rounds_ ? round - rounds_ : 0);
     return left * margin * late * (mean > predicted ? predicted / mean : 1);
   }
 
  private:
   double wanted_, channels_;
+  std::uint32_t rounds_;
 };
 
 }  // namespace tracer
