@@ -68,7 +68,9 @@ TEST(TexturedColors, OfOneColorEqualThatColorBitForBit) {
         for (const Texture::Filter filter : {Texture::Filter::nearest, Texture::Filter::mipmap}) {
           const Rendered seen = scenes::render(textured(plain, field, {tint, tint}, filter));
           EXPECT_EQ(seen.image.rgb, expected.image.rgb) << fresnel << samples;
-          EXPECT_EQ(seen.statistics.rays.total(), expected.statistics.rays.total());
+          if (filter == Texture::Filter::nearest) {  // the error of filtering is measured by further rays
+            EXPECT_EQ(seen.statistics.rays.total(), expected.statistics.rays.total());
+          }
         }
       }
 }

@@ -4,6 +4,7 @@
 
 #include "tests/statistics/error_coverage/corpus.h"
 #include "tests/support/scenes.h"
+#include "tracer/encode.h"
 
 namespace error_coverage {
 namespace {
@@ -84,6 +85,31 @@ CorpusScene bumps(Canvas canvas, Random& random) {
   Material ground = scenes::matte({0.8, 0.8, 0.8});
   ground.bump = Bump{TextureId{0}, random.in(0.05, 0.3)};
   scenes::add(scene, Plane{}, ground);
+  return result;
+}
+
+/// An image of a dark square on a floor: far pixels are long and narrow on it, and its filter is as wide as they are
+/// long.
+CorpusScene tiled_floor(Canvas canvas, Random& random) {
+  constexpr std::uint32_t side = 64;
+  Image tile{side, side, std::vector<float>(3 * side * side, 0.8F)};
+  for (std::uint32_t row = side / 8; row < side / 2; ++row)
+    std::fill_n(tile.rgb.begin() + 3 * (row * side + side / 8), 3 * side / 2, 0.05F);
+  CorpusScene result;
+  Scene& scene = result.scene;
+  result.assets.bytes = {encode(tile, Format::exr)->bytes};
+  scene.assets = {{"tile.exr", "/textures/tile/file"}};
+  scene.image = {canvas.width, canvas.height};
+  scene.camera = {{0, random.in(0.5, 1.5), 4}, {0, 0.4, 0}, {0, 1, 0}, 50};
+  scene.background.color = {0.2, 0.3, 0.5};
+  scene.ambient = {1, 1, 1};
+  Texture texture;
+  texture.pattern = ImageTexture{AssetId{0}, ColorSpace::linear};
+  texture.scale = {random.spread(0.3, 3), random.spread(0.3, 3)};
+  scene.textures.push_back(texture);
+  Material floor = scenes::matte({});
+  floor.color = TextureId{0};
+  scenes::add(scene, Plane{}, floor);
   return result;
 }
 
@@ -195,6 +221,7 @@ std::vector<CorpusEntry> ordinary_entries() {
       {"fixed samples", "checker", fixed_samples, checker},
       {"fixed samples", "checker of holes", fixed_samples, checker_of_holes},
       {"fixed samples", "bumps", fixed_samples, bumps, false},
+      {"fixed samples", "floor of tiles", fixed_samples, tiled_floor, false},
       {"fixed samples", "penumbra", fixed_samples, penumbra, false},
       {"ordinary, closed form", "half plane", budgets, half_plane},
       {"ordinary, closed form", "shapes on a gradient", budgets, shapes_on_gradient},

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tests/support/scenes.h"
+#include "tracer/encode.h"
 
 namespace tracer {
 namespace {
@@ -101,8 +102,31 @@ TEST(Filtering, OfColorsAndOpacityIsPartOfTheClaimedError) {
   }
 }
 
-TEST(Filtering, OfColorsAloneCostsNoLooks) {
-  EXPECT_EQ(scenes::render(checkered_plain(4, Texture::Filter::mipmap)).error.looks, 0u);
+/// Across a long and narrow pixel the filter of an image is far wider than the pixel.
+Scene stretched_plain(std::uint32_t samples, Texture::Filter filter, Assets& assets) {
+  constexpr std::uint32_t side = 64;
+  Image stripes{side, side, {}};
+  for (std::uint32_t i = 0; i < side * side; ++i)
+    stripes.rgb.insert(stripes.rgb.end(), 3, i / 4 % 2 == 0 ? 0.0F : 1.0F);
+  assets.bytes = {encode(stripes, Format::exr)->bytes};
+  Scene scene = checkered_plain(samples, filter);
+  scene.assets = {{"stripes.exr", "/textures/stripes/file"}};
+  scene.textures[0].pattern = ImageTexture{AssetId{0}, ColorSpace::linear};
+  scene.textures[0].scale = {0.2, 8};
+  return scene;
+}
+
+TEST(Filtering, OfAStretchedImageIsPartOfTheClaimedError) {
+  Assets assets;
+  const Image truth = scenes::render(stretched_plain(1024, Texture::Filter::bilinear, assets), 0, assets).image;
+  const Rendered filtered = scenes::render(stretched_plain(64, Texture::Filter::mipmap, assets), 0, assets);
+  const double error = error_in_levels(filtered.image, truth);
+  EXPECT_GT(error, 2 * filtered.error.sampling);
+  EXPECT_GT(filtered.error.estimate, error);
+  EXPECT_LT(filtered.error.estimate, 1.5 * error);
+}
+
+TEST(Filtering, OfNoTextureCostsNoLooks) {
   EXPECT_EQ(scenes::render(plain_of_holes(4, Texture::Filter::nearest)).error.looks, 0u);
 }
 

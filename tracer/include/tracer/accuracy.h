@@ -150,7 +150,7 @@ struct ErrorEstimate {
   double sampling = 0;                  ///< part caused by the finite number of samples
   double depth = 0;                     ///< upper bound of the part caused by `max_depth`
   double cutoff = 0;  ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled
-  /// Part caused by `approximate` and, with fixed samples, by filtering textures of normals and opacity; measured with
+  /// Part caused by `approximate` and, with fixed samples, by filtering textures; measured with
   /// exact samples of some pixels.
   double approximation = 0;
   double tone = 0;  ///< part caused by the brightest pixel's error, with `overflow: scale`

@@ -39,15 +39,12 @@ inline std::uint64_t pixel_index(const CompiledScene& scene, std::uint32_t x, st
 /// Fraction of the pixel's width that each of `count` samples covers.
 inline double uniform_share(std::uint32_t count) { return 1 / std::sqrt(static_cast<double>(count)); }
 
-/// True if fixed samples that filter textures have another mean than point samples: light depends on normals, and on
-/// the product of opacity and color, but not on their averages.
+/// True if fixed samples filter textures, which changes their mean: a filter is wider than the pixel where the pixel is
+/// long and narrow on the texture, and light depends on normals, and on the product of opacity and color, but not on
+/// their averages.
 inline bool filtering_changes_means(const CompiledScene& scene) {
   const auto filters = [](const Texture& texture) { return texture.filter == Texture::Filter::mipmap; };
-  const auto multiplies = [](const CompiledMaterial& material) {
-    return material.has_normal_map || (material.cut_out && material.textured);
-  };
-  return !scene.accuracy.adaptive && std::ranges::any_of(scene.textures, filters) &&
-         std::ranges::any_of(scene.terms, multiplies);
+  return !scene.accuracy.adaptive && std::ranges::any_of(scene.textures, filters);
 }
 
 /// Fraction of the pixel's width over which the samples of looks filter textures. Point samples measure the effect of

@@ -105,9 +105,10 @@ class ApproximationLooks {
     if (leaves_out) bound_by_intervals(bounds);
     const std::size_t wanted = patches      ? path_looks(bounds.size())
                                : leaves_out ? std::max<std::size_t>(2048, bounds.size() / 32)
-                                            : std::clamp<std::size_t>(bounds.size() / 32, 512, 2048);
+                                            : std::clamp<std::size_t>(bounds.size() / 64, 64, 2048);
     const std::size_t at_once = deadline.set() ? 16 : wanted;
     std::uint32_t half = (patches && !deadline.set() ? 32 : paths ? 8 : 1) * look_half;
+    if (!leaves_out) half = std::clamp(scene_.accuracy.samples, look_half, look_half_max);  // as noisy as the pixels
     ApproximationError measured;
     Found found;
     for (std::uint64_t stream = 0;; ++stream) {
