@@ -185,6 +185,21 @@ TEST(Looks, AreNoneWhereNoPixelIsOpen) {
   EXPECT_TRUE(draw_looks(std::vector<float>(10), 5, 0, 0).looks.empty());
 }
 
+TEST(Looks, ByBoundsAloneAreOneInEachEqualPartOfTheirSum) {
+  std::vector<float> bounds(900, 1);
+  std::fill(bounds.begin() + 800, bounds.end(), 8.0F);  // half of the sum in the last 100
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const std::vector<Look> looks = draw_looks(bounds, 16, 0, seed).looks;
+    ASSERT_EQ(looks.size(), 16U);
+    for (std::size_t i = 0; i < 16; ++i) {
+      const double part = i < 8 ? 100.0 * static_cast<double>(i) : 800 + 12.5 * static_cast<double>(i - 8);
+      EXPECT_GE(looks[i].place, std::floor(part)) << i;
+      EXPECT_LE(looks[i].place, std::floor(part + (i < 8 ? 100 : 12.5))) << i;
+      EXPECT_DOUBLE_EQ(looks[i].weight, i < 8 ? 1600 : 200) << i;
+    }
+  }
+}
+
 TEST(Looks, AtOnePixelHaveDifferentSamples) {
   std::vector<PixelState> pixels(3);
   std::vector<std::uint32_t> seen(3);

@@ -107,7 +107,7 @@ class AdaptiveSampler {
     if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
     const DisplayTransform display = film_.display();
     ApproximationError measured =
-        measure_approximation<T>(scene_, context_.settings, control_, display, mean_, deadline_);
+        ApproximationLooks<T>(scene_, context_.settings, control_, display, mean_).measure(deadline_);
     known_.approximation = measured.error.squared_upper;
     known_.fixed += known_.approximation;
     summarize();

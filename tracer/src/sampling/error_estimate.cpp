@@ -357,4 +357,10 @@ ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   return error;
 }
 
+void add_approximation(ErrorEstimate& error, double squared) {
+  error.approximation = std::sqrt(squared);
+  for (double* const total : {&error.estimate, &error.worst_tile, &error.proven})
+    *total = std::hypot(*total, error.approximation);
+}
+
 }  // namespace tracer

@@ -189,6 +189,10 @@ struct KnownErrors {
 /// Roots of the means over `pixels` and channels, at the stated confidence.
 ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels);
 
+/// Adds an approximation's mean `squared` error per pixel and channel to an estimate without one. Every tile is taken
+/// to have it.
+void add_approximation(ErrorEstimate& error, double squared);
+
 /// True if the estimates of the image and of its worst tile are within the targets that are set.
 inline bool targets_reached(const ErrorEstimate& error) {
   return (!error.target || error.estimate <= *error.target) &&

@@ -221,8 +221,7 @@ ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
                                      const InParallel& in_parallel) {
   TileErrors tiles(pixels.width, pixels.rows());
   ErrorParts parts{.sampled = measure_samples(image, pixels, context, tiles, in_parallel),
-                   .omitted = measure_omitted(image, omitted, context, in_parallel),
-                   .approximation = pixels.approximation};
+                   .omitted = measure_omitted(image, omitted, context, in_parallel)};
   if (context.output.overflow == Output::Overflow::scale) {
     BrightestRange range;
     for (std::size_t i = 0; i < pixels.rgb.size(); ++i)

@@ -93,7 +93,6 @@ struct UniformPixels {
   std::span<const MissedFeature> missed{};  ///< ascending by place
   bool indirect = false;                    ///< reflection or refraction may show features that nobody searched
   bool noisy = false;                       ///< chance is in every pixel: light may be rare and bright
-  double approximation = 0;  ///< squared error by approximations, in code values, summed over pixels and channels
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };

@@ -75,7 +75,8 @@ struct ApproximationError {
   }
 };
 
-/// Measures approximations by looks: the same samples with and without them, so that noise which both have cancels.
+/// Measures approximations and filters by looks: the same samples with and without them, so that noise which both have
+/// cancels.
 template <Tracer T>
 class ApproximationLooks {
  public:
@@ -96,26 +97,16 @@ class ApproximationLooks {
   /// that is left out is found, however small it is. Paths by diffuse surfaces are sampled until their noise in half of
   /// a look is twice the target error, if there is one, or the error of the approximations; errors of patches are
   /// small, and get fewer looks of more samples. With a time budget a few looks are taken at a time, until it is spent.
-  /// The effect of filtered textures is in many pixels or small: any pixels show it, and few.
   ApproximationError measure(const Deadline& deadline) {
-    const bool leaves_out = scene_.accuracy.approximate.any();
-    const bool paths = leaves_out && scene_.exact.needs.global_light, patches = paths && scene_.accuracy.uses_patches();
+    const bool paths = scene_.exact.needs.global_light, patches = paths && scene_.accuracy.uses_patches();
     const double target = scene_.accuracy.target().value_or(std::numeric_limits<double>::infinity());
-    std::vector<float> bounds(scene_.image.window().pixels(), 1.0F);
-    if (leaves_out) bound_by_intervals(bounds);
-    const std::size_t wanted = patches      ? path_looks(bounds.size())
-                               : leaves_out ? std::max<std::size_t>(2048, bounds.size() / 32)
-                                            : std::clamp<std::size_t>(bounds.size() / 64, 64, 2048);
+    const std::vector<float> bounds = bounds_by_intervals();
+    const std::size_t wanted = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
     const std::size_t at_once = deadline.set() ? 16 : wanted;
     std::uint32_t half = (patches && !deadline.set() ? 32 : paths ? 8 : 1) * look_half;
-    if (!leaves_out) half = std::clamp(scene_.accuracy.samples, look_half, look_half_max);  // as noisy as the pixels
-    ApproximationError measured;
     Found found;
     for (std::uint64_t stream = 0;; ++stream) {
-      const LookDraws draws = draw_looks(bounds, at_once, stream, scene_.accuracy.seed);
-      add(draws, half, found);
-      measured.looks += draws.looks.size();
-      if (draws.looks.empty() || deadline.spent() || control_.cancelled()) break;
+      if (!add(bounds, at_once, stream, half, found) || deadline.spent() || control_.cancelled()) break;
       if (found.squares.size() < wanted) continue;
       const double allowed = 4 * std::max(3 * static_cast<double>(bounds.size()) * target * target, found.squared());
       const double noise = found.noise / static_cast<double>(found.squares.size());
@@ -123,11 +114,19 @@ class ApproximationLooks {
       half = std::min(std::bit_ceil(static_cast<std::uint32_t>(std::min(half * noise / allowed, 1e6))), look_half_max);
       found = {};
     }
-    measured.error = found.error(wanted);
-    measured.statistics = exact_pool_.statistics();
-    tracer::add(measured.statistics, pool_.statistics());
-    measured.statistics.holdout_samples += exact_.samples() + approximate_.samples();
-    return measured;
+    return measured(found.error(wanted));
+  }
+
+  /// The effect of filtered textures on fixed samples, at pixels drawn by `weights`. Looks take a small part of the
+  /// image's samples: 1 in 64 or, for fewer than 64 looks, 1 in 8.
+  ApproximationError measure_filters(std::span<const float> weights) {
+    constexpr std::size_t few = 64, most = 2048;
+    const std::uint32_t half = std::clamp(scene_.accuracy.samples / 2, look_half, look_half_max);
+    // Of both halves of a look, with and without the filters.
+    const std::size_t affordable = weights.size() * scene_.accuracy.samples / (std::size_t{4} * half);
+    Found found;
+    add(weights, std::clamp(affordable / 64, std::clamp<std::size_t>(affordable / 8, 1, few), most), 0, half, found);
+    return measured(found.error(0));
   }
 
  private:
@@ -143,22 +142,28 @@ class ApproximationLooks {
     [[nodiscard]] SampledError error(std::size_t wanted) const {
       SummedErrors sum;
       for (const double square : squares) sum.add(square / count());
+      sum.spread += sum.largest * sum.largest;  // a few looks do not show how much larger others are
       SampledError error = sum.estimated();
       if (squares.size() < wanted) error.add_possible(unseen_error(squares.size(), bound, sum.squared));
       return error;
     }
   };
 
-  void bound_by_intervals(std::span<float> bounds) const {
+  [[nodiscard]] std::vector<float> bounds_by_intervals() const {
+    std::vector<float> bounds(scene_.image.window().pixels(), 1.0F);
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
     const std::vector<RadianceInterval> intervals = T::bounds(scene_, {}, in_parallel, control_);
     for (std::size_t i = 0; i < intervals.size(); ++i)
       bounds[i] = squared_distance_bound(intervals[i], value_(i), display_);
+    return bounds;
   }
 
-  void add(const LookDraws& draws, std::uint32_t half, Found& found) {
+  /// Adds `count` looks at pixels drawn by their bounds; false if no pixel has one.
+  bool add(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint32_t half, Found& found) {
+    const LookDraws draws = draw_looks(bounds, count, stream, scene_.accuracy.seed);
+    looks_ += draws.looks.size();
     const std::vector<std::optional<Halves>> exact = exact_.halves(draws.looks, half),
                                              approximate = approximate_.halves(draws.looks, half);
     found.bound = draws.range;
@@ -169,6 +174,14 @@ class ApproximationLooks {
       found.squares.back() = distance.squared * draws.looks[i].weight;
       found.noise += distance.noise * draws.looks[i].weight;
     }
+    return !draws.looks.empty();
+  }
+
+  [[nodiscard]] ApproximationError measured(const SampledError& error) const {
+    ApproximationError measured{.error = error, .looks = looks_, .statistics = exact_pool_.statistics()};
+    tracer::add(measured.statistics, pool_.statistics());
+    measured.statistics.holdout_samples += exact_.samples() + approximate_.samples();
+    return measured;
   }
 
   const CompiledScene& scene_;
@@ -178,15 +191,7 @@ class ApproximationLooks {
   const std::function<Color(std::size_t)>& value_;
   TracerPool<T> exact_pool_, pool_;
   LookTracer<T> exact_, approximate_;
+  std::size_t looks_ = 0;
 };
-
-/// Measures the error of approximations and of filtered textures, if the scene has some; see ApproximationLooks.
-template <Tracer T>
-ApproximationError measure_approximation(const CompiledScene& scene, const RenderSettings& settings,
-                                         RenderControl& control, const DisplayTransform& display,
-                                         const std::function<Color(std::size_t)>& value, const Deadline& deadline) {
-  if (!scene.accuracy.approximate.any() && !filtering_changes_means(scene)) return {};
-  return ApproximationLooks<T>(scene, settings, control, display, value).measure(deadline);
-}
 
 }  // namespace tracer

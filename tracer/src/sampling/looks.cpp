@@ -16,22 +16,33 @@ constexpr double edge_weight = 4;
 
 double bound_weight(const PixelState& pixel) { return pixel.bound * (pixel.edge ? edge_weight : 1); }
 
-/// `count` uniform numbers in [0, total), ascending.
-std::vector<double> sorted_positions(std::size_t count, double total, std::uint64_t key) {
+/// A uniform number in [0, 1).
+double uniform(std::size_t i, std::uint64_t key) { return static_cast<double>(mix(key ^ mix(i)) >> 11) * 0x1p-53; }
+
+/// `count` uniform numbers in [0, 1), ascending.
+std::vector<double> sorted_positions(std::size_t count, std::uint64_t key) {
   std::vector<double> positions(count);
-  for (std::size_t i = 0; i < count; ++i) positions[i] = static_cast<double>(mix(key ^ mix(i)) >> 11) * 0x1p-53 * total;
+  for (std::size_t i = 0; i < count; ++i) positions[i] = uniform(i, key);
   std::sort(positions.begin(), positions.end());
   return positions;
 }
 
-/// Draws places with probability `share(place)`, whose sum is 1 up to rounding: `use(place)` for each draw.
+/// One in each of `count` equal parts of [0, 1): neighboring places, of similar errors, are drawn as often as expected.
+std::vector<double> stratified_positions(std::size_t count, std::uint64_t key) {
+  std::vector<double> positions(count);
+  for (std::size_t i = 0; i < count; ++i)
+    positions[i] = (static_cast<double>(i) + uniform(i, key)) / static_cast<double>(count);
+  return positions;
+}
+
+/// Draws places with probability `share(place)`, whose sum is 1 up to rounding: `use(place)` for each of `positions`,
+/// which ascend.
 template <class Share, class Use>
-void draw(std::size_t places, std::size_t count, std::uint64_t key, const Share& share, const Use& use) {
-  const std::vector<double> positions = sorted_positions(count, 1, key);
+void draw(std::size_t places, std::span<const double> positions, const Share& share, const Use& use) {
   std::size_t next = 0;
   double sum = 0;
-  for (std::size_t place = 0; place < places && next < count; ++place)
-    for (sum += share(place); next < count && positions[next] < sum; ++next) use(place);
+  for (std::size_t place = 0; place < places && next < positions.size(); ++place)
+    for (sum += share(place); next < positions.size() && positions[next] < sum; ++next) use(place);
 }
 
 /// Mean error that `count` looks without a find leave, relative to the sum of the bounds (Laplace's rule of
@@ -58,7 +69,7 @@ LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint6
     const PixelState& pixel = pixels[place];
     return pixel.open() ? by_bound * bound_weight(pixel) + by_prediction * pixel.variance : 0;
   };
-  draw(pixels.size(), count, key_of(stream, seed), share, [&](std::size_t place) {
+  draw(pixels.size(), sorted_positions(count, key_of(stream, seed)), share, [&](std::size_t place) {
     draws.looks.push_back({static_cast<std::uint32_t>(place), pixels[place].looks, 1 / share(place)});
     ++pixels[place].looks;
   });
@@ -71,7 +82,7 @@ LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint
   LookDraws draws{.looks = {}, .range = sum};
   if (!(sum > 0)) return draws;
   const auto share = [&](std::size_t place) { return bounds[place] / sum; };
-  draw(bounds.size(), count, key_of(stream, seed), share, [&](std::size_t place) {
+  draw(bounds.size(), stratified_positions(count, key_of(stream, seed)), share, [&](std::size_t place) {
     const bool again = !draws.looks.empty() && draws.looks.back().place == place;
     draws.looks.push_back(
         {static_cast<std::uint32_t>(place), again ? draws.looks.back().index + 1 : 0, 1 / share(place)});

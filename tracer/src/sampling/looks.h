@@ -47,7 +47,8 @@ struct LookDraws {
 /// Deterministic in `stream` and `seed`.
 LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint64_t stream, std::uint64_t seed);
 
-/// The same from all of `pixels` by bounds alone: `bounds` of their squared errors.
+/// Draws from all pixels by `bounds` of their squared errors alone, one in each of `count` equal parts of the sum: the
+/// draws depend on each other, and estimates from them vary less.
 LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed);
 
 /// Error that fewer looks than `looks_min` cannot exclude, if those show `found` where at most `bounds` is possible: by

@@ -1,8 +1,12 @@
 #pragma once
 /// Takes the same number of samples in every pixel.
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <iterator>
 #include <mutex>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -42,11 +46,17 @@ class UniformSampler {
     Rendered rendered;
     rendered.statistics = pool_.statistics();  // without the samples of features
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
-    const ApproximationError approximation =
-        measure_approximation<T>(scene_, settings_, control_, context.display, mean_, Deadline{settings_, {}, 1});
-    rendered.error = estimate(image, context, approximation.error.squared_upper);
+    rendered.error = estimate(image, context);
+    if (scene_.accuracy.approximate.any() || filtering_changes_means(scene_)) {
+      ApproximationLooks<T> looks(scene_, settings_, control_, context.display, mean_);
+      const ApproximationError approximation = scene_.accuracy.approximate.any()
+                                                   ? looks.measure(Deadline{settings_, {}, 1})
+                                                   : looks.measure_filters(filter_weights(context.display));
+      add_approximation(rendered.error, approximation.error.squared_upper / static_cast<double>(image.rgb.size()));
+      approximation.count_in(rendered);
+    }
+    rendered.error.target_met = targets_reached(rendered.error);
     rendered.image = std::move(image);
-    approximation.count_in(rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -73,7 +83,7 @@ class UniformSampler {
   }
 
   /// Also samples features that the pixels may have missed.
-  ErrorEstimate estimate(Image& image, const ErrorContext& context, double approximation) {
+  ErrorEstimate estimate(Image& image, const ErrorContext& context) {
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
@@ -87,13 +97,22 @@ class UniformSampler {
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
     pixels.noisy = scene_.needs.global_light;
-    pixels.approximation = approximation;
     ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
     error.bounded = scene_.has_bounded_patches() && (context.bound.bounded || (error.depth == 0 && error.cutoff == 0));
     error.target = scene_.accuracy.target();
     error.tile_target = scene_.accuracy.tile_target();
-    error.target_met = targets_reached(error);
     return error;
+  }
+
+  /// The variance of each pixel and, so that any pixel may be drawn, the mean of all: textures vary where pixels do.
+  std::vector<float> filter_weights(const DisplayTransform& display) {
+    UniformVariance variance({film_.image.rgb, film_.deviation, film_.image.width, samples_}, display);
+    std::vector<float> weights;
+    for (std::size_t y = 0; y < film_.image.height; ++y)
+      std::ranges::copy(variance.row(y), std::back_inserter(weights));
+    const double mean = std::accumulate(weights.begin(), weights.end(), 0.0) / static_cast<double>(weights.size());
+    for (float& weight : weights) weight += mean > 0 ? static_cast<float>(mean) : 1;
+    return weights;
   }
 
   const CompiledScene& scene_;
