@@ -80,12 +80,14 @@ std::optional<std::string> saturation(const Measurement& measurement, std::strin
   return name + " " + beyond + " " + series[enough]->setting.value + " does not reduce the error";
 }
 
-/// "shadows: map saves 30 % and costs 3.1 levels".
+/// "shadows: map saves 30 % and costs 3.1 levels"; without a percentage of times whose order is uncertain.
 std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) {
   const double saved = 1 - point.seconds / baseline.seconds;
   const double cost = point.error - baseline.error;
   std::string sentence = point.setting.value;
-  if (saved >= significant) {
+  if (compare_times(point.runs, baseline.runs) == TimeOrder::uncertain) {
+    sentence += " saves no certain time";
+  } else if (saved >= significant) {
     sentence += " saves " + text(100 * saved) + " %";
   } else {
     sentence += saved > -significant ? " saves no time" : " takes " + text(-100 * saved) + " % longer";
