@@ -1,4 +1,5 @@
 // Errors outside of sampling: tone curves with statistics of the image, approximations, bounds, files, dilution.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -125,6 +126,20 @@ CorpusScene wheel(Canvas canvas, Random& random, std::uint32_t canvas_factor) {
   return finished(flat);
 }
 
+/// An entry of another file whose image is divided by its brightest channel.
+CorpusEntry scaled(const std::vector<CorpusEntry>& entries, const std::string& name) {
+  CorpusEntry entry = *std::ranges::find(entries, name, &CorpusEntry::name);
+  entry.family = "image statistics";
+  entry.name = "scale, " + name;
+  entry.settings = SettingGroup::budgets;
+  entry.build = [build = entry.build](Canvas canvas, Random& random) {
+    CorpusScene scene = build(canvas, random);
+    scene.scene.output = {.exposure = 3, .overflow = Output::Overflow::scale};
+    return scene;
+  };
+  return entry;
+}
+
 }  // namespace
 
 std::vector<CorpusEntry> display_entries() {
@@ -138,6 +153,10 @@ std::vector<CorpusEntry> display_entries() {
   return {
       {"image statistics", "scale, hot squares of 0.7 pixels", targets, of(hot_squares, 0.7, 8.0, scale)},
       {"image statistics", "scale, hot squares of 0.3 pixels", targets, of(hot_squares, 0.3, 40.0, scale)},
+      {"image statistics", "scale, hot squares of 12 pixels", budgets, of(hot_squares, 12.0, 8.0, scale)},
+      scaled(ordinary_entries(), "checker"),
+      scaled(ordinary_entries(), "penumbra"),
+      scaled(global_entries(), "large sphere"),
       {"image statistics", "reinhard, hot squares of 0.7 pixels", targets, of(hot_squares, 0.7, 8.0, reinhard)},
       {"image statistics", "exposure 2, squares of 0.7 pixels", targets, of(hot_squares, 0.7, 4.0, bright)},
       {"approximations", "shadows none, shadow of 4 pixels", approximations, of(small_shadow, 4.0, Shadows::none)},

@@ -31,6 +31,20 @@ TEST(ErrorGoal, IsThatOfTheFixedPartsIfTheyPreventTheTarget) {
   EXPECT_DOUBLE_EQ(goal().of_round(known(squared, squared, 2 * squared), squared, 1), 0.95 * 2 * squared);
 }
 
+/// Samples of the pixels that may be the brightest lower the part `tone`, at most to the half of what is left.
+TEST(ErrorGoal, LeavesToSamplesWhatTheToneNeedNotHave) {
+  KnownErrors errors = known(squared, squared);
+  errors.tone = 0.1 * squared;
+  EXPECT_DOUBLE_EQ(goal().of_round(errors, squared, 1), 0.95 * 0.9 * squared);
+  errors.tone = 20 * squared;
+  EXPECT_DOUBLE_EQ(goal().of_round(errors, squared, 1), 0.95 * 0.5 * squared);
+}
+
+TEST(ErrorGoal, AllowsAToneThatIsSmallBesideTheTargetAndTheSamples) {
+  EXPECT_DOUBLE_EQ(goal().tone_max(known(0, 0)), squared / 8);
+  EXPECT_DOUBLE_EQ(goal().tone_max(known(squared, 16 * squared)), 2 * squared);
+}
+
 TEST(ErrorGoal, IsLowerByTheUncertaintyOfTheEstimate) {
   EXPECT_DOUBLE_EQ(goal().of_round(known(0.8 * squared, squared), squared, 1), 0.8 * squared);
   EXPECT_DOUBLE_EQ(goal().of_round(known(0.1 * squared, squared), squared, 1), 0.5 * squared);

@@ -188,5 +188,19 @@ TEST(SampleAllocation, RefinesOpenPixelsWithALargeBound) {
   EXPECT_TRUE(pixels[2].open());
 }
 
+TEST(SampleAllocation, IsAtItsMaximumIfPixelsWithTheMostSamplesHaveMostOfTheError) {
+  Adaptive limits;
+  limits.samples_max = 16;
+  std::vector<PixelState> pixels(2);
+  for (PixelState& pixel : pixels) pixel.role = PixelState::Role::refined;
+  pixels[0].half_count = {8, 8};
+  pixels[1].half_count = {4, 4};
+  pixels[0].variance = 2;
+  pixels[1].variance = 1;
+  EXPECT_TRUE(at_maximum(pixels, limits));
+  pixels[1].variance = 3;
+  EXPECT_FALSE(at_maximum(pixels, limits));
+}
+
 }  // namespace
 }  // namespace tracer

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "tests/support/scenes.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
+#include "tracer/src/sampling/tone_error.h"
 #include "tracer/src/sampling/uniform_sampler.h"
 
 namespace tracer {
@@ -73,6 +75,11 @@ double mean_of_edge(double x) {
 
 /// A square around the center of one pixel.
 double hot_square(double x, double y) { return std::max(std::abs(x - 20.5), std::abs(y - 20.5)) < 0.35 ? 8 : 0.25; }
+
+/// The same around the center of every pixel.
+double hot_squares(double x, double y) { return hot_square(x - std::floor(x) + 20, y - std::floor(y) + 20); }
+/// An edge between radiances above white.
+double bright_edge(double x, double) { return x < edge_x ? 2 : 4; }
 
 std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   RenderControl control;
@@ -175,6 +182,46 @@ TEST(AdaptiveSampler, ChargesToTheToneThatAPilotMayBeBrighterThanItsPixel) {
   EXPECT_NEAR(rendered.error.tone, dark.level(0.25) - found.level(0.25), 1);
 }
 
+/// Levels are those of the image divided by its brightest channel: nothing in it is white but that.
+TEST(AdaptiveSampler, RefinesAnEdgeAboveWhiteIfTheImageIsScaled) {
+  Scene source = adaptive_scene(0.4);
+  source.output.overflow = Output::Overflow::scale;
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<bright_edge>>(*compiled(source));
+  EXPECT_GT(rendered.statistics.samples_max, 1u);
+  const float found = rendered.image.rgb[(std::size_t{20} * side + 20) * 3];
+  EXPECT_NEAR(found, 2 * 0.3 + 4 * 0.7, 0.1);
+}
+
+/// A constant whose bounds exclude little.
+struct LooselyBoundedTracer : AnalyticTracer<constant> {
+  using AnalyticTracer::AnalyticTracer;
+  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const Approximations&, const InParallel&,
+                                              const RenderControl&) {
+    return std::vector<RadianceInterval>(scene.image.window().pixels(), {{0, 0, 0}, {4, 4, 4}, false});
+  }
+};
+
+/// One pixel of any value may be the brightest until all have samples.
+TEST(AdaptiveSampler, SamplesAllPixelsThatMayBeTheBrightest) {
+  Scene source = adaptive_scene(4);
+  source.output = {.exposure = 3, .overflow = Output::Overflow::scale};
+  const Rendered rendered = sampled<AdaptiveSampler, LooselyBoundedTracer>(*compiled(source));
+  EXPECT_TRUE(rendered.error.target_met) << rendered.error.tone;
+  EXPECT_EQ(rendered.error.limit, ErrorEstimate::Limit::target);
+}
+
+/// Every pilot is brighter than its pixel, and every pixel may be the brightest.
+TEST(AdaptiveSampler, FindsTheBrightestOfPixelsThatMayAllBeIt) {
+  Scene source = adaptive_scene(4);
+  source.output.overflow = Output::Overflow::scale;
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_squares>>(*compiled(source));
+  EXPECT_TRUE(rendered.error.target_met) << rendered.error.estimate;
+  EXPECT_EQ(rendered.error.limit, ErrorEstimate::Limit::target);
+  const auto [darkest, brightest] = std::minmax_element(rendered.image.rgb.begin(), rendered.image.rgb.end());
+  const DisplayTransform display(source.output, *brightest);
+  EXPECT_GT(display.level(*darkest), 255 - 10 * 4) << "of pixels with equal means";
+}
+
 /// `overflow: scale` divides by the brightest pixel, which may be one that shows a lamp between the samples.
 TEST(UniformSampler, ChargesToTheToneWhatMirrorsMayShow) {
   double before = std::numeric_limits<double>::infinity();
@@ -197,6 +244,24 @@ TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {
   EXPECT_TRUE(rendered.error.target_met);
   EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-2);
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
+}
+
+/// Probability that a normal variable exceeds `deviations`.
+double upper_tail(double deviations) { return std::erfc(deviations / std::numbers::sqrt2) / 2; }
+
+TEST(BrightestRange, ContainsTheLargestOfManyMeansWith99Percent) {
+  for (const double count : {1.0, 4.0, 100.0, 1e4, 1e6}) {
+    const double tail = count * upper_tail(BrightestRange::deviations_of_largest(count));
+    EXPECT_NEAR(tail, 0.01, 0.002) << count;
+  }
+}
+
+TEST(BrightestRange, IsLowerBelowSelectedPixels) {
+  BrightestRange range{.deviations_below = BrightestRange::deviations_of_largest(1000)};
+  range.add(1, 0.01, 0, 0);
+  EXPECT_DOUBLE_EQ(range.found, 1);
+  EXPECT_DOUBLE_EQ(range.low, 1 - 0.01 * range.deviations_below);
+  EXPECT_DOUBLE_EQ(range.high, 1 + 0.01 * BrightestRange::deviations);
 }
 
 }  // namespace

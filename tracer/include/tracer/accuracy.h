@@ -132,9 +132,9 @@ struct ErrorEstimate {
   enum class Limit {
     none,         ///< the number of samples was fixed
     target,       ///< every target is reached
-    time_budget,  ///< the time budget is used
+    time_budget,  ///< the time budget is used, or the rest does not suffice for a round of samples
     samples_max,  ///< every pixel that needs more samples has `samples_max`
-    fixed_parts,  ///< parts that samples do not lower (all but `sampling`) exceed a target by themselves
+    fixed_parts,  ///< parts that samples do not lower (all but `sampling` and `tone`) leave no room for the rest
     invisible     ///< time is left, but the remaining error is proven to be below 0.1 level
   };
 

@@ -88,8 +88,10 @@ class AdaptiveSampler {
   }
 
   void refine() {
-    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_), goal_.certified());
+    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_));
     set_costs();
+    if (scene_.output.overflow == Output::Overflow::scale) find_brightest();
+    film_.certify(goal_.certified());
     if (!control_.cancelled() && !deadline_.over()) find_features();
     deadline_.reserve_time_for([&] {
       film_.predict_variance(film_.display());
@@ -99,6 +101,19 @@ class AdaptiveSampler {
     refine_in_rounds();
     if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
     prove();
+  }
+
+  /// Samples the pixels that may be the brightest until that channel is roughly known: levels depend on it.
+  void find_brightest() {
+    constexpr double any_tone = std::numeric_limits<double>::infinity();
+    for (std::uint32_t round = 0; round < rounds_max && !control_.cancelled() && !deadline_.over(); ++round) {
+      SampleAllocation allocation{.half = std::vector<std::uint32_t>(film_.size())};
+      const double affordable = deadline_.affordable(pool_.statistics().rays.total()) / 2;
+      film_.raise_brightest(any_tone, cost_, affordable, target_, allocation);
+      if (allocation.empty) return;
+      trace_round(allocation);
+      update_estimate();  // Few samples may agree by chance; neighbors predict their noise.
+    }
   }
 
   /// Measures the error of the approximations with the image so far. If samples can reach the target beside it, more of
@@ -128,18 +143,17 @@ class AdaptiveSampler {
         if (look(looks_wanted()) == 0) break;
         continue;
       }
-      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, allocation_goal(), target_);
+      const AllocationGoal goal = allocation_goal();
+      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, goal, target_);
       if (target_.tile_error)
         raise_in_tiles(film_.pixels(), film_.width(), film_.excess_tiles(*target_.tile_error), target_, allocation);
-      if (scene_.output.overflow == Output::Overflow::scale) film_.raise_brightest(target_, allocation);
+      film_.raise_brightest(goal_.tone_max(known_), cost_, goal.cost / 2, target_, allocation);
       if (allocation.empty) {
         if (look(looks_wanted()) == 0 && !later_round_helps()) break;
         continue;
       }
       looks_.begin_epoch();
       trace_round(allocation);
-      if (deadline_.set()) withdraw_without_samples(film_.pixels());  // for lack of time
-      deadline_.measure_rate(pool_.statistics().samples);
       deadline_.reserve_time_for([&] { update_estimate(); });
     }
   }
@@ -168,21 +182,20 @@ class AdaptiveSampler {
 
   /// True if a later round, with a lower goal, may still reach the target though this one needs no samples.
   [[nodiscard]] bool later_round_helps() const {
-    return !deadline_.set() && target_.target_error && !target_reached() && known_.fixed < goal_.squared();
+    const double left = known_.fixed + known_.tone;  // no pixel may lower the tone
+    return !target_reached() && (target_.target_error ? left < goal_.squared() : deadline_.set());
   }
 
   /// Takes looks while they lower the estimate for less than samples do.
   void look_before_samples() {
     // Most of the estimate is what few looks cannot exclude.
     const auto mostly_unseen = [&] { return 2 * known_.unseen > known_.sampled.squared_upper; };
+    const auto looks_are_few = [&] { return 2 * look_tracer_.samples() < pool_.statistics().samples; };
     while (deadline_.set() && mostly_unseen() && looks_are_few() && look(looks_min - looks_.count()) > 0) continue;
     if (round_ == 1) return;
     if (goal_.is_large(known_.unseen)) look(looks_min - looks_.count());
     while (goal_.is_large(known_.uncertain) && looks_are_few() && look(affordable_looks()) > 0) continue;
   }
-
-  /// True if looks have taken less than half of all samples.
-  [[nodiscard]] bool looks_are_few() const { return 2 * look_tracer_.samples() < pool_.statistics().samples; }
 
   /// Number of further looks at an image whose estimate reaches the target: until that is proven.
   [[nodiscard]] std::size_t looks_wanted() const {
@@ -239,6 +252,8 @@ class AdaptiveSampler {
     }
     RoundTracer<T> round(scene_, control_, film_, tiles_, deadline_, preview_);
     each_tile([&](std::uint64_t tile, T& tracer) { round.trace(tile, allocation.half, tracer); });
+    if (deadline_.set()) withdraw_without_samples(film_.pixels());  // for lack of time
+    deadline_.measure_rate(pool_.statistics().samples);
   }
 
   void update_estimate() {
@@ -251,8 +266,8 @@ class AdaptiveSampler {
   /// Measures what only samples of the image change.
   void measure_fixed_parts(const DisplayTransform& display) {
     known_.omitted = film_.omitted_error(display);
-    known_.tone = scene_.output.overflow == Output::Overflow::scale ? film_.tone_error() : 0;
-    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.tone + known_.approximation;
+    known_.tone = film_.tone_error();
+    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.approximation;
     if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
   }
 
@@ -271,7 +286,7 @@ class AdaptiveSampler {
     if (scene_.accuracy.approximate.any()) error_.proven = std::numeric_limits<double>::infinity();
     error_.target = target_.target_error;
     error_.tile_target = target_.tile_error;
-    error_.worst_tile = std::hypot(known_.worst_tile, std::sqrt(known_.fixed / goal_.channels()));
+    error_.worst_tile = std::hypot(known_.worst_tile, std::sqrt((known_.fixed + known_.tone) / goal_.channels()));
     known_.first = std::max(known_.first, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
@@ -326,15 +341,15 @@ class AdaptiveSampler {
     summarize();
   }
 
-  [[nodiscard]] ErrorEstimate::Limit limit() const {
+  [[nodiscard]] ErrorEstimate::Limit limit() {
     using enum ErrorEstimate::Limit;
-    if (target_.target_error || target_.tile_error) {
-      if (targets_reached(error_)) return target;
-      if (deadline_.set() && deadline_.over()) return time_budget;
-      return known_.fixed > goal_.squared() ? fixed_parts : samples_max;
-    }
-    if (!deadline_.set()) return samples_max;
-    return deadline_.over() ? time_budget : error_.estimate <= invisible_error ? invisible : samples_max;
+    const bool targets = target_.target_error || target_.tile_error;
+    if (targets && targets_reached(error_)) return target;
+    if (deadline_.set() && deadline_.over()) return time_budget;
+    if (!targets && target_reached()) return invisible;
+    if ((targets || deadline_.set()) && !goal_.leaves_room(known_)) return fixed_parts;
+    // Another round would have no time, or no pixels to sample.
+    return deadline_.set() && !at_maximum(film_.pixels(), target_) ? time_budget : samples_max;
   }
 
   Rendered finish() {

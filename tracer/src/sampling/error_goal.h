@@ -37,6 +37,10 @@ class ErrorGoal {
   [[nodiscard]] double bound_max() const { return proven() * refined_half / (3.0 * look_half); }
   /// True if samples may reach the target beside what they cannot lower.
   [[nodiscard]] bool leaves_room(const KnownErrors& known) const { return known.fixed < 0.9 * squared(); }
+  /// Error by the brightest channel that is small beside the target, or beside what samples have left.
+  [[nodiscard]] double tone_max(const KnownErrors& known) const {
+    return std::max(squared(), known.sampled.squared_upper) / 8;
+  }
   /// True if looks should lower a part of this size before samples lower others: that costs less.
   [[nodiscard]] bool is_large(double error) const { return error > 0.05 * squared(); }
   /// Error that the next round shall leave to samples, in the sum of the predicted errors of the pixels, which is now
@@ -47,6 +51,7 @@ class ErrorGoal {
     // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
     double left = squared() - known.fixed;
     if (!leaves_room(known)) left = known.fixed;
+    left -= std::min(known.tone, left / 2);  // samples of other pixels lower that
     const auto& [mean, upper] = known.sampled;
     if (upper > step_max * left) left *= step;
     // Margins for the uncertainty of the estimate and for predictions that were too low.

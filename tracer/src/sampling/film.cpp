@@ -4,7 +4,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 
 #include "tracer/src/sampling/camera_samples.h"
 
@@ -18,6 +20,45 @@ double certified_limit(std::span<const PixelState> pixels, double most) {
     for (const PixelState& pixel : pixels) sum += pixel.bound <= limit ? pixel.bound : 0;
     if (9 * sum <= most * static_cast<double>(pixels.size())) return limit;
   }
+}
+
+/// Adds to `range` a pixel's brightest channel: that of its samples, and of a part that they may have missed. A bright
+/// pilot may be all that is bright.
+void add_pixel(const PixelState& pixel, const RadianceInterval* bounds, bool only_positions_vary,
+               const DisplayTransform& display, BrightestRange& range) {
+  // Few samples may agree by chance, and then bound the brightest channel from below: what is predicted, if it is more,
+  // counts as much as this number of samples.
+  constexpr double prior_samples = 8;
+  const std::array<double, 3> mean{pixel.mean().r, pixel.mean().g, pixel.mean().b};
+  const double count = pixel.count(), prior = prior_samples / (prior_samples + count - 1);
+  // What a smooth surface may show has any height within the interval, as in SuspectedErrors.
+  const double height = pixel.refined() && !pixel.edge ? std::numbers::inv_sqrt3 : 1;
+  const double missed = !pixel.refined() && pixel.certified ? 1 : height * missed_share(count);
+  const double darker = !pixel.refined() ? 1 : pixel.edge ? missed : 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double value = mean[i], slope = display.slope(std::min(value, display.white()));
+    const double low = bounds == nullptr ? value : std::min(value, double{bounds->low[i]});
+    double high = bounds == nullptr ? value : std::max(value, double{bounds->high[i]});
+    if (!std::isfinite(high)) high = pixel.refined() ? value : 1e30;
+    double variance = 0;
+    if (pixel.refined() && count > 1) {
+      // As in expected_refined_error(), stratification helps half as much as usual.
+      const double deviation = only_positions_vary && pixel.measured()
+                                   ? stratified_deviation_of_mean(pixel, i)
+                                   : deviation_of_mean(pixel, i) * std::pow(count / 2, (1 - variance_power) / 4);
+      variance = deviation * deviation;
+      if (slope > 0) variance += prior * std::max(0.0, pixel.variance / (3 * slope * slope) - variance);
+    }
+    range.add(value, std::sqrt(variance), (value - low) * darker, (high - value) * missed);
+  }
+}
+
+/// Calls use(place) for a pixel and its neighbors.
+template <class Use>
+void each_neighbor(std::size_t place, std::size_t width, std::size_t size, const Use& use) {
+  const std::size_t x = place % width, y = place / width, rows = size / width;
+  for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
+    for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min(x + 1, width - 1); ++nx) use(ny * width + nx);
 }
 
 template <class Work>
@@ -55,18 +96,20 @@ void Film::fill_block(std::size_t place, std::uint32_t side, std::size_t source)
   }
 }
 
-void Film::begin(std::vector<RadianceInterval> bounds, double certified) {
+void Film::begin(std::vector<RadianceInterval> bounds) {
   bounds_ = std::move(bounds);
   pixels_.resize(size());
-  const DisplayTransform to_display = display();
   each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
-    PixelState& pixel = pixels_[i];
-    pixel.pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
-    if (bounds_.empty()) return;
-    pixel.bound = squared_error_bound(bounds_[i], to_display);
-    pixel.edge = bounds_[i].edge;
+    pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
+    if (!bounds_.empty()) pixels_[i].edge = bounds_[i].edge;
   });
+}
+
+void Film::certify(double certified) {
   if (bounds_.empty()) return;
+  const DisplayTransform to_display = display();
+  each_place(in_parallel_, Blocks(size_, width_),
+             [&](std::size_t i) { pixels_[i].bound = squared_error_bound(bounds_[i], to_display); });
   const double limit = certified_limit(pixels_, certified);
   each_place(in_parallel_, Blocks(size_, width_),
              [&](std::size_t i) { pixels_[i].certified = pixels_[i].bound <= limit; });
@@ -125,12 +168,10 @@ void Film::predict_variance(const DisplayTransform& display) {
 void Film::raise_variance(std::size_t place, double error) {
   constexpr double surprise = 16, neighbor_share = 1.0 / 4;
   if (!pixels_[place].open() || !(error > surprise * pixels_[place].variance)) return;
-  const std::size_t x = place % width_, y = place / width_, rows = size_ / width_;
-  for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
-    for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min<std::size_t>(x + 1, width_ - 1); ++nx) {
-      PixelState& pixel = pixels_[ny * width_ + nx];
-      if (pixel.open()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * neighbor_share));
-    }
+  each_neighbor(place, width_, size_, [&](std::size_t neighbor) {
+    PixelState& pixel = pixels_[neighbor];
+    if (pixel.open()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * neighbor_share));
+  });
   pixels_[place].variance = static_cast<float>(error);
   pixels_[place].repaired = true;
 }
@@ -162,57 +203,67 @@ OmittedError Film::omitted_error(const DisplayTransform& display) {
   });
 }
 
-/// Range of a pixel's brightest channel: of its samples, and of a part that they may have missed. A bright pilot
-/// may be all that is bright.
-BrightestRange Film::brightest_of(std::size_t place) const {
-  const PixelState& pixel = pixels_[place];
-  const Color mean = pixel.mean();
-  const double count = pixel.count();
-  const double missed = pixel.certified ? 1 : pixel.edge || !pixel.refined() ? missed_share(count) : 0;
-  const double darker = pixel.refined() ? missed : 1;
+BrightestRange Film::brightest(std::vector<BrightestRange>& pixels) const {
+  const DisplayTransform shown = display();
   const bool only_positions_vary = !scene_.needs.lens && !uses_random_choices(scene_);
-  BrightestRange range;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double value = i == 0 ? mean.r : i == 1 ? mean.g : mean.b;
-    const double low = bounds_.empty() ? value : std::min(value, double{bounds_[place].low[i]});
-    const double high = bounds_.empty() ? value : std::max(value, std::min(double{bounds_[place].high[i]}, 1e30));
-    const double deviation = !pixel.refined() || count < 2             ? 0
-                             : only_positions_vary && pixel.measured() ? stratified_deviation_of_mean(pixel, i)
-                                                                       : deviation_of_mean(pixel, i);
-    range.add(value, deviation, (value - low) * darker, (high - value) * missed);
-  }
-  return range;
-}
-
-BrightestRange Film::brightest() const {
-  BrightestRange range;
-  for (std::size_t i = 0; i < size(); ++i) range.add(brightest_of(i));
-  return range;
+  const auto range_with = [&](double deviations) {
+    BrightestRange all{.deviations_below = deviations};
+    pixels.assign(size(), all);
+    each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
+      add_pixel(pixels_[i], bounds_.empty() ? nullptr : &bounds_[i], only_positions_vary, shown, pixels[i]);
+    });
+    for (const BrightestRange& pixel : pixels) all.add(pixel);
+    return all;
+  };
+  const double low = range_with(BrightestRange::deviations).low;
+  const auto similar = std::ranges::count_if(pixels, [&](const BrightestRange& pixel) { return pixel.high > low; });
+  return range_with(BrightestRange::deviations_of_largest(static_cast<double>(similar)));
 }
 
 double Film::tone_error() {
-  if (pixels_.empty()) return 0;
+  if (scene_.output.overflow != Output::Overflow::scale) return 0;
   update_means();
-  return tracer::tone_error(rgb_, scene_.output, brightest(), in_parallel_);
+  std::vector<BrightestRange> pixels;
+  BrightestRange range;
+  if (!pixels_.empty()) {
+    range = brightest(pixels);
+  } else {  // pilots alone may have missed anything
+    const double missed = missed_share(1), bound = omitted_bound().radiance;
+    for (const float value : rgb_) range.add(value, 0, missed * value, missed * std::max(0.0, bound - value));
+  }
+  return tracer::tone_error(rgb_, scene_.output, range, in_parallel_);
 }
 
-void Film::raise_brightest(const Adaptive& limits, SampleAllocation& allocation) {
-  constexpr double tolerance = 1 + 1e-3;  // a fraction of a level
-  constexpr std::uint32_t growth = 8;
-  const double low = brightest().low;
-  std::vector<std::size_t> candidates;
-  for (std::size_t i = 0; i < size(); ++i) {
-    const BrightestRange range = brightest_of(i);
-    if (!pixels_[i].certified && range.high > tolerance * std::max(low, range.low)) candidates.push_back(i);
-  }
-  if (candidates.size() > size() / 16) return;  // everything may be brighter: more samples would not end that
-  for (const std::size_t i : candidates) {
-    PixelState& pixel = pixels_[i];
-    const std::uint32_t most = std::bit_floor(limits.samples_max), wanted = std::min(most, growth * pixel.count());
-    if (wanted < 2 || wanted <= std::max(pixel.count(), 2 * allocation.half[i])) continue;
-    allocation.half[i] = wanted / 2;
-    pixel.role = PixelState::Role::refined;
+void Film::raise_brightest(double tone_max, std::span<const float> cost, double cost_max, const Adaptive& limits,
+                           SampleAllocation& allocation) {
+  if (scene_.output.overflow != Output::Overflow::scale) return;
+  constexpr double step = 0.01, least = 1e-4, most = 0.1;  // relative to the brightest channel
+  std::vector<BrightestRange> ranges;
+  const BrightestRange all = brightest(ranges);
+  const double white = DisplayTransform(scene_.output, 0).white();  // less bright images are not scaled
+  const double found = std::max(all.found, white), low = std::max(all.low, white);
+  update_means();
+  const double by_step = tracer::tone_error(rgb_, scene_.output, {found, found, found * (1 + step)}, in_parallel_);
+  const double tolerance = by_step > 0 ? std::clamp(step * std::sqrt(tone_max / by_step), least, most) : most;
+  std::vector<std::pair<double, std::size_t>> candidates;
+  for (std::size_t i = 0; i < size(); ++i)
+    if (ranges[i].high > (1 + tolerance) * std::max(low, ranges[i].low)) candidates.emplace_back(ranges[i].high, i);
+  std::ranges::sort(candidates, std::greater<>());
+  const auto raise = [&](std::size_t i, std::uint32_t wanted) {
+    const std::uint32_t count = pixels_[i].count(), half = std::min(std::bit_floor(limits.samples_max), wanted) / 2;
+    if (half <= std::max(count / 2, allocation.half[i])) return;
+    cost_max -= (2.0 * half - count) * cost[i];
+    if (cost_max < 0) return;
+    allocation.half[i] = half;
+    pixels_[i].role = PixelState::Role::refined;
     allocation.empty = false;
+  };
+  for (const auto& [high, i] : candidates) {
+    const std::uint32_t wanted = pixels_[i].begun() ? 8 * pixels_[i].count() : 2 * refined_half;
+    raise(i, wanted);
+    each_neighbor(i, width_, size_, [&](std::size_t neighbor) {  // a small part of what is bright may lie there
+      if (pixels_[neighbor].edge) raise(neighbor, wanted / 2);
+    });
   }
 }
 

@@ -37,10 +37,12 @@ class Film {
   /// Fills a block with the pixel at `source`.
   void fill_block(std::size_t place, std::uint32_t side, std::size_t source);
 
-  /// Creates the states of the pixels from their pilots and the bounds of their radiance; empty: none. Pixels with a
-  /// squared error of at most `certified` per pixel are certified, and so few that the sum of their bounds is at most a
-  /// ninth of that for all pixels. Precondition of the functions on pixels below.
-  void begin(std::vector<RadianceInterval> bounds, double certified);
+  /// Creates the states of the pixels from their pilots and the bounds of their radiance; empty: none. Precondition of
+  /// the functions on pixels below.
+  void begin(std::vector<RadianceInterval> bounds);
+  /// Bounds the squared errors of pixels as they are displayed now. Those of at most `certified` per pixel are
+  /// certified, and so few that the sum of their bounds is at most a ninth of that for all pixels.
+  void certify(double certified);
   [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
   [[nodiscard]] std::span<const RadianceInterval> bounds() const { return bounds_; }
   [[nodiscard]] PixelState& pixel(std::size_t place) { return pixels_[place]; }
@@ -70,10 +72,13 @@ class Film {
   [[nodiscard]] DisplayTransform display() const;
   [[nodiscard]] Color mean(std::size_t place) const;
   [[nodiscard]] OmittedError omitted_error(const DisplayTransform& display);
-  /// Squared error by the brightest channel (tone_error.h), with `overflow: scale`.
+  /// Squared error by the brightest channel (tone_error.h); 0 without `overflow: scale`.
   [[nodiscard]] double tone_error();
-  /// Raises the samples of uncertain pixels that may be the brightest one.
-  void raise_brightest(const Adaptive& limits, SampleAllocation& allocation);
+  /// Raises the samples of pixels that may be the brightest one, where that may cause a larger squared error than
+  /// `tone_max` by the brightest channel, or make it larger by more than a tenth. Pixels that may be brighter come
+  /// first, while the new samples cost at most `cost_max`; `cost`: per sample of each pixel.
+  void raise_brightest(double tone_max, std::span<const float> cost, double cost_max, const Adaptive& limits,
+                       SampleAllocation& allocation);
   /// Predicted errors of the tiles; empty without rounds.
   [[nodiscard]] TileErrors tile_errors() const;
   /// Tiles whose error exceeds `target` levels.
@@ -89,8 +94,8 @@ class Film {
   void write(Rendered& rendered, const Outcome& outcome);
 
  private:
-  [[nodiscard]] BrightestRange brightest_of(std::size_t place) const;
-  [[nodiscard]] BrightestRange brightest() const;
+  /// Also sets the ranges of all `pixels`.
+  [[nodiscard]] BrightestRange brightest(std::vector<BrightestRange>& pixels) const;
   [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
   /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
   /// The error that looks found is spread over the open pixels in proportion to their bounds.

@@ -238,7 +238,7 @@ UnitOutcome trace_allocated_unit(const CompiledScene& scene, const RenderControl
   const Tiles tiles(scene.image.window());
   if (!unit.get(tile) || tile >= tiles.count() || !scene.accuracy.adaptive) return UnitOutcome::malformed;
   TileFilm own(scene, tiles.window(tile));
-  own.film.begin({}, 0);
+  own.film.begin({});
   const std::vector<Pixel> pixels = own.tiles.pixels(0);
   std::vector<std::uint32_t> half(pixels.size());
   const std::uint32_t half_max = std::max(scene.accuracy.adaptive->samples_max, scene.accuracy.adaptive->samples_min);

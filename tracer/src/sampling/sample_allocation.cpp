@@ -215,6 +215,15 @@ void raise_in_tiles(std::span<PixelState> pixels, std::uint32_t width, std::span
   }
 }
 
+bool at_maximum(std::span<const PixelState> pixels, const Adaptive& limits) {
+  double all = 0, free = 0;
+  for (const PixelState& pixel : pixels) {
+    all += pixel.variance;
+    free += 2 * pixel.count() <= limits.samples_max ? pixel.variance : 0;
+  }
+  return 2 * free < all;
+}
+
 bool any_unsafe(std::span<const PixelState> pixels, double bound_max) {
   return std::ranges::any_of(pixels, [&](const PixelState& pixel) { return risk_of(pixel) > bound_max; });
 }

@@ -50,6 +50,9 @@ struct ExcessTile {
 void raise_in_tiles(std::span<PixelState> pixels, std::uint32_t width, std::span<const ExcessTile> tiles,
                     const Adaptive& limits, SampleAllocation& allocation);
 
+/// True if pixels that may have no more samples have most of the predicted error.
+bool at_maximum(std::span<const PixelState> pixels, const Adaptive& limits);
+
 /// True if an open pixel has a larger bound than `bound_max`.
 bool any_unsafe(std::span<const PixelState> pixels, double bound_max);
 
