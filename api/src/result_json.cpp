@@ -18,6 +18,7 @@ constexpr std::pair<const char*, double ErrorEstimate::*> error_parts[] = {
     {"depth", &ErrorEstimate::depth},
     {"cutoff", &ErrorEstimate::cutoff},
     {"approximation", &ErrorEstimate::approximation},
+    {"approximation_min", &ErrorEstimate::approximation_min},
     {"tone", &ErrorEstimate::tone}};
 /// In the order of ErrorEstimate::Limit.
 constexpr std::array<const char*, 6> limit_names{nullptr,       "target",      "time_budget",

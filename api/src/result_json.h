@@ -32,8 +32,8 @@ Json object_of(std::pair<const char*, Json> (&&members)[count]) {
 Json accuracy_json(const tracer::Accuracy& accuracy);
 
 /// {estimate, proven, confidence, target, met, worst_tile, tile_target, bounded, certified_share, looks, limit,
-/// parts{sampling, depth, cutoff, approximation, tone}}. Null: `proven` if nothing is proven, targets that were not
-/// requested, `limit` if the number of samples was fixed.
+/// parts{sampling, depth, cutoff, approximation, approximation_min, tone}}. Null: `proven` if nothing is proven,
+/// targets that were not requested, `limit` if the number of samples was fixed.
 Json error_json(const tracer::ErrorEstimate& error);
 /// Its inverse; throws nlohmann::json::exception if a member is missing or has another type.
 tracer::ErrorEstimate error_of_json(const Json& json);

@@ -114,8 +114,10 @@ void expect_equal(const Rendered& one, const Rendered& other) {
   EXPECT_TRUE(same_bytes(layers.error, others.error));
   EXPECT_EQ(one.statistics, other.statistics);
   const ErrorEstimate &a = one.error, &b = other.error;
-  EXPECT_EQ(std::tie(a.estimate, a.proven, a.worst_tile, a.sampling, a.depth, a.cutoff, a.approximation, a.tone),
-            std::tie(b.estimate, b.proven, b.worst_tile, b.sampling, b.depth, b.cutoff, b.approximation, b.tone));
+  EXPECT_EQ(std::tie(a.estimate, a.proven, a.worst_tile, a.sampling, a.depth, a.cutoff, a.approximation,
+                     a.approximation_min, a.tone),
+            std::tie(b.estimate, b.proven, b.worst_tile, b.sampling, b.depth, b.cutoff, b.approximation,
+                     b.approximation_min, b.tone));
   EXPECT_EQ(std::tie(a.target_met, a.bounded, a.certified_share, a.looks, a.limit),
             std::tie(b.target_met, b.bounded, b.certified_share, b.looks, b.limit));
 }

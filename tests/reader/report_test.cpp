@@ -103,6 +103,7 @@ TEST(Report, HasEveryMember) {
   error.depth = 0.25;
   error.cutoff = 0.125;
   error.approximation = 0.0625;
+  error.approximation_min = 0.015625;
   error.bounded = false;
   error.proven = 1.75;
   error.worst_tile = 6.5;
@@ -125,7 +126,7 @@ TEST(Report, HasEveryMember) {
       R"("warnings":[{"pointer":"#/lights","code":"nothing_lit","detail":"every object is black: there is no light, no \"ambient\" and no \"emission\""}],)"
       R"("error":{"estimate":1.5,"proven":1.75,"confidence":0.75,"target":1.0,"met":false,"worst_tile":6.5,)"
       R"("tile_target":7.0,"bounded":false,"certified_share":0.875,"looks":1234,"limit":"time_budget",)"
-      R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"tone":0.03125}},)"
+      R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"approximation_min":0.015625,"tone":0.03125}},)"
       R"("artifacts":[{"name":"image.png","error":{"estimate":2.0,"proven":2.25,"met":false,"worst_tile":7.5,"encoding":0.5}},)"
       R"({"name":"image.exr","error":{"estimate":1.5,"proven":null,"met":true,"worst_tile":0.0,"encoding":0.0}}],)"
       R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30,"diffuse":40},"culled_shadows":{"rays":144,"radiance":0.0005},"duplicates":11,)"

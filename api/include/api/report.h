@@ -38,14 +38,14 @@ struct ReportedArtifact {
 };
 
 /// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
-/// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
-/// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
-/// holdout_samples, rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates,
-/// time_ms{...}, workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, radiosity{patches,
-/// limited, stages, rays, factors, sweeps, reused, bound}, estimated_work, memory_bytes, non_finite, build}. Null:
-/// targets that were not requested, `proven` if nothing is proven, `radiosity` without patches, its `bound` if there is
-/// none, `limit` with a fixed number of samples. `samples` are those of the image, without `holdout_samples`.
-/// Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
+/// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, approximation_min, tone}},
+/// artifacts[{name, error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max}, holdout_samples,
+/// rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates, time_ms{...},
+/// workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, radiosity{patches, limited, stages,
+/// rays, factors, sweeps, reused, bound}, estimated_work, memory_bytes, non_finite, build}. Null: targets that were not
+/// requested, `proven` if nothing is proven, `radiosity` without patches, its `bound` if there is none, `limit` with a
+/// fixed number of samples. `samples` are those of the image, without `holdout_samples`. Precondition: tracer::validate
+/// accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {});

@@ -1,6 +1,7 @@
 // Whitted's model beside the rendering equation, from references of small scenes.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -202,6 +203,13 @@ TEST(ModelError, NoAmbientLightCloseToTheFittedOneIsBetter) {
   }
 }
 
+Rendered render_with(Scene scene, Approximations::Interreflection interreflection, std::uint32_t samples) {
+  scene.accuracy.model = Accuracy::Model::global;
+  scene.accuracy.approximate.interreflection = interreflection;
+  scene.accuracy.samples = samples;
+  return scenes::render(scene, 2);
+}
+
 TEST(ModelError, IsZeroWithoutDiffuseSurfaces) {
   Scene scene = scenes::empty(side);
   scene.camera.position = {0, 0, 4};
@@ -212,20 +220,33 @@ TEST(ModelError, IsZeroWithoutDiffuseSurfaces) {
   const ModelError error = compare(scene).error;
   EXPECT_LE(error.levels, 2 * error.standard_error);
   EXPECT_LT(error.standard_error, 1);
+  EXPECT_EQ(render_with(scene, Approximations::Interreflection::ambient, 16).error.approximation, 0);
+}
+
+/// The interval of the part `approximation` of an error estimate has values in common with levels +- deviation.
+void expect_agreement(const ErrorEstimate& claimed, double levels, double deviation, const std::string& of) {
+  EXPECT_LE(claimed.approximation_min, levels + deviation) << of;
+  EXPECT_GE(claimed.approximation, levels - deviation) << of;
 }
 
 TEST(ModelError, IsThatOfTheErrorEstimateOfARender) {
+  using enum Approximations::Interreflection;
   auto all = lit;
   all.insert(all.end(), lit_otherwise.begin(), lit_otherwise.end());
-  for (const auto& [name, make] : all) {
-    Scene scene = make();
-    const double levels = compare(scene).error.levels;
-    scene.accuracy.model = Accuracy::Model::global;
-    scene.accuracy.approximate.interreflection = Approximations::Interreflection::ambient;
-    scene.accuracy.samples = 16;
-    const ErrorEstimate claimed = scenes::render(scene, 2).error;
-    EXPECT_GE(claimed.estimate, 0.97 * levels) << name;
-    EXPECT_LE(claimed.approximation, 1.3 * levels) << name;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto& [name, make] = all[i];
+    const Scene scene = make();
+    const Compared compared = compare(scene);
+    const ErrorEstimate claimed = render_with(scene, ambient, 16).error;
+    expect_agreement(claimed, compared.error.levels, compared.error.standard_error, name);
+    EXPECT_GT(claimed.approximation_min, 0.7 * compared.error.levels) << name;
+    EXPECT_LT(claimed.approximation, 1.3 * compared.error.levels) << name;
+    constexpr std::array others{none, radiosity, gather};
+    const Rendered other = render_with(scene, others[i % others.size()], 512);
+    const double noise = std::hypot(standard_error(compared.global, scene.output), other.error.sampling);
+    const double levels =
+        distance(to_display(compared.global, scene.output), noise, to_display(other.image, scene.output));
+    expect_agreement(other.error, levels, noise, std::string(name) + " otherwise");
   }
 }
 

@@ -343,9 +343,12 @@ TEST(ErrorEstimate, AddsVariancesAndSquaredBiases) {
 }
 
 TEST(ErrorEstimate, IncludesApproximations) {
-  const ErrorEstimate error = error_estimate({.sampled = {12, 12}, .omitted = {}, .approximation = 48}, 4);
+  const ErrorEstimate error = error_estimate({.sampled = {12, 12}, .omitted = {}, .approximation = {30, 48}}, 4);
   EXPECT_DOUBLE_EQ(error.approximation, 2);
+  EXPECT_DOUBLE_EQ(error.approximation_min, 1);
   EXPECT_DOUBLE_EQ(error.estimate, std::sqrt(5));
+  const ErrorEstimate uncertain = error_estimate({.sampled = {12, 12}, .omitted = {}, .approximation = {20, 48}}, 4);
+  EXPECT_EQ(uncertain.approximation_min, 0) << "the measurement does not exclude that there is none";
 }
 
 TEST(HalvesDistance, IsFreeOfNoiseThatBothHaveInCommon) {

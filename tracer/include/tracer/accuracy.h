@@ -153,7 +153,8 @@ struct ErrorEstimate {
   /// Part caused by `approximate` and, with fixed samples, by filtering textures; measured with
   /// exact samples of some pixels.
   double approximation = 0;
-  double tone = 0;  ///< part caused by the brightest pixel's error, with `overflow: scale`
+  double approximation_min = 0;  ///< lower bound of the same part at `confidence`; 0 if none was measured
+  double tone = 0;               ///< part caused by the brightest pixel's error, with `overflow: scale`
   /// True if `depth` and `cutoff` are bounds. False if the scene's radiance has no bound (a light with inverse-square
   /// attenuation, a solid with an albedo >= 1): the largest radiance found in the image is used instead.
   bool bounded = true;

@@ -123,8 +123,8 @@ class AdaptiveSampler {
     const DisplayTransform display = film_.display();
     ApproximationError measured =
         ApproximationLooks<T>(scene_, context_.settings, control_, display, mean_).measure(deadline_);
-    known_.approximation = measured.error.squared_upper;
-    known_.fixed += known_.approximation;
+    known_.approximation = measured.error;
+    known_.fixed += known_.approximation.squared_upper;
     summarize();
     const bool refined = !film_.pixels().empty() && (target_.target_error || target_.tile_error);
     if (refined && !target_reached() && goal_.leaves_room(known_)) {
@@ -267,7 +267,7 @@ class AdaptiveSampler {
   void measure_fixed_parts(const DisplayTransform& display) {
     known_.omitted = film_.omitted_error(display);
     known_.tone = film_.tone_error();
-    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.approximation;
+    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.approximation.squared_upper;
     if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
   }
 

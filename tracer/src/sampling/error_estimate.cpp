@@ -341,6 +341,15 @@ void OmittedError::add(const OmittedError& part) {
   both += part.both;
 }
 
+void add_approximation(ErrorEstimate& error, const SampledError& approximation, std::size_t pixels) {
+  const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
+  error.approximation = std::sqrt(approximation.squared_upper / channels);
+  error.approximation_min =
+      std::sqrt(std::max(0.0, 2 * approximation.squared - approximation.squared_upper) / channels);
+  for (double* const total : {&error.estimate, &error.worst_tile, &error.proven})
+    *total = std::hypot(*total, error.approximation);
+}
+
 ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
   const auto root = [&](double squared) { return std::sqrt(squared / channels); };
@@ -350,17 +359,11 @@ ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   error.depth = root(parts.omitted.depth);
   error.cutoff = root(parts.omitted.cutoff);
   error.tone = root(parts.tone);
-  error.approximation = root(parts.approximation);
-  const double fixed = parts.omitted.both + parts.tone + parts.approximation;
+  const double fixed = parts.omitted.both + parts.tone;
   error.estimate = root(std::min(parts.sampled.squared_upper, parts.proven) + fixed);
   error.proven = root(parts.proven + fixed);
+  add_approximation(error, parts.approximation, pixels);
   return error;
-}
-
-void add_approximation(ErrorEstimate& error, double squared) {
-  error.approximation = std::sqrt(squared);
-  for (double* const total : {&error.estimate, &error.worst_tile, &error.proven})
-    *total = std::hypot(*total, error.approximation);
 }
 
 }  // namespace tracer

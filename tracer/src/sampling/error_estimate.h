@@ -167,7 +167,7 @@ struct ErrorParts {
   SampledError sampled;
   OmittedError omitted;
   double tone = 0;  ///< see tone_error.h
-  double approximation = 0;
+  SampledError approximation{};
   double proven = std::numeric_limits<double>::infinity();  ///< bound of the sampled part
 };
 
@@ -176,7 +176,7 @@ struct KnownErrors {
   SampledError sampled;
   OmittedError omitted;
   double tone = 0;
-  double approximation = 0;
+  SampledError approximation{};
   double fixed = 0;                  ///< everything that samples cannot lower
   double unseen = 0, uncertain = 0;  ///< looks may lower them; `uncertain` is due to the variance of looks
   double proven = std::numeric_limits<double>::infinity();
@@ -189,9 +189,9 @@ struct KnownErrors {
 /// Roots of the means over `pixels` and channels, at the stated confidence.
 ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels);
 
-/// Adds an approximation's mean `squared` error per pixel and channel to an estimate without one. Every tile is taken
-/// to have it.
-void add_approximation(ErrorEstimate& error, double squared);
+/// Adds the error of an approximation to an estimate of an image of `pixels` without one. Every tile is taken to have
+/// it.
+void add_approximation(ErrorEstimate& error, const SampledError& approximation, std::size_t pixels);
 
 /// True if the estimates of the image and of its worst tile are within the targets that are set.
 inline bool targets_reached(const ErrorEstimate& error) {

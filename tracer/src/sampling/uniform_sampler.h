@@ -52,7 +52,7 @@ class UniformSampler {
       const ApproximationError approximation = scene_.accuracy.approximate.any()
                                                    ? looks.measure(Deadline{settings_, {}, 1})
                                                    : looks.measure_filters(filter_weights(context.display));
-      add_approximation(rendered.error, approximation.error.squared_upper / static_cast<double>(image.rgb.size()));
+      add_approximation(rendered.error, approximation.error, image.rgb.size() / 3);
       approximation.count_in(rendered);
     }
     rendered.error.target_met = targets_reached(rendered.error);
