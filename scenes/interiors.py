@@ -33,7 +33,7 @@ def integrating_sphere():
         "version": 1, "name": "integrating sphere",
         "image": {"width": 256, "height": 192},
         "camera": {"position": [0.35, 0.15, 1.25], "look_at": [-0.1, -0.1, -1], "fov": 96},
-        "lights": [{"type": "point", "position": [-0.75, 0.35, -0.45], "intensity": 0.055,
+        "lights": [{"type": "sphere", "center": [-0.75, 0.35, -0.45], "radius": 0.1, "intensity": 0.055,
                     "attenuation": "inverse_square"}],
         "output": {"exposure": 0.5},
         "materials": {

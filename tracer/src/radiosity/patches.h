@@ -32,16 +32,19 @@ class PatchGrid {
     return patches_.emplace(hash, static_cast<std::uint32_t>(patches_.size())).first->second;
   }
 
-  /// Patch of a place up to half a cell beside this one in the tangent plane, by `xi` uniform in [0,1)^2, so that
-  /// values change gradually: in the mean they are interpolated. Where none is, at borders, that of this place or of
-  /// the one on the other side of it.
+  /// Patch of a place up to half a cell beside this one in the tangent plane, with a normal that is turned a little, by
+  /// `xi` uniform in [0,1)^2, so that values change gradually: in the mean they are interpolated, also where surfaces
+  /// curve. Where none is, at borders, that of this place or of the one on the other side of it.
   [[nodiscard]] std::uint32_t find(std::uint32_t object, const Vec3& position, const Vec3& normal,
                                    const Vec2& xi) const {
-    for (const double side : {1.0, 0.0, -1.0}) {
-      const Vec3 beside = moved(position, normal, side * (xi.x - 0.5), side * (xi.y - 0.5));
-      const std::uint32_t patch = find(key(object, beside, normal));
-      if (patch != none) return patch;
-    }
+    const Vec3 beside = moved(position, normal, xi.x - 0.5, xi.y - 0.5);
+    // Further digits of the numbers turn it by up to a tenth in each direction: larger turns interpolate no better.
+    const auto digits = [](double x) { return 0.2 * (x - std::floor(x) - 0.5); };
+    const Vec3 turn{digits(1024 * xi.x), digits(1024 * xi.y), digits(1024 * (xi.x + xi.y))};
+    for (const Vec3& turned : {normal + turn, normal, normal - turn})
+      if (const std::uint32_t patch = find(key(object, beside, turned)); patch != none) return patch;
+    for (const Vec3& at : {position, moved(position, normal, 0.5 - xi.x, 0.5 - xi.y)})
+      if (const std::uint32_t patch = find(key(object, at, normal)); patch != none) return patch;
     return none;
   }
 
