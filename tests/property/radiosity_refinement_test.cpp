@@ -188,7 +188,7 @@ TEST(RadiosityRefinement, ReportsProgressOfTheBuild) {
   RenderControl control;
   EXPECT_EQ(control.progress(), 0);
   const auto compiled = *compile(with_patches(diffuse_room(), 100), control);
-  EXPECT_NEAR(control.progress(), 0.25, 0.01) << "rows, solution and audit of one stage take half of the build";
+  EXPECT_NEAR(control.progress(), 0.34, 0.01) << "five steps: lines twice, then rows, solution and audit";
   ASSERT_TRUE(render(*compiled, {.threads = 1}, control).has_value());
   EXPECT_EQ(control.progress(), 1);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <numbers>
 
 #include "tracer/src/integrators/ray_queue.h"
@@ -44,23 +45,27 @@ Vec3 diffuse_direction(const Vec3& normal, const Vec2& xi) {
   return unit(axes.e0 * local.x + axes.e1 * local.y + axes.n * local.z);
 }
 
-PatchPoints::PatchPoints(const CompiledScene& scene, const Region& region, const RenderControl& control)
+PatchPoints::PatchPoints(const CompiledScene& scene, const Region& region, RenderControl& control)
     : scene_(scene), region_(region), control_(control) {
-  const std::vector<LineHit> hits = hits_on_lines(trial_lines);
+  const auto hits = from_lines<LineHit>(trial_lines, std::identity());
   find_dark_sides(hits);
   per_line_ = static_cast<double>(lit(hits, 0).size()) / trial_lines;
 }
 
 std::vector<PatchPoint> PatchPoints::on_lines(std::uint32_t lines, double gap) const {
-  return lit(hits_on_lines(lines), gap);
+  return from_lines<PatchPoint>(lines, [&](const std::vector<LineHit>& hits) { return lit(hits, gap); });
 }
 
-std::vector<PatchPoints::LineHit> PatchPoints::hits_on_lines(std::uint32_t lines) const {
+template <class T, class Select>
+std::vector<T> PatchPoints::from_lines(std::uint32_t lines, const Select& select) const {
   constexpr int hits_of_line_max = 64;
   const std::uint64_t key = mix(scene_.accuracy.seed ^ 0x7261646961746573u);
-  std::vector<std::vector<LineHit>> found((lines + block_of_rays - 1) / block_of_rays);
-  for_each_tile(found.size(), 0, [&](std::uint64_t number) {
+  std::vector<std::vector<T>> selected((lines + block_of_rays - 1) / block_of_rays);
+  std::atomic<std::size_t> done{0};
+  control_.begin_build_step();
+  for_each_tile(selected.size(), 0, [&](std::uint64_t number) {
     if (control_.cancelled()) return;
+    std::vector<LineHit> found;
     RayQueue rays, next;
     const auto first = static_cast<std::uint32_t>(number * block_of_rays);
     for (std::uint32_t line = first; line < std::min<std::uint64_t>(first + block_of_rays, lines); ++line) {
@@ -77,20 +82,19 @@ std::vector<PatchPoints::LineHit> PatchPoints::hits_on_lines(std::uint32_t lines
         const Surface at = surface_at(scene_, hits.at(i), rays.origin(i), rays.direction(i));
         if (length(at.point.position - region_.center) > region_.radius * (1 + 0x1p-20)) continue;
         const Vec3 outward = at.back ? -at.geometric_normal : at.geometric_normal;
-        found[number].push_back({{at.point, at.normal, outward, at.object, hits.primitive[i]},
-                                 rays.sample(i),
-                                 at.back,
-                                 reflects_diffusely(scene_.terms[at.material])});
+        const PatchPoint point{at.point, at.normal, outward, at.object, hits.primitive[i]};
+        found.push_back({point, rays.sample(i), at.back, reflects_diffusely(scene_.terms[at.material])});
         next.push(offset_origin(at.point, at.geometric_normal, rays.direction(i)), rays.direction(i), {},
                   rays.sample(i), hits.primitive[i], 0, 0);
       }
       std::swap(rays, next);
     }
-    std::stable_sort(found[number].begin(), found[number].end(),
-                     [](const LineHit& a, const LineHit& b) { return a.line < b.line; });
+    std::stable_sort(found.begin(), found.end(), [](const LineHit& a, const LineHit& b) { return a.line < b.line; });
+    selected[number] = select(found);
+    control_.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(selected.size()));
   });
-  std::vector<LineHit> all;
-  for (const std::vector<LineHit>& some : found) all.insert(all.end(), some.begin(), some.end());
+  std::vector<T> all;
+  for (const std::vector<T>& some : selected) all.insert(all.end(), some.begin(), some.end());
   return all;
 }
 

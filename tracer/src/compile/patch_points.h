@@ -34,7 +34,7 @@ class PatchPoints {
  public:
   /// Finds by some lines and by random paths of light, which sides of objects light never reaches. Throws
   /// std::bad_alloc. Incomplete after cancellation.
-  PatchPoints(const CompiledScene& scene, const Region& region, const RenderControl& control);
+  PatchPoints(const CompiledScene& scene, const Region& region, RenderControl& control);
 
   [[nodiscard]] const Region& region() const { return region_; }
   /// Points per line, in the mean: the area of the lit sides over 4 pi r^2 (Crofton's formula, for one of two sides).
@@ -56,7 +56,9 @@ class PatchPoints {
     PrimitiveRef from;
   };
 
-  [[nodiscard]] std::vector<LineHit> hits_on_lines(std::uint32_t lines) const;
+  /// The results of select(hits) for the hits on some lines at a time, which are not all kept.
+  template <class T, class Select>
+  [[nodiscard]] std::vector<T> from_lines(std::uint32_t lines, const Select& select) const;
   /// First rays of paths of light, from lights, from what glows and from outside.
   [[nodiscard]] std::vector<Walker> light_sources(const std::vector<LineHit>& hits);
   /// The same from places that emitters light: small ones are on no line.
@@ -69,7 +71,7 @@ class PatchPoints {
 
   const CompiledScene& scene_;
   const Region region_;
-  const RenderControl& control_;
+  RenderControl& control_;
   std::vector<std::uint8_t> dark_;  ///< by side
   double per_line_ = 0;
 };
