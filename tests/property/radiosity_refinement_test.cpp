@@ -1,15 +1,20 @@
 // Refinement of radiosity: errors that paths measure fall with the patches, and stages end at the target or a limit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 
+#include "tests/support/effort.h"
+#include "tests/support/memory_growth.h"
 #include "tests/support/scenes.h"
 #include "tracer/src/compile/radiosity_audit.h"
 #include "tracer/src/compile/surface_rows.h"
+#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 namespace {
@@ -205,6 +210,95 @@ TEST(RadiosityRefinement, IsCancelledInItsMidst) {
   building.join();
   ASSERT_TRUE(failure);
   EXPECT_EQ(failure->code, Failure::Code::cancelled);
+}
+
+/// A floor and two walls, to be filled.
+Scene corner_of_walls() {
+  Scene scene = scenes::empty(256);
+  scene.camera = {{9, 6, 9}, {0, 0, 0}, {0, 1, 0}, 50};
+  scene.accuracy.samples = 4;
+  const MaterialId paint = scenes::add(scene, scenes::matte({0.7, 0.6, 0.5}));
+  scenes::add(scene, Box{{-6, -1.2, -6}, {6, -1, 6}}, paint);
+  scenes::add(scene, Box{{-6.2, -1, -6}, {-6, 4, 6}}, paint);
+  scenes::add(scene, Box{{-6, -1, -6.2}, {6, 4, -6}}, paint);
+  return scene;
+}
+
+Scene lit_corner_of_walls() {
+  Scene scene = corner_of_walls();
+  scene.background.color = {0.3, 0.3, 0.3};
+  scene.lights = {scenes::point_light({3, 8, 2}, {0.6, 0.6, 0.6})};
+  return scene;
+}
+
+/// A surface of waves.
+Scene many_triangles(std::uint64_t count) {
+  Scene scene = lit_corner_of_walls();
+  Mesh mesh;
+  const auto cells = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(count) / 2));
+  for (std::uint32_t i = 0; i <= cells; ++i)
+    for (std::uint32_t j = 0; j <= cells; ++j) {
+      const double x = 12.0 * i / cells - 6, z = 12.0 * j / cells - 6;
+      mesh.positions.push_back({x, 0.15 * std::sin(2.1 * x + 0.7 * z) + 0.08 * std::sin(2.9 * z - 1.3 * x + 1), z});
+    }
+  for (std::uint32_t i = 0; i < cells; ++i)
+    for (std::uint32_t j = 0; j < cells; ++j) {
+      const std::uint32_t a = i * (cells + 1) + j, b = a + cells + 1;
+      mesh.triangles.push_back({a, a + 1, b});
+      mesh.triangles.push_back({b, a + 1, b + 1});
+    }
+  scenes::add(scene, mesh, MaterialId{0});
+  return scene;
+}
+
+/// Spheres that glow, anywhere above the floor.
+Scene many_emitters(std::uint64_t count) {
+  Scene scene = corner_of_walls();
+  const MaterialId lamp = scenes::add(scene, scenes::glowing({2, 1.5, 1}));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec2 at = sequence_point(i, 1);
+    scenes::add(scene, Sphere{{12 * at.x - 6, 4 * sequence_point(i, 2).x - 0.9, 12 * at.y - 6}, 0.02}, lamp);
+  }
+  return scene;
+}
+
+/// Trees on the floor.
+Scene many_instances(std::uint64_t count) {
+  Scene scene = lit_corner_of_walls();
+  const MaterialId paint{0};
+  scene.prototypes.push_back({{{Cylinder{{0, 0, 0}, {0, 0.6, 0}, 0.12, true, {}}, paint, {}},
+                               {Cone{{0, 1.6, 0}, {0, 0.4, 0}, 0.45, 0, true, {}}, paint, {}}},
+                              "/prototypes/tree"});
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec2 at = sequence_point(i, 1);
+    const double scale = 0.12;
+    scenes::add(scene, Instance{{0}, {}}, paint);
+    scene.objects.back().transform =
+        Transform{{{{scale, 0, 0, 12 * at.x - 6}, {0, scale, 0, -1}, {0, 0, scale, 12 * at.y - 6}}}};
+  }
+  return scene;
+}
+
+/// WHITTLE_THOROUGH: a million triangles, 100,000 emitters, 10,000 instances, without a target error.
+TEST(RadiosityRefinement, OfLargeScenesTakesLimitedRaysAndMemoryAndReportsItsError) {
+  const auto target = effort::cases(1) > 1 ? std::nullopt : std::optional(4.0);
+  for (const Scene& filled : {many_triangles(effort::cases(50'000)), many_emitters(effort::cases(5'000)),
+                              many_instances(effort::cases(500))}) {
+    const Scene scene = with_patches(filled, target);
+    const std::string of = "scene of " + std::to_string(scene.objects.size()) + " objects";
+    const MemoryGrowth growth;
+    RenderControl control;
+    const auto compiled = *compile(scene, control);
+    const double built = control.progress();
+    const Rendered rendered = *render(*compiled, {.elapsed_ms = {}, .threads = 2}, control);
+    EXPECT_LT(growth.kibibytes(), 768 << 10) << of;
+    EXPECT_LE(radiosity_figures(*compiled)->rays, 3u << 24) << of;
+    EXPECT_LE(rendered.statistics.holdout_samples, 1u << 20) << of;
+    EXPECT_GT(rendered.error.approximation, std::max(0.01, rendered.error.approximation_min)) << of;
+    EXPECT_LT(rendered.error.approximation, 10) << of;
+    EXPECT_GT(built, 0.3) << of;
+    EXPECT_GT(control.progress(), built) << of;
+  }
 }
 
 }  // namespace
