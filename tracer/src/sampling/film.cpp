@@ -23,12 +23,13 @@ double certified_limit(std::span<const PixelState> pixels, double most) {
 }
 
 /// Adds to `range` a pixel's brightest channel: that of its samples, and of a part that they may have missed. A bright
-/// pilot may be all that is bright.
+/// pilot may be all that is bright. `noise`: variance of a sample of similar pixels, by channel: the brightest pixel of
+/// many is likely one whose samples vary too little, and may be as noisy as they, up to a limit.
 void add_pixel(const PixelState& pixel, const RadianceInterval* bounds, bool only_positions_vary,
-               const DisplayTransform& display, BrightestRange& range) {
+               const std::array<double, 3>& noise, const DisplayTransform& display, BrightestRange& range) {
   // Few samples may agree by chance, and then bound the brightest channel from below: what is predicted, if it is more,
   // counts as much as this number of samples.
-  constexpr double prior_samples = 8;
+  constexpr double prior_samples = 8, noise_max = 4;
   const std::array<double, 3> mean{pixel.mean().r, pixel.mean().g, pixel.mean().b};
   const double count = pixel.count(), prior = prior_samples / (prior_samples + count - 1);
   // What a smooth surface may show has any height within the interval, as in SuspectedErrors.
@@ -46,7 +47,8 @@ void add_pixel(const PixelState& pixel, const RadianceInterval* bounds, bool onl
       const double deviation = only_positions_vary && pixel.measured()
                                    ? stratified_deviation_of_mean(pixel, i)
                                    : deviation_of_mean(pixel, i) * std::pow(count / 2, (1 - variance_power) / 4);
-      variance = deviation * deviation;
+      const double own = deviation * deviation;
+      variance = std::max(own, std::min(noise[i] / count, noise_max * own));
       if (slope > 0) variance += prior * std::max(0.0, pixel.variance / (3 * slope * slope) - variance);
     }
     range.add(value, std::sqrt(variance), (value - low) * darker, (high - value) * missed);
@@ -206,18 +208,27 @@ OmittedError Film::omitted_error(const DisplayTransform& display) {
 BrightestRange Film::brightest(std::vector<BrightestRange>& pixels) const {
   const DisplayTransform shown = display();
   const bool only_positions_vary = !scene_.needs.lens && !uses_random_choices(scene_);
-  const auto range_with = [&](double deviations) {
+  const auto range_with = [&](double deviations, const std::array<double, 3>& noise) {
     BrightestRange all{.deviations_below = deviations};
     pixels.assign(size(), all);
     each_place(in_parallel_, Blocks(size_, width_), [&](std::size_t i) {
-      add_pixel(pixels_[i], bounds_.empty() ? nullptr : &bounds_[i], only_positions_vary, shown, pixels[i]);
+      add_pixel(pixels_[i], bounds_.empty() ? nullptr : &bounds_[i], only_positions_vary, noise, shown, pixels[i]);
     });
     for (const BrightestRange& pixel : pixels) all.add(pixel);
     return all;
   };
-  const double low = range_with(BrightestRange::deviations).low;
-  const auto similar = std::ranges::count_if(pixels, [&](const BrightestRange& pixel) { return pixel.high > low; });
-  return range_with(BrightestRange::deviations_of_largest(static_cast<double>(similar)));
+  const double low = range_with(BrightestRange::deviations, {}).low;
+  std::array<double, 3> noise{};
+  double similar = 0, measured = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (!(pixels[i].high > low)) continue;
+    ++similar;
+    if (only_positions_vary || !pixels_[i].refined() || pixels_[i].count() < 2) continue;
+    ++measured;
+    for (std::size_t c = 0; c < 3; ++c) noise[c] += std::pow(deviation_of_mean(pixels_[i], c), 2) * pixels_[i].count();
+  }
+  for (double& channel : noise) channel /= std::max(1.0, measured);
+  return range_with(BrightestRange::deviations_of_largest(similar), noise);
 }
 
 double Film::tone_error() {
