@@ -66,6 +66,7 @@ export class Drafts {
     this.inFlight = null;
     /** @type {string | null} */
     this.refining = null;
+    this.followed = new AbortController();  // ends the requests about it
     this.dragging = false;
     this.inDrag = 0;
     this.waiting = false;
@@ -230,7 +231,7 @@ export class Drafts {
         return;
       }
       this.refining = job.id;
-      await this.follow(number, text, job.id, begin);
+      await this.follow(number, text, job.id, begin, this.followed.signal);
     } catch (error) {
       this.failed(error, number);
     } finally {
@@ -238,14 +239,15 @@ export class Drafts {
     }
   }
 
-  /** @param {number} number @param {string} text @param {string} id @param {number} begin */
-  async follow(number, text, id, begin) {
+  /** @param {number} number @param {string} text @param {string} id @param {number} begin @param {AbortSignal} signal */
+  async follow(number, text, id, begin, signal) {
     for (;;) {
-      const job = await getJson(`/v1/jobs/${id}?wait=1`);
+      const job = await getJson(`/v1/jobs/${id}?wait=1`, {signal});
       if (number !== this.latest || this.closed) return;
       if (job.state === 'failed') throw new Problem(500, {detail: job.problem?.detail});
       const ended = job.state === 'succeeded';
-      const reply = ended ? await request('GET', `/v1/jobs/${id}/image.png`) : await request('GET', `/v1/jobs/${id}/preview?max=${PREVIEW_SIDE}`);
+      const reply = ended ? await request('GET', `/v1/jobs/${id}/image.png`, {signal})
+        : await request('GET', `/v1/jobs/${id}/preview?max=${PREVIEW_SIDE}`, {signal});
       if (reply.status === 200 && number === this.latest) {
         this.show(number, {kind: ended ? 'refined' : 'refining', url: URL.createObjectURL(await reply.blob()), ...job.image,
                            milliseconds: performance.now() - begin, text, error: job.report?.error, job: id});
@@ -256,6 +258,8 @@ export class Drafts {
   }
 
   stopRefining() {
+    this.followed.abort();  // a cancelled job has no preview
+    this.followed = new AbortController();
     if (this.refining) cancel(this.refining);
     this.refining = null;
   }
