@@ -32,7 +32,7 @@ void add_pixel(const PixelState& pixel, const RadianceInterval* bounds, bool onl
   constexpr double prior_samples = 8, noise_max = 4;
   const std::array<double, 3> mean{pixel.mean().r, pixel.mean().g, pixel.mean().b};
   const double count = pixel.count(), prior = prior_samples / (prior_samples + count - 1);
-  // What a smooth surface may show has any height within the interval, as in SuspectedErrors.
+  // Light in a smooth surface has any height within the interval, as in SuspectedErrors.
   const double height = pixel.refined() && !pixel.edge ? std::numbers::inv_sqrt3 : 1;
   const double missed = !pixel.refined() && pixel.certified ? 1 : height * missed_share(count);
   const double darker = !pixel.refined() ? 1 : pixel.edge ? missed : 0;

@@ -122,7 +122,7 @@ class ApproximationLooks {
   ApproximationError measure_filters(std::span<const float> weights) {
     constexpr std::size_t few = 64, most = 2048;
     const std::uint32_t half = std::clamp(scene_.accuracy.samples / 2, look_half, look_half_max);
-    // Of both halves of a look, with and without the filters.
+    // A look takes two halves, each with and without the filters.
     const std::size_t affordable = weights.size() * scene_.accuracy.samples / (std::size_t{4} * half);
     Found found;
     add(weights, std::clamp(affordable / 64, std::clamp<std::size_t>(affordable / 8, 1, few), most), 0, half, found);
