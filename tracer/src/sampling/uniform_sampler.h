@@ -37,7 +37,7 @@ class UniformSampler {
   Result<Rendered, Failure> run() {
     control_.begin(film_.tiles.count());
     trace();
-    if (control_.tiles_done() < film_.tiles.count())
+    if (control_.cancelled() || control_.tiles_done() < film_.tiles.count())
       return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     Image& image = film_.image;
     const double brightest = brightest_if_needed(scene_, image.rgb);
