@@ -169,7 +169,7 @@ TEST(TrianglePairBounds, AreStoredUnlessTheyTakeTooMuchMemory) {
   constexpr std::uint32_t large = (1u << 20) + 2;
   const auto bytes_each = [](std::uint32_t count, bool pairs) {
     const TriangleGeometry geometry = many(count, pairs);
-    const PrimitiveGroups<TriangleGeometry> groups(geometry, 7);
+    const PrimitiveGroups<TriangleGeometry> groups(geometry, 7, {});
     const std::vector<TrianglePair> triangles = triangle_pairs(geometry);
     TrianglePairBounds storage;
     for (std::uint32_t group = 0; group < groups.count(); group += groups.count() / 100) {

@@ -104,6 +104,15 @@ TEST(TrianglePairs, JoinTheNeighborsThatFillTheirBoxBest) {
 
 TEST(TrianglePairs, AreEmptyWithoutTriangles) { EXPECT_TRUE(triangle_pairs({}).empty()); }
 
+TEST(TrianglePairs, AreIncompleteAfterCancellation) {
+  Random random(3);
+  const TriangleGeometry geometry = sheet(random, 40);
+  RenderControl control;
+  control.cancel();
+  EXPECT_TRUE(triangle_pairs(geometry, control).empty());
+  EXPECT_FALSE(triangle_pairs(geometry).empty());
+}
+
 TEST(TrianglePairs, DoNotJoinDegenerateTriangles) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -221,7 +221,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
   users.reserve(geometries.size());  // Embree keeps pointers to these: they must not move
   for (const Geometry& added : geometries) {
     const auto index = first + static_cast<std::uint32_t>(users.size());
-    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, PrimitiveGroups<Geometry>(added, index)});
+    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, PrimitiveGroups<Geometry>(added, index, control)});
     const std::uint32_t count = user.groups.count();
     bytes.fetch_add(static_cast<std::int64_t>(user.groups.memory_bytes()), std::memory_order_relaxed);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
@@ -236,8 +236,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
     if (added.transmissive && own_transmissive()) rtcAttachGeometryByID(transmissive.scene, geometry, index);
     rtcReleaseGeometry(geometry);
     for (std::uint32_t group = 0; group < count; ++group) {
-      constexpr std::uint32_t at_once = 1u << 16;  // about a millisecond
-      if (group % at_once == 0 && control.cancelled()) return;
+      if (cancelled_at(group, control)) return;
       RTCBounds bounds;
       group_bounds(user, group, bounds);
       all.include(bounds);

@@ -74,12 +74,13 @@ class TrianglesAround {
   std::vector<std::uint32_t> triangles_;
 };
 
-std::vector<TrianglePair> neighbors_in_list(const TriangleGeometry& geometry) {
+std::vector<TrianglePair> neighbors_in_list(const TriangleGeometry& geometry, const RenderControl& control) {
   const auto& triangles = geometry.triangles;
   const auto count = static_cast<std::uint32_t>(triangles.size());
   std::vector<TrianglePair> pairs;
   pairs.reserve(count / 2 + std::size_t{1});
   for (std::uint32_t i = 0; i < count;) {
+    if (cancelled_at(pairs.size(), control)) break;
     const bool pair = i + 1 < count && share_edge(triangles[i], triangles[i + 1]) &&
                       cost_of(geometry, box_of(geometry, i), i + 1).worth_it();
     pairs.push_back({i, pair ? i + 1 : TrianglePair::none});
@@ -113,11 +114,14 @@ std::uint32_t best_neighbor(const TriangleGeometry& geometry, const TrianglesAro
 }
 
 /// Pairs single triangles with single neighbors across their edges.
-void pair_across_edges(const TriangleGeometry& geometry, std::vector<TrianglePair>& pairs) {
+void pair_across_edges(const TriangleGeometry& geometry, std::vector<TrianglePair>& pairs,
+                       const RenderControl& control) {
   const TrianglesAround around(geometry, pairs);
   std::vector<bool> single(geometry.triangles.size(), false);
   for (const TrianglePair& one : pairs) single[one.first] = !one.pair();
+  std::size_t number = 0;
   for (TrianglePair& one : pairs) {
+    if (cancelled_at(number++, control)) return;
     if (!single[one.first]) continue;
     one.second = best_neighbor(geometry, around, single, one.first);
     if (!one.pair()) continue;
@@ -129,10 +133,11 @@ void pair_across_edges(const TriangleGeometry& geometry, std::vector<TrianglePai
 
 }  // namespace
 
-std::vector<TrianglePair> triangle_pairs(const TriangleGeometry& geometry) {
-  std::vector<TrianglePair> pairs = neighbors_in_list(geometry);
+std::vector<TrianglePair> triangle_pairs(const TriangleGeometry& geometry, const RenderControl& control) {
+  std::vector<TrianglePair> pairs = neighbors_in_list(geometry, control);
+  if (control.cancelled()) return pairs;
   const std::size_t single = 2 * pairs.size() - geometry.triangles.size();
-  if (16 * single > geometry.triangles.size()) pair_across_edges(geometry, pairs);
+  if (16 * single > geometry.triangles.size()) pair_across_edges(geometry, pairs, control);
   pairs.shrink_to_fit();
   return pairs;
 }

@@ -119,8 +119,16 @@ struct TrianglePair {
 
 /// Groups every triangle, in the order of their first ones. Neighbors in the list are tried first: most files have them
 /// in that order, and finding them costs little. If that leaves many single, their neighbors across edges are tried, up
-/// to a bounded number for each edge: linear time for any mesh. Takes 12 bytes per triangle meanwhile.
-std::vector<TrianglePair> triangle_pairs(const TriangleGeometry& geometry);
+/// to a bounded number for each edge: linear time for any mesh. Takes 12 bytes per triangle meanwhile. Incomplete after
+/// cancellation.
+std::vector<TrianglePair> triangle_pairs(const TriangleGeometry& geometry,
+                                         const RenderControl& control = RenderControl());
+
+/// True if work on many elements is cancelled, which it looks for once in about a millisecond.
+inline bool cancelled_at(std::size_t element, const RenderControl& control) {
+  constexpr std::size_t at_once = std::size_t{1} << 16;
+  return element % at_once == 0 && control.cancelled();
+}
 
 struct FloatVec {
   float x, y, z;
@@ -240,7 +248,7 @@ WHITTLE_INLINE int may_hit(const TrianglePairBounds& bounds, const FloatVec& ori
 template <class Geometry>
 class PrimitiveGroups {
  public:
-  PrimitiveGroups(const Geometry& geometry, std::uint32_t index)
+  PrimitiveGroups(const Geometry& geometry, std::uint32_t index, const RenderControl& /*control*/)
       : index_(index), count_(static_cast<std::uint32_t>(geometry.object.size())) {}
   [[nodiscard]] std::uint32_t count() const { return count_; }
   template <class Visit>
@@ -258,12 +266,15 @@ class PrimitiveGroups {
 template <>
 class PrimitiveGroups<TriangleGeometry> {
  public:
-  /// `index` is the number of the geometry.
-  PrimitiveGroups(const TriangleGeometry& geometry, std::uint32_t index)
-      : geometry_(&geometry), index_(index), pairs_(triangle_pairs(geometry)) {
+  /// `index` is the number of the geometry. Incomplete after cancellation.
+  PrimitiveGroups(const TriangleGeometry& geometry, std::uint32_t index, const RenderControl& control)
+      : geometry_(&geometry), index_(index), pairs_(triangle_pairs(geometry, control)) {
     if (!worth_storing(pairs_.size(), geometry.triangles.size())) return;
     stored_.reserve(pairs_.size());
-    for (const TrianglePair& pair : pairs_) stored_.push_back(triangle_pair_bounds(geometry, index, pair));
+    for (const TrianglePair& pair : pairs_) {
+      if (cancelled_at(stored_.size(), control)) return;
+      stored_.push_back(triangle_pair_bounds(geometry, index, pair));
+    }
   }
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(pairs_.size()); }
   template <class Visit>

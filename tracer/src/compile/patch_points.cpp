@@ -93,8 +93,15 @@ std::vector<T> PatchPoints::from_lines(std::uint32_t lines, const Select& select
     selected[number] = select(found);
     control_.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(selected.size()));
   });
+  std::size_t count = 0;
+  for (const std::vector<T>& some : selected) count += some.size();
   std::vector<T> all;
-  for (const std::vector<T>& some : selected) all.insert(all.end(), some.begin(), some.end());
+  all.reserve(count);
+  for (std::vector<T>& some : selected) {
+    if (control_.cancelled()) break;
+    all.insert(all.end(), some.begin(), some.end());
+    some = {};
+  }
   return all;
 }
 
