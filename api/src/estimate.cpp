@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 200, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
+constexpr std::uint64_t few_patches_bytes = 64u << 20, many_patches_bytes = 320u << 20;
 
 /// Objects and triangles of the scene and its prototypes.
 struct Counts {
@@ -89,6 +90,13 @@ bool takes_many_samples(const tracer::Scene& scene) {
   return static_cast<double>(scene.image.window().pixels()) * each > few_samples;
 }
 
+/// Bytes of the patches of radiosity and of the light between them.
+std::uint64_t patch_bytes(const tracer::Accuracy& accuracy) {
+  constexpr double target_of_few = 4;
+  if (!accuracy.uses_patches()) return 0;
+  return accuracy.target().value_or(0) >= target_of_few ? few_patches_bytes : many_patches_bytes;
+}
+
 /// True if the measurement has settings of the parameter "model" (tracer::settings).
 bool compares_models(const MeasureRequest& request) {
   if (request.parameters.empty()) return request.document.scene.accuracy.model == tracer::Accuracy::Model::global;
@@ -109,7 +117,7 @@ SceneContent content_of(const tracer::Scene& scene) {
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content) {
   const std::uint64_t each =
       (scene.accuracy.adaptive ? adaptive_pixel_bytes : pixel_bytes) + scene.output.layers.size() * layer_pixel_bytes;
-  return scene.image.window().pixels() * each + content.memory_bytes;
+  return scene.image.window().pixels() * each + patch_bytes(scene.accuracy) + content.memory_bytes;
 }
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
@@ -144,7 +152,8 @@ std::uint64_t estimated_measure_memory_bytes(const MeasureRequest& request) {
   const std::uint64_t pixels = scene.image.window().pixels();
   const std::uint64_t adapting = scene.accuracy.adaptive ? 0 : adaptive_pixel_bytes - pixel_bytes;
   const std::uint64_t references = compares_models(request) ? 2 : 1;
-  return estimated_memory_bytes(scene) + pixels * (adapting + references * measure_pixel_bytes);
+  const std::uint64_t patches = compares_models(request) ? many_patches_bytes - patch_bytes(scene.accuracy) : 0;
+  return estimated_memory_bytes(scene) + pixels * (adapting + references * measure_pixel_bytes) + patches;
 }
 
 bool is_large(const tracer::Scene& scene, const SceneContent& content) {

@@ -105,7 +105,30 @@ TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReferences) {
   const std::uint64_t bytes = api::estimated_measure_memory_bytes(adapting);
   EXPECT_EQ(bytes, api::estimated_memory_bytes(adapting.document.scene) + 1000 * 150);
   EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact)), bytes);
-  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact, {"model"})), bytes + 1000 * 150);
+  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact, {"model"})), bytes + 1000 * 150 + (320 << 20));
+}
+
+TEST(EstimatedMemory, IncludesThePatchesOfRadiosity) {
+  const auto request = [](const std::string& accuracy) {
+    return api::MeasureRequest{accepted(document_with(R"("accuracy": {"model": "global", )" + accuracy + "}")), {}, 64};
+  };
+  const auto bytes = [&](const std::string& accuracy) {
+    return static_cast<double>(api::estimated_memory_bytes(request(accuracy).document.scene));
+  };
+  const std::string ambient = R"("approximate": {"interreflection": "ambient"})";
+  const std::string radiosity = R"("approximate": {"interreflection": "radiosity"})";
+  const std::string gather = R"("approximate": {"interreflection": "gather"})";
+  constexpr double mebi = 1 << 20;
+  EXPECT_EQ(bytes(ambient), bytes(R"("target_error": 1)"));
+  EXPECT_EQ(bytes(radiosity) - bytes(ambient), 320 * mebi);
+  EXPECT_EQ(bytes(gather), bytes(radiosity));
+  for (const auto& [target, patches] : {std::pair{"1", 320}, {"3.9", 320}, {"4", 64}}) {
+    const std::string adapting = std::string(R"("target_error": )") + target + ", ";
+    EXPECT_EQ(bytes(adapting + radiosity) - bytes(adapting + ambient), patches * mebi) << target;
+    EXPECT_EQ(api::estimated_measure_memory_bytes(request(adapting + radiosity)),
+              api::estimated_measure_memory_bytes(request(adapting + ambient)))
+        << "radiosity is one of the models";
+  }
 }
 
 TEST(IsLarge, DependsOnSamplesOfTheRenderedWindow) {
