@@ -3,6 +3,7 @@
 
     tests/bench/growth_bench.py [PARAMETER ...] [--most 1000000] [--rounds 3]
     tests/bench/growth_bench.py accuracy [--write FILE]      (growth_accuracy.py)
+    tests/bench/growth_bench.py radiosity [--cancels 20]     (growth_radiosity.py)
 
 PARAMETER is triangles, spheres, lights, depth, pixels or threads; all of them by default. --most bounds triangles
 (10000000 takes 2 GB and minutes) and spheres (the document limit is about a million). Times are the minimum of the rounds,
@@ -21,10 +22,8 @@ import subprocess
 import sys
 import tempfile
 
-import numpy
-
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from tests.bench import growth_accuracy  # pylint: disable=wrong-import-position
+from tests.bench import growth_accuracy, growth_radiosity  # pylint: disable=wrong-import-position
 from tests.bench.peers import bench_scenes, programs  # pylint: disable=wrong-import-position
 
 ONE_SAMPLE = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}
@@ -35,32 +34,12 @@ def powers(least, most):
     return [least * 10**i for i in range(1 + math.floor(math.log10(most / least) + 1e-9))]
 
 
-def write_waves(triangle_count, path):
-    """Writes a wave surface of about that many triangles as binary PLY: ten million do not fit into a document."""
-    cells = max(2, round(math.sqrt(triangle_count / 2)))
-    along = numpy.linspace(-6, 6, cells + 1)
-    x, z = numpy.meshgrid(along, along)
-    height = 0.3 / 2.1 * numpy.sin(2.1 * x + 0.7 * z) + 0.22 / 2.9 * numpy.sin(2.9 * z - 1.3 * x + 1)
-    corner = numpy.arange((cells + 1) ** 2, dtype=numpy.int32).reshape(cells + 1, cells + 1)
-    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-    faces = numpy.empty(2 * cells * cells, [("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"] = 3
-    faces["corners"] = numpy.concatenate([numpy.stack([a, b, c], -1), numpy.stack([a, c, d], -1)]).reshape(-1, 3)
-    with open(path, "wb") as file:
-        file.write(b"ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
-                   b"property float z\nelement face %d\nproperty list uchar int vertex_indices\nend_header\n"
-                   % (x.size, faces.size))
-        numpy.stack([x, height, z], -1).astype("<f4").tofile(file)
-        faces.tofile(file)
-    return faces.size
-
-
 # Each parameter yields (value, document, options of programs.Whittle.run) in growing order.
 
 def triangles(directory, most):
     for wanted in powers(1000, most):
         document = bench_scenes.document("waves", ONE_SAMPLE, 2, 400, 300)
-        count = write_waves(wanted, directory / "waves.ply")
+        count = bench_scenes.write_waves(wanted, directory / "waves.ply")
         document["objects"][0] = {"type": "mesh", "file": "waves.ply", "material": "water"}
         yield count, document, {}
 
@@ -133,8 +112,9 @@ def print_growth(name, directory, most, rounds):
 
 
 def main():
-    if sys.argv[1:2] == ["accuracy"]:
-        growth_accuracy.main(sys.argv[2:])
+    others = {"accuracy": growth_accuracy, "radiosity": growth_radiosity}
+    if sys.argv[1:2] and sys.argv[1] in others:
+        others[sys.argv[1]].main(sys.argv[2:])
         return
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parameters", nargs="*", choices=[*PARAMETERS, []], metavar="PARAMETER")

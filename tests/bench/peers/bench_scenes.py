@@ -8,6 +8,8 @@ import pathlib
 import random
 import sys
 
+import numpy
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "scenes"))
 from generate import flake, flake_buds, rounded  # pylint: disable=wrong-import-position
 from meshes import add, quad, revolved, scaled, unit  # pylint: disable=wrong-import-position
@@ -277,3 +279,23 @@ def document(name, accuracy, size=None, width=512, height=512):
     """The document of a scene. Numbers are rounded once, the same for every program; documents are limited to 64 MB."""
     content = SCENES[name](size) if size else SCENES[name]()
     return rounded({**content, "accuracy": accuracy, "image": {"width": width, "height": height}}, 7)
+
+
+def write_waves(triangle_count, path):
+    """Writes a wave surface of about that many triangles as binary PLY: ten million do not fit into a document."""
+    cells = max(2, round(math.sqrt(triangle_count / 2)))
+    along = numpy.linspace(-6, 6, cells + 1)
+    x, z = numpy.meshgrid(along, along)
+    height = 0.3 / 2.1 * numpy.sin(2.1 * x + 0.7 * z) + 0.22 / 2.9 * numpy.sin(2.9 * z - 1.3 * x + 1)
+    corner = numpy.arange((cells + 1) ** 2, dtype=numpy.int32).reshape(cells + 1, cells + 1)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    faces = numpy.empty(2 * cells * cells, [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"] = 3
+    faces["corners"] = numpy.concatenate([numpy.stack([a, b, c], -1), numpy.stack([a, c, d], -1)]).reshape(-1, 3)
+    with open(path, "wb") as file:
+        file.write(b"ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
+                   b"property float z\nelement face %d\nproperty list uchar int vertex_indices\nend_header\n"
+                   % (x.size, faces.size))
+        numpy.stack([x, height, z], -1).astype("<f4").tofile(file)
+        faces.tofile(file)
+    return faces.size
