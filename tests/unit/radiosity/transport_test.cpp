@@ -110,6 +110,14 @@ double mean_red(const TransportSolution& solution, std::size_t first, std::size_
   return sum / static_cast<double>(count);
 }
 
+/// Share of the light of each patch that no other receives; red.
+std::vector<double> absorptances(const Transport& transport) {
+  std::vector<double> shares(transport.size(), 1);
+  for (std::size_t i = 0; i < transport.size(); ++i)
+    for (const TransportEntry& entry : transport.row(i)) shares[entry.patch] -= entry.r;
+  return shares;
+}
+
 /// By Gaussian elimination with pivoting; red.
 std::vector<double> eliminated(const Transport& transport) {
   const std::size_t n = transport.size();
@@ -158,13 +166,20 @@ TEST(TransportSolution, OfGoralsCubeIsThePublishedOne) {
        {Expected{1, 0.5, 1.090909, 0.181836, 0.181746}, Expected{2, 0.5, 1.099016, 0.181836, 0.173639},
         Expected{4, 0.5, 1.102646, 0.181381, 0.171829}, Expected{8, 0.5, 1.103845, 0.181196, 0.171373},
         Expected{8, 0.8, 1.585939, 0.688120, 0.661580}}) {
-    const TransportSolution solution = solved(goral(n, reflectance));
+    const Transport transport = goral(n, reflectance);
+    const TransportSolution solution = solved(transport);
     const auto face = static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
     EXPECT_NEAR(mean_red(solution, 0, face), floor, 6e-7) << n;
     EXPECT_NEAR(mean_red(solution, face, face), ceiling, 6e-7) << n;
     EXPECT_NEAR(mean_red(solution, 2 * face, 4 * face), walls, 6e-7) << n;
-    // The light that glows is absorbed.
-    EXPECT_NEAR(mean_red(solution, 0, 6 * face) * 6 * (1 - reflectance), 1, float_error) << n;
+    const std::vector<double> absorptance = absorptances(transport);
+    double glowing = 0, absorbed = 0;
+    for (std::size_t i = 0; i < 6 * face; ++i) {
+      glowing += transport.source(i).r;
+      absorbed += absorptance[i] * solution.values[i].r;
+      ASSERT_NEAR(absorptance[i], 1 - reflectance, float_error) << n;
+    }
+    EXPECT_NEAR(absorbed, glowing, 1e-12 * glowing) << n;
     for (const Color& value : solution.values) {
       ASSERT_NEAR(value.g, 2 * value.r, 1e-12);
       ASSERT_EQ(value.b, 0);
