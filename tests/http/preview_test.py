@@ -73,7 +73,7 @@ class Previews(OneDaemon):
         numpy.testing.assert_array_equal(early[there][:, :3], picture[there])
 
     def test_applies_the_exposure(self):
-        small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [8000, 8000]}}
+        small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [2000, 2000]}}
         jobs = [self.running(output={"exposure": exposure}, **small) for exposure in (0, -3)]
         def both():
             bright, dark = (read_png(self.first(job_id).body) for job_id in jobs)
