@@ -194,7 +194,8 @@ class LargeDocuments(Playground):
         self.assertIn('"mountainabcdefghijklmnopqrst"', self.document())
         self.assertEqual([url for method, url in self.browser.requests() if method == "POST"], [])
         self.browser.button("Draft").click()
-        self.shown("draft")
+        images = ",".join(f".canvas img[data-kind={kind}]" for kind in ("draft", "refining", "refined"))
+        self.browser.until(lambda: self.browser.all(images), "the draft, or the image that refines it a second later")
 
 
 class Assistance(Playground):
