@@ -1,4 +1,6 @@
 """GET /v1/jobs/{id}/view.png: layers of finished images."""
+import os
+import signal
 import unittest
 
 import numpy
@@ -40,6 +42,19 @@ class Views(OneDaemon):
 
     def assert_codes(self, image, expected):
         self.assertLessEqual(numpy.abs(image - expected).max(), 0.51)
+
+    def test_waits_for_a_worker_that_starts(self):
+        def ended(pid, event):
+            return any(row["event"] == event and row["pid"] == str(pid) for row in self.daemon.log_rows())
+
+        image = self.view().body
+        worker = self.daemon.worker()
+        # Without a standby, which would replace the worker at once.
+        for pid, event in [*((pid, "standby_ended") for pid in self.daemon.worker_pids() if pid != worker), (worker, "worker_ended")]:
+            os.kill(pid, signal.SIGKILL)
+            wait_until(lambda pid=pid, event=event: ended(pid, event), event)
+        reply = self.view()
+        self.assertEqual((reply.status, reply.body), (200, image))
 
     def test_color_has_an_exposure(self):
         self.assert_codes(self.viewed(), srgb(self.values("color")))

@@ -111,12 +111,16 @@ class Supervisor::Loop final : public queue::JobRunner {
       if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
         process_.end("was stopped by drain", true);
         handle_worker_exit();
-        if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle()) return;
+        if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle()) {
+          end_image_tasks("the daemon is stopping", false);
+          return;
+        }
       }
       process_.start_if_due(now);
       dispatcher_.claim_jobs(now);
       dispatcher_.offer_slot(now);
       task_dispatcher_.run(now, deadlines_.draining());
+      send_image_tasks();
       process_.wait(events_.descriptor(), next_deadline());
       dispatcher_.withdraw_slot();
       read_messages();
@@ -141,26 +145,42 @@ class Supervisor::Loop final : public queue::JobRunner {
     process_.reap_if_exited();
   }
 
+  /// A task that begins before the worker is ready waits for it.
+  struct StartedTask {
+    TaskDone done;
+    std::uint64_t bytes;
+    std::shared_ptr<Packet> unsent;  ///< null while the files are copied, and once the worker has the task
+    bool sent = false;
+  };
+
   void start_image_task(const queue::ImageTask& task, const TaskDone& done) {
-    if (process_.state() != WorkerState::ready) return done({"the worker is not ready", {}});
     const std::uint64_t bytes = bytes_of(task);
     const bool fits = task_bytes_ + bytes <= image_task_bytes_max || tasks_.empty();
     if (tasks_.size() >= image_tasks_max || !fits) return done({"too many images wait", {}});
     const std::uint64_t number = ++last_task_;
-    tasks_.emplace(number, StartedTask{done, bytes});
+    tasks_.emplace(number, StartedTask{done, bytes, nullptr});
     task_bytes_ += bytes;
     store_executor_->run([this, number, task] {
       try {
         ImageTask message{number, task.work, {}};
         for (const auto& image : task.images) message.images.push_back(sealed_memory(*image));
-        events_.post([this, packet = std::make_shared<Packet>(pack(std::move(message)))] {
-          process_.send(std::move(*packet));  // the result of a worker that came later is ignored
+        events_.post([this, number, packet = std::make_shared<Packet>(pack(std::move(message)))] {
+          if (const auto started = tasks_.find(number); started != tasks_.end()) started->second.unsent = packet;
         });
       } catch (const std::exception& failure) {
         events_.post(
             [this, result = ImageTaskResult{number, {failure.what(), {}}}]() mutable { end_image_task(result); });
       }
     });
+  }
+
+  void send_image_tasks() {
+    if (process_.state() != WorkerState::ready) return;
+    for (auto& [number, task] : tasks_) {
+      if (task.unsent == nullptr) continue;
+      process_.send(std::move(*std::exchange(task.unsent, nullptr)));
+      task.sent = true;
+    }
   }
 
   void end_image_task(ImageTaskResult& result) {
@@ -170,12 +190,19 @@ class Supervisor::Loop final : public queue::JobRunner {
     task.mapped().done(std::move(result.result));
   }
 
+  void end_image_tasks(const char* failure, bool only_sent) {
+    std::erase_if(tasks_, [&](const auto& entry) {
+      const StartedTask& task = entry.second;
+      if (only_sent && !task.sent) return false;
+      task_bytes_ -= task.bytes;
+      task.done({failure, {}});
+      return true;
+    });
+  }
+
   void handle_worker_exit() {
     const auto exit = process_.take_exit();
-    if (exit) {
-      task_bytes_ = 0;
-      for (const auto& [number, task] : std::exchange(tasks_, {})) task.done({"the worker has ended", {}});
-    }
+    if (exit) end_image_tasks("the worker has ended", true);
     if (exit) task_dispatcher_.on_worker_exit();
     if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
   }
@@ -195,11 +222,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   JobDispatcher dispatcher_;
   TaskDispatcher task_dispatcher_;
   std::uint64_t last_task_ = 0;
-  struct StartedTask {
-    TaskDone done;
-    std::uint64_t bytes;
-  };
-  std::map<std::uint64_t, StartedTask> tasks_;  ///< by number
+  std::map<std::uint64_t, StartedTask> tasks_;  ///< images in work, by number
   std::uint64_t task_bytes_ = 0;                ///< sum over all tasks
   std::atomic<bool> draining_ = false;
   bool interrupted_by_drain_ = false;
