@@ -1,11 +1,13 @@
 """GET /v1/jobs/{id}/view.png: layers of finished images."""
+import concurrent.futures
 import os
 import signal
+import time
 import unittest
 
 import numpy
 
-from tests.http.daemon import OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import OneDaemon, json_of, long_scene, scene, wait_until
 from tests.support.images import read_exr_channels, read_png
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
@@ -55,6 +57,17 @@ class Views(OneDaemon):
             wait_until(lambda pid=pid, event=event: ended(pid, event), event)
         reply = self.view()
         self.assertEqual((reply.status, reply.body), (200, image))
+
+    def test_is_repeated_if_its_worker_is_ended_for_a_cancelled_job(self):
+        image = self.view().body
+        running = self.daemon.submit(long_scene())
+        self.daemon.wait_for_state(running, "running")
+        os.kill(self.daemon.worker(), signal.SIGSTOP)
+        with concurrent.futures.ThreadPoolExecutor() as pool:
+            reply = pool.submit(self.view)
+            time.sleep(0.1)  # until the worker has the image; one that comes later waits for the next worker
+            self.daemon.request("POST", f"/v1/jobs/{running}/cancel")
+            self.assertEqual((reply.result().status, reply.result().body), (200, image))
 
     def test_color_has_an_exposure(self):
         self.assert_codes(self.viewed(), srgb(self.values("color")))

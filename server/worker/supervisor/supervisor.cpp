@@ -145,10 +145,10 @@ class Supervisor::Loop final : public queue::JobRunner {
     process_.reap_if_exited();
   }
 
-  /// A task that begins before the worker is ready waits for it.
+  /// A task waits for a worker that is ready, and for the next one if its worker is ended for another reason.
   struct StartedTask {
+    queue::ImageTask task;
     TaskDone done;
-    std::uint64_t bytes;
     std::shared_ptr<Packet> unsent;  ///< null while the files are copied, and once the worker has the task
     bool sent = false;
   };
@@ -158,8 +158,12 @@ class Supervisor::Loop final : public queue::JobRunner {
     const bool fits = task_bytes_ + bytes <= image_task_bytes_max || tasks_.empty();
     if (tasks_.size() >= image_tasks_max || !fits) return done({"too many images wait", {}});
     const std::uint64_t number = ++last_task_;
-    tasks_.emplace(number, StartedTask{done, bytes, nullptr});
+    tasks_.emplace(number, StartedTask{task, done, nullptr});
     task_bytes_ += bytes;
+    prepare_image_task(number, task);
+  }
+
+  void prepare_image_task(std::uint64_t number, const queue::ImageTask& task) {
     store_executor_->run([this, number, task] {
       try {
         ImageTask message{number, task.work, {}};
@@ -186,7 +190,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   void end_image_task(ImageTaskResult& result) {
     const auto task = tasks_.extract(result.number);
     if (!task) return;
-    task_bytes_ -= task.mapped().bytes;
+    task_bytes_ -= bytes_of(task.mapped().task);
     task.mapped().done(std::move(result.result));
   }
 
@@ -194,7 +198,7 @@ class Supervisor::Loop final : public queue::JobRunner {
     std::erase_if(tasks_, [&](const auto& entry) {
       const StartedTask& task = entry.second;
       if (only_sent && !task.sent) return false;
-      task_bytes_ -= task.bytes;
+      task_bytes_ -= bytes_of(task.task);
       task.done({failure, {}});
       return true;
     });
@@ -202,9 +206,12 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   void handle_worker_exit() {
     const auto exit = process_.take_exit();
-    if (exit) end_image_tasks("the worker has ended", true);
-    if (exit) task_dispatcher_.on_worker_exit();
-    if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
+    if (!exit) return;
+    if (!exit->planned_shutdown) end_image_tasks("the worker has ended", true);  // one of them may be the cause
+    for (auto& [number, task] : tasks_)
+      if (std::exchange(task.sent, false)) prepare_image_task(number, task.task);
+    task_dispatcher_.on_worker_exit();
+    if (dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
   }
 
   [[nodiscard]] Deadlines::Time next_deadline() const {
