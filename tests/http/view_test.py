@@ -49,25 +49,22 @@ class Views(OneDaemon):
         def ended(pid, event):
             return any(row["event"] == event and row["pid"] == str(pid) for row in self.daemon.log_rows())
 
-        image = self.view().body
         worker = self.daemon.worker()
         # Without a standby, which would replace the worker at once.
         for pid, event in [*((pid, "standby_ended") for pid in self.daemon.worker_pids() if pid != worker), (worker, "worker_ended")]:
             os.kill(pid, signal.SIGKILL)
             wait_until(lambda pid=pid, event=event: ended(pid, event), event)
-        reply = self.view()
-        self.assertEqual((reply.status, reply.body), (200, image))
+        self.assert_codes(self.viewed("?exposure=0.5"), srgb(self.values("color") * 2**0.5))
 
     def test_is_repeated_if_its_worker_is_ended_for_a_cancelled_job(self):
-        image = self.view().body
         running = self.daemon.submit(long_scene())
         self.daemon.wait_for_state(running, "running")
         os.kill(self.daemon.worker(), signal.SIGSTOP)
         with concurrent.futures.ThreadPoolExecutor() as pool:
-            reply = pool.submit(self.view)
+            view = pool.submit(self.viewed, "?exposure=1.5")
             time.sleep(0.1)  # until the worker has the image; one that comes later waits for the next worker
             self.daemon.request("POST", f"/v1/jobs/{running}/cancel")
-            self.assertEqual((reply.result().status, reply.result().body), (200, image))
+            self.assert_codes(view.result(), srgb(self.values("color") * 2**1.5))
 
     def test_color_has_an_exposure(self):
         self.assert_codes(self.viewed(), srgb(self.values("color")))
