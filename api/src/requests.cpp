@@ -152,19 +152,23 @@ std::vector<tracer::Issue> read(json::Tape& tape, const Limits& limits, MeasureR
   return issues;
 }
 
+/// `read_root(reading, result)` reads the root of the document.
+template <class T, class ReadRoot>
+tracer::Result<T, Refusal> parse(std::string_view bytes, const Limits& limits, const ReadRoot& read_root) {
+  return read_request<T>(bytes, limits.document, [&](json::Tape& tape, T& result) {
+    Reading reading(tape, limits);
+    read_root(reading, result);
+    return reading.take_issues();
+  });
+}
+
 }  // namespace
 
-tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
-                                                                     const DocumentLimits& document_limits) {
-  using Hashes = std::vector<std::string>;
-  return read_request<Hashes>(bytes, document_limits, [&](json::Tape& tape, Hashes& hashes) {
-    Limits limits;
-    limits.document = document_limits;
-    Reading reading(tape, limits);
+tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes, const Limits& limits) {
+  return parse<std::vector<std::string>>(bytes, limits, [](Reading& reading, std::vector<std::string>& hashes) {
     Fields fields(reading, reading.root, "the request");
     if (const auto list = fields.take_required("sha256")) hashes = read_hashes(reading, *list);
     fields.finish();
-    return reading.take_issues();
   });
 }
 
@@ -174,11 +178,8 @@ std::string write_asset(const std::string& sha256, std::uint64_t bytes) {
   return Json{{"sha256", sha256}, {"bytes", bytes}}.dump() + '\n';
 }
 
-tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const DocumentLimits& document_limits) {
-  return read_request<std::string>(bytes, document_limits, [&](json::Tape& tape, std::string& path) {
-    Limits limits;
-    limits.document = document_limits;
-    Reading reading(tape, limits);
+tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const Limits& limits) {
+  return parse<std::string>(bytes, limits, [](Reading& reading, std::string& path) {
     Fields fields(reading, reading.root, "the request");
     if (const auto at = fields.take_required("path"); at && read(reading, *at, Name{path})) {
       const bool is_plain =
@@ -186,13 +187,11 @@ tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const 
       if (!is_plain || !path.starts_with("/v1/")) add_issue(reading, *at, "malformed", "must be a path below /v1/");
     }
     fields.finish();
-    return reading.take_issues();
   });
 }
 
 tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits) {
-  return read_request<RequestedChange>(bytes, limits.document, [&](json::Tape& tape, RequestedChange& change) {
-    Reading reading(tape, limits);
+  return parse<RequestedChange>(bytes, limits, [](Reading& reading, RequestedChange& change) {
     Fields fields(reading, reading.root, "a change of a job");
     fields.optional("priority", Integer<std::optional<int>>{change.priority, 0, 100});
     if (std::string name; fields.optional("name", Name{name})) change.name = name;
@@ -203,36 +202,20 @@ tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, co
       if (never || read(reading, *expires_at, Time{time})) change.expires_at = time;
     }
     fields.finish();
-    return reading.take_issues();
   });
 }
 
-tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const DocumentLimits& document_limits) {
-  return read_request<BulkRequest>(bytes, document_limits, [&](json::Tape& tape, BulkRequest& request) {
-    Limits limits;
-    limits.document = document_limits;
-    Reading reading(tape, limits);
-    read_bulk(reading, request);
-    return reading.take_issues();
-  });
+tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const Limits& limits) {
+  return parse<BulkRequest>(bytes, limits, read_bulk);
 }
 
-tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const DocumentLimits& document_limits) {
-  return read_request<CompareRequest>(bytes, document_limits, [&](json::Tape& tape, CompareRequest& request) {
-    Limits limits;
-    limits.document = document_limits;
-    Reading reading(tape, limits);
-    read_compare(reading, request);
-    return reading.take_issues();
-  });
+tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const Limits& limits) {
+  return parse<CompareRequest>(bytes, limits, read_compare);
 }
 
 tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits) {
-  return read_request<Webhook>(bytes, limits.document, [&](json::Tape& tape, Webhook& webhook) {
-    Reading reading(tape, limits);
-    read_webhook(reading, reading.root, webhook);
-    return reading.take_issues();
-  });
+  return parse<Webhook>(bytes, limits,
+                        [](Reading& reading, Webhook& webhook) { read_webhook(reading, reading.root, webhook); });
 }
 
 tracer::Result<MeasureRequest, Refusal> parse_measure(std::string_view bytes, const Limits& limits) {

@@ -20,8 +20,7 @@ inline constexpr std::size_t asset_hashes_max = 10'000;
 
 /// Reads {"sha256": ["64 lower-case hex digits", ...]}; any bytes, as parse_scene. The hashes are returned in their
 /// order, without duplicates.
-tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
-                                                                     const DocumentLimits& limits);
+tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes, const Limits& limits);
 
 /// {missing: [...]}
 std::string write_missing(const std::vector<std::string>& hashes);
@@ -57,7 +56,7 @@ struct BulkRequest {
 inline constexpr std::size_t bulk_jobs_max = 10'000;
 
 /// Reads {"action", "ids"|"filter", "value", "dry_run"}. As parse_scene: all issues at once, never throws.
-tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const DocumentLimits& limits);
+tracer::Result<BulkRequest, Refusal> parse_bulk(std::string_view bytes, const Limits& limits);
 
 /// The body of POST /v1/compare: two images, each as the sha256 of an upload, the id of a job, or "ID/image.exr".
 struct CompareRequest {
@@ -66,10 +65,10 @@ struct CompareRequest {
   bool heat = false;
 };
 /// Reads {"a", "b", "tolerance"?, "heat"?}. As parse_scene: all issues at once, never throws.
-tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const DocumentLimits& limits);
+tracer::Result<CompareRequest, Refusal> parse_compare(std::string_view bytes, const Limits& limits);
 
 /// Reads {"path"} of POST /v1/tickets: below /v1/, with or without a query. As parse_scene: never throws.
-tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const DocumentLimits& limits);
+tracer::Result<std::string, Refusal> parse_ticket(std::string_view bytes, const Limits& limits);
 
 /// Reads a webhook, as in a document. As parse_scene: all issues at once, never throws.
 tracer::Result<Webhook, Refusal> parse_webhook(std::string_view bytes, const Limits& limits);

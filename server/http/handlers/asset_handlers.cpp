@@ -13,7 +13,7 @@ static constexpr const char* asset_name_rule =
 
 /// Existing assets are marked as used, so that they are kept until the client submits its job.
 Answer find_missing_assets(Request& request, const ApiContext& context) {
-  const auto hashes = take_request(request, "the hashes", api::parse_asset_hashes, context.limits.document);
+  const auto hashes = take_request(request, "the hashes", api::parse_asset_hashes, context.limits);
   if (!hashes) return hashes.error();
   std::vector<std::string> missing;
   for (const std::string& sha256 : *hashes) {

@@ -76,7 +76,7 @@ bool apply(const api::BulkRequest& bulk, const std::string& id, queue::JobLifecy
 }  // namespace
 
 Answer change_jobs(Request& request, const ApiContext& context) {
-  const auto bulk = take_request(request, "a bulk request", api::parse_bulk, context.limits.document);
+  const auto bulk = take_request(request, "a bulk request", api::parse_bulk, context.limits);
   if (!bulk) return bulk.error();
   if (bulk->action == Action::retry) {
     if (auto problem = refuse_if_draining(context)) return *problem;

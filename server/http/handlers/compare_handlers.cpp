@@ -87,7 +87,7 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
 }  // namespace
 
 Answer compare_images(Request& request, const ApiContext& context) {
-  const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits.document);
+  const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits);
   if (!wanted) return wanted.error();
   if (const queue::DiskSpace space = context.room(); wanted->heat && space.state != queue::DiskSpace::State::enough)
     return disk_full(space);

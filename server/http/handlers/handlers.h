@@ -179,8 +179,8 @@ tracer::Result<std::string, Problem> take_json(Request& request, std::string_vie
 Problem request_problem(const api::Refusal& refusal);
 /// Takes a body that is no scene document and parses it with a function of api/requests.h. Problems: 400, 411, 413,
 /// 415, 422.
-template <class Parse, class Limits>
-auto take_request(Request& request, std::string_view what, Parse parse, const Limits& limits) {
+template <class Parse>
+auto take_request(Request& request, std::string_view what, Parse parse, const api::Limits& limits) {
   using Taken = tracer::Result<std::remove_cvref_t<decltype(*parse({}, limits))>, Problem>;
   const auto body = take_json(request, what);
   if (!body) return Taken(body.error());

@@ -82,7 +82,7 @@ Answer get_nodes(Request&, const ApiContext& context) {
 }
 
 Answer create_ticket(Request& request, const ApiContext& context) {
-  const auto target = take_request(request, "the path", api::parse_ticket, context.limits.document);
+  const auto target = take_request(request, "the path", api::parse_ticket, context.limits);
   if (!target) return target.error();
   std::string url = *target;
   std::optional<std::int64_t> expires_at;
