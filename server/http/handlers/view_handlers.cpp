@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
@@ -40,60 +41,50 @@ class Parameters {
     if (auto problem = refuse_repeated(query_)) return *problem;
     work_.kind = "view";
     work_.side = view_side_default;
-    using Step = std::string (Parameters::*)();
-    for (const Step step : {&Parameters::read_layer, &Parameters::read_exposure, &Parameters::read_range,
-                            &Parameters::read_map, &Parameters::read_crop, &Parameters::read_side})
-      if (const std::string error = (this->*step)(); !error.empty()) return Problem{failures::invalid_query, error};
+    const std::pair<const char*, std::string (Parameters::*)(const std::string&)> steps[] = {
+        {"layer", &Parameters::read_layer}, {"exposure", &Parameters::read_exposure},
+        {"range", &Parameters::read_range}, {"map", &Parameters::read_map},
+        {"crop", &Parameters::read_crop},   {"max", &Parameters::read_side}};
+    for (const auto& [name, step] : steps)
+      for (const auto& [given, text] : query_)
+        if (const std::string error = given == name ? (this->*step)(text) : ""; !error.empty())
+          return Problem{failures::invalid_query, error};
     return work_;
   }
 
  private:
-  [[nodiscard]] const std::string* find(std::string_view name) const {
-    const auto found = std::find_if(query_.begin(), query_.end(), [&](const auto& pair) { return pair.first == name; });
-    return found == query_.end() ? nullptr : &found->second;
-  }
   [[nodiscard]] tracer::ViewedLayer layer() const { return static_cast<tracer::ViewedLayer>(work_.layer); }
 
-  std::string read_layer() {
-    const std::string* const text = find("layer");
-    if (text == nullptr) return {};
+  std::string read_layer(const std::string& text) {
     const auto& names = tracer::viewed_layer_names;
-    const auto found = std::find(std::begin(names), std::end(names), *text);
+    const auto found = std::find(std::begin(names), std::end(names), text);
     work_.layer = static_cast<std::uint8_t>(found - std::begin(names));
     return found != std::end(names) ? "" : "layer must be color, depth, normal, albedo, object_id, samples or error";
   }
 
-  std::string read_exposure() {
-    const std::string* const text = find("exposure");
-    if (text == nullptr) return {};
+  std::string read_exposure(const std::string& text) {
     if (!tracer::is_light(layer())) return "exposure is for the layers color and albedo";
-    const auto stops = read_numbers<double>(*text, 1);
+    const auto stops = read_numbers<double>(text, 1);
     if (stops.empty() || std::abs(stops[0]) > exposure_max) return "exposure must be a number of stops, -100..100";
     work_.exposure = stops[0];
     return {};
   }
 
-  std::string read_range() {
-    const std::string* const text = find("range");
-    if (text == nullptr) return {};
+  std::string read_range(const std::string& text) {
     if (!tracer::is_number(layer()) && layer() != tracer::ViewedLayer::normal)
       return "range is for the layers depth, normal, samples and error";
-    work_.range = read_numbers<double>(*text, 2);
+    work_.range = read_numbers<double>(text, 2);
     return !work_.range.empty() && work_.range[0] < work_.range[1] ? "" : "range must be two increasing numbers, LO,HI";
   }
 
-  std::string read_map() {
-    const std::string* const text = find("map");
-    if (text == nullptr) return {};
+  std::string read_map(const std::string& text) {
     if (!tracer::is_number(layer())) return "map is for the layers depth, samples and error";
-    work_.heat = *text == "heat";
-    return work_.heat || *text == "gray" ? "" : "map must be gray or heat";
+    work_.heat = text == "heat";
+    return work_.heat || text == "gray" ? "" : "map must be gray or heat";
   }
 
-  std::string read_crop() {
-    const std::string* const text = find("crop");
-    if (text == nullptr) return {};
-    work_.crop = read_numbers<std::uint32_t>(*text, 4);
+  std::string read_crop(const std::string& text) {
+    work_.crop = read_numbers<std::uint32_t>(text, 4);
     const auto fits = [&](std::size_t axis, std::uint32_t size) {
       const std::uint64_t begin = work_.crop[axis], length = work_.crop[axis + 2];
       return length > 0 && begin + length <= size;
@@ -103,10 +94,8 @@ class Parameters {
            std::to_string(job_.height) + " pixels";
   }
 
-  std::string read_side() {
-    const std::string* const text = find("max");
-    if (text == nullptr) return {};
-    work_.side = parse_number<std::uint32_t>(*text).value_or(0);
+  std::string read_side(const std::string& text) {
+    work_.side = parse_number<std::uint32_t>(text).value_or(0);
     if (work_.side >= queue::image_side_min && work_.side <= queue::image_side_max) return {};
     return "max must be a whole number " + std::to_string(queue::image_side_min) + ".." +
            std::to_string(queue::image_side_max);
