@@ -111,10 +111,8 @@ class Supervisor::Loop final : public queue::JobRunner {
       if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
         process_.end("was stopped by drain", true);
         handle_worker_exit();
-        if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle()) {
-          end_image_tasks("the daemon is stopping", false);
-          return;
-        }
+        if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle())
+          return end_image_tasks("the daemon is stopping", false);
       }
       process_.start_if_due(now);
       dispatcher_.claim_jobs(now);
@@ -155,8 +153,8 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   void start_image_task(const queue::ImageTask& task, const TaskDone& done) {
     const std::uint64_t bytes = bytes_of(task);
-    const bool fits = task_bytes_ + bytes <= image_task_bytes_max || tasks_.empty();
-    if (tasks_.size() >= image_tasks_max || !fits) return done({"too many images wait", {}});
+    if (!tasks_.empty() && (tasks_.size() >= image_tasks_max || task_bytes_ + bytes > image_task_bytes_max))
+      return done({"too many images wait", {}});
     const std::uint64_t number = ++last_task_;
     tasks_.emplace(number, StartedTask{task, done, nullptr});
     task_bytes_ += bytes;
@@ -180,11 +178,11 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   void send_image_tasks() {
     if (process_.state() != WorkerState::ready) return;
-    for (auto& [number, task] : tasks_) {
-      if (task.unsent == nullptr) continue;
-      process_.send(std::move(*std::exchange(task.unsent, nullptr)));
-      task.sent = true;
-    }
+    for (auto& [number, task] : tasks_)
+      if (const auto packet = std::exchange(task.unsent, nullptr)) {
+        process_.send(std::move(*packet));
+        task.sent = true;
+      }
   }
 
   void end_image_task(ImageTaskResult& result) {
