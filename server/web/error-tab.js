@@ -4,7 +4,7 @@ import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {getJson, mayWrite, postJson, request} from './api.js';
 import {figure} from './format.js';
-import {attempt, HeatLegend, say} from './parts.js';
+import {attempt, Entry, HeatLegend, say} from './parts.js';
 import {go} from './routes.js';
 import {Caller} from './workers.js';
 import {words} from './words.js';
@@ -106,7 +106,7 @@ export function HeatMap({job, heat}) {
   }
   return html`<section><h2>${text.map}</h2>
     <div class="buttons">${/** @type {const} */ (['error', 'samples']).map((name) => html`<button aria-pressed=${layer.value === name} disabled=${!exr.value?.channels[name]} onClick=${() => { layer.value = name; white.value = 0; }}>${text.layers[name]}</button>`)}
-      <label class="switch">${text.white}<input class="white" type="number" min="0" step="any" value=${Number(scale.toPrecision(3))} onChange=${(/** @type {any} */ event) => { white.value = Math.max(0, Number(event.target.value)); }} /></label></div>
+      <label class="switch">${text.white}<${Entry} class="white" type="number" min="0" step="any" value=${Number(scale.toPrecision(3))} onChange=${(/** @type {any} */ event) => { white.value = Math.max(0, Number(event.target.value)); }} /></label></div>
     <${HeatLegend} white=${scale} unit=${layer.value === 'error' ? words.queue.levels : text.samples} />
     <p class="dim">${text.largest(figure(most), layer.value === 'error' ? words.queue.levels : text.samples)}</p></section>`;
 }

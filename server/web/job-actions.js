@@ -5,7 +5,7 @@ import {useEffect} from 'preact/hooks';
 import {mayWrite, postJson, Problem, request} from './api.js';
 import {documentOf} from './job-source.js';
 import {addKeys} from './keys.js';
-import {attempt, Bell, Dialog, say} from './parts.js';
+import {attempt, Bell, Dialog, Entry, say} from './parts.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
@@ -42,7 +42,7 @@ export function Actions({job, etag}) {
   if (!mayWrite.value) return html`${bell}${edit}`;
   return html`${bell}${edit}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button><a class="button" href=${`#/batches/new?job=${id}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>`}
-    ${isOpen && html`<label class="switch">${words.queue.columns.priority}<input class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
+    ${isOpen && html`<label class="switch">${words.queue.columns.priority}<${Entry} class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
       <button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
     ${mayRetry && html`<button onClick=${retry}>${words.queue.retry}</button>`}
     ${state !== 'running' && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}

@@ -8,7 +8,7 @@ import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
-import {attempt, copy, download, Failure, imageUrl, NotModelled, say, State} from './parts.js';
+import {attempt, copy, download, Entry, Failure, imageUrl, NotModelled, say, State} from './parts.js';
 import {errorText} from './queue.js';
 import {addKeys, DIGITS} from './keys.js';
 import {route, setQuery} from './routes.js';
@@ -134,7 +134,7 @@ function Layers({job, view}) {
   if (!isShown) return null;
   return html`<section><h2>${text.view}</h2>
     ${layers.value.length > 1 && html`<div class="buttons" role="group" aria-label=${text.layer}>${layers.value.map((name) => html`<button aria-pressed=${layer === name} onClick=${() => show(name)}>${text.layers[/** @type {'color'} */ (name)]}</button>`)}</div>`}
-    ${LIGHT.includes(layer) && html`<label class="switch">${text.exposure}<input class="stops" type="number" step="0.5" min=${-STOPS_MAX} max=${STOPS_MAX} value=${stops} onChange=${(/** @type {any} */ event) => expose(Number(event.target.value) || 0)} />${text.stops}</label>`}
+    ${LIGHT.includes(layer) && html`<label class="switch">${text.exposure}<${Entry} class="stops" type="number" step="0.5" min=${-STOPS_MAX} max=${STOPS_MAX} value=${stops} onChange=${(/** @type {any} */ event) => expose(Number(event.target.value) || 0)} />${text.stops}</label>`}
   </section>`;
 }
 

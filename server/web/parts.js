@@ -1,7 +1,7 @@
 /** Small parts that several pages use. */
 import {signal, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
-import {useEffect, useRef} from 'preact/hooks';
+import {useEffect, useLayoutEffect, useRef} from 'preact/hooks';
 import {postJson, Problem, request} from './api.js';
 import {figure} from './format.js';
 import {heatColor} from './heat.js';
@@ -46,6 +46,18 @@ const CHEAPER = ['interreflection', 'approximations'];
 export function NotModelled({requirements}) {
   const absent = Object.entries(requirements || {}).filter(([name, needed]) => !needed && !CHEAPER.includes(name)).map(([name]) => name.replaceAll('_', ' '));
   return absent.length > 0 && html`<p class="dim">${words.job.notModelled}: ${absent.join(', ')}.</p>`;
+}
+
+/**
+ * An input that is read when the user is done with it. It is written when its value changes and when it is left: a render
+ * of the page, which a change of any job may cause, takes away nothing that the user types.
+ * @param {{value: string | number, field?: import('preact').RefObject<HTMLInputElement>, [attribute: string]: any}} properties
+ */
+export function Entry({value, field, ...attributes}) {
+  const own = useRef(/** @type {HTMLInputElement | null} */ (null)), input = field ?? own;
+  const write = () => { if (input.current) input.current.value = String(value); };
+  useLayoutEffect(write, [value]);
+  return html`<input ref=${input} onBlur=${write} ...${attributes} />`;
 }
 
 /** Colours of heat maps with their values. @param {{white: number, unit: string}} properties */

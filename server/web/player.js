@@ -4,6 +4,7 @@ import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {request} from './api.js';
 import {addKeys} from './keys.js';
+import {Entry} from './parts.js';
 import {words} from './words.js';
 
 const AHEAD = 8, FPS_MAX = 60;
@@ -100,7 +101,7 @@ export function Player({urls, fps, size}) {
       <button aria-label=${text.previous} title=${text.previous} onClick=${() => step(-1)}>‹</button><button aria-label=${text.next} title=${text.next} onClick=${() => step(1)}>›</button>
       <span class="number">${index.value + 1} / ${urls.length}</span><span class="spring"></span>
       ${urls.length > 2 && [['first', 0], ['middle', middle], ['last', urls.length - 1]].map(([name, at]) => html`<button onClick=${() => step(Number(at) - index.value)}>${text[/** @type {'first'} */ (name)]}</button>`)}
-      <label class="switch"><input type="number" class="fps" min="1" max=${FPS_MAX} value=${fps.value} onChange=${(/** @type {any} */ event) => { fps.value = Math.max(1, Math.min(FPS_MAX, Math.round(Number(event.target.value)) || 1)); event.target.value = fps.value; }} /> ${text.fps}</label></div>
+      <label class="switch"><${Entry} type="number" class="fps" min="1" max=${FPS_MAX} value=${fps.value} onChange=${(/** @type {any} */ event) => { fps.value = Math.max(1, Math.min(FPS_MAX, Math.round(Number(event.target.value)) || 1)); event.target.value = fps.value; }} /> ${text.fps}</label></div>
     ${late.value > 0 && html`<p class="dim">${text.dropped(late.value)}</p>`}
   </section>`;
 }

@@ -10,7 +10,7 @@ import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
 import {documentOf} from './job-source.js';
-import {attempt, copy, Failure, NotModelled, say} from './parts.js';
+import {attempt, copy, Entry, Failure, NotModelled, say} from './parts.js';
 import {pick, placeIn} from './pick.js';
 import {applied, changesTo, wholeRangeOf} from './pointers.js';
 import {go, route, routeOf} from './routes.js';
@@ -311,7 +311,7 @@ function Target({editor}) {
     const {model, approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
     if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {model, target_error: target, approximate, max_depth, cutoff}));
   };
-  return html`<label class="wish">${text.target}<input type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
+  return html`<label class="wish">${text.target}<${Entry} type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
 }
 
 /** @param {{issues: import('./api.js').Issue[], goTo: (pointer: string) => void}} properties */

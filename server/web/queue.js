@@ -6,7 +6,7 @@ import {mayWrite, postJson} from './api.js';
 import {age, count, duration, figure, levels} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
-import {attempt, Bell, Dialog, Failure, say, State, Thumbnail} from './parts.js';
+import {attempt, Bell, Dialog, Entry, Failure, say, State, Thumbnail} from './parts.js';
 import {go, route, routeOf, setQuery} from './routes.js';
 import {figures} from './store.js';
 import {words} from './words.js';
@@ -52,7 +52,7 @@ export function Queue() {
         ${STATES.map((name) => html`<${Count} name=${name} label=${words.states[name]} state=${state} />`)}
       </div>
       <span class="spring"></span>
-      <input ref=${field} type="search" placeholder=${text.searchKey} aria-label=${text.search} value=${search}
+      <${Entry} field=${field} type="search" placeholder=${text.searchKey} aria-label=${text.search} value=${search}
         onChange=${(/** @type {any} */ event) => setQuery({q: event.target.value || null})} />
     </div>
     <${Failure} problem=${list.problem.value} />

@@ -14,6 +14,7 @@ import urllib.request
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 from tests.browser.job_page import JobPage, SMALL_SCENES, example
 from tests.http.daemon import json_of, long_scene, scene
@@ -137,6 +138,21 @@ class Life(JobPage):
         self.browser.button("Cancel").click()
         self.browser.button("Cancel it", "dialog[open]").click()
         self.browser.until(lambda: self.browser.text(".bar .state") == "cancelled", "the end")
+
+    def test_takes_away_nothing_that_is_typed_as_the_job_goes_on(self):
+        job = self.daemon.submit(long_scene())
+        self.daemon.wait_for_state(job, "running")
+        self.open(f"#/jobs/{job}")
+        field = self.browser.one("input.priority")
+        field.send_keys(Keys.CONTROL, "a")
+        field.send_keys("4")
+        changed = "const main = document.querySelector('main').innerHTML; const before = window.before; window.before = main; return before !== undefined && before !== main"
+        for _ in range(3):
+            self.browser.until(lambda: self.browser.execute_script(changed), "progress")
+        field.send_keys("2", Keys.TAB)
+        self.browser.until(lambda: self.daemon.job(job)["priority"] == 42, "the priority")
+        self.assertEqual(field.get_attribute("value"), "42")
+        self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
 
     def test_reports_a_race_for_the_priority(self):
         """Acceptance test 24."""

@@ -92,6 +92,16 @@ class Queue(BrowserTest):
         self.browser.get(self.address("#/?q=nothing"))
         self.browser.until(lambda: "No job matches" in self.browser.text(".empty"), "the hint")
 
+    def test_takes_away_nothing_that_is_typed_as_jobs_arrive(self):
+        self.open("#/")
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        ActionChains(self.browser).send_keys("/").send_keys("fra").perform()
+        self.submit_many(3)
+        self.browser.until(lambda: len(self.names()) == 3, "rows")
+        ActionChains(self.browser).send_keys("me 1").send_keys(Keys.ENTER).perform()
+        self.browser.until(lambda: self.names() == ["frame 1"], "the found row")
+        self.assertIn("q=frame", self.browser.current_url)
+
     def test_cancels_what_is_selected(self):
         """Acceptance test 17 with fewer jobs: the dry run is shown, what ended meanwhile is counted."""
         self.submit_many(30)
