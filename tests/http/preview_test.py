@@ -209,7 +209,7 @@ class KeptPreviews(unittest.TestCase):
     def test_of_a_job_whose_time_is_over(self):
         with Daemon("--wall-time-s", "2") as daemon:
             def overrun():
-                job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+                job = daemon.wait_for_end(daemon.submit(scene(500, 500, samples=1024, job={"max_attempts": 1})))
                 self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
                 return job["id"]
             daemon.job_with_last_preview(overrun)

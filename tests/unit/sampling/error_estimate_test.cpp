@@ -376,5 +376,23 @@ TEST(HalvesDistance, IsUnbiasedAndHasTheVarianceOfAHalf) {
   EXPECT_NEAR(noise, 3 * std::pow(slope * deviation, 2), 0.03 * 3 * std::pow(slope * deviation, 2));
 }
 
+TEST(HalvesDistance, IsCloseInLevelsWhereTheNoiseIsAsLargeAsTheDistance) {
+  const DisplayTransform display({}, 1);
+  oracle::Random random(8);
+  for (const auto& [own, limit] : {std::pair{0.05, 0.2}, {0.2, 0.05}, {0.01, 0.1}, {0.0, 0.05}}) {
+    // Skewed as the light of paths is.
+    const auto fresh = [&, limit = limit] {
+      return Color{1, 1, 1} * (limit * (0.5 - 0.5 * std::log(random.in(1e-9, 1))));
+    };
+    const Color value = Color{1, 1, 1} * own;
+    double squared = 0;
+    constexpr int trials = 100'000;
+    for (int i = 0; i < trials; ++i)
+      squared += HalvesDistance(value, {fresh(), fresh()}, {value, value}, display).squared / trials;
+    const double distance = display.level(limit) - display.level(own);
+    EXPECT_NEAR(squared, 3 * distance * distance, 0.03 * 3 * distance * distance) << own << " " << limit;
+  }
+}
+
 }  // namespace
 }  // namespace tracer

@@ -120,16 +120,4 @@ WHITTLE_INLINE Sample fresh_sample(const CompiledScene& scene, std::uint32_t x, 
           1, {key, index}};
 }
 
-/// Antithetic pairs of fresh samples, mirrored at the center of the pixel: the slope of the image cancels in their
-/// mean.
-inline Sample mirrored_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
-                              std::uint64_t stream) {
-  Sample sample = fresh_sample(scene, x, y, index, stream);
-  if (index % 2 == 1) {
-    const Vec2 first = fresh_sample(scene, x, y, index - 1, stream).at;
-    sample.at = {1 - first.x, 1 - first.y};
-  }
-  return sample;
-}
-
 }  // namespace tracer

@@ -103,7 +103,8 @@ class ApproximationLooks {
     const std::vector<float> bounds = bounds_by_intervals();
     const std::size_t wanted = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
     const std::size_t at_once = deadline.set() ? 16 : wanted;
-    std::uint32_t half = (patches && !deadline.set() ? 32 : paths ? 8 : 1) * look_half;
+    std::uint32_t half = look_half;
+    if (paths) half *= deadline.set() ? 8 : patches ? 32 : 2;  // a budget leaves no second try with more samples
     Found found;
     for (std::uint64_t stream = 0;; ++stream) {
       if (!add(bounds, at_once, stream, half, found) || deadline.spent() || control_.cancelled()) break;

@@ -192,10 +192,15 @@ FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTra
 }
 
 HalvesDistance::HalvesDistance(const Color& value, const Halves& a, const Halves& b, const DisplayTransform& display) {
-  const Color first = a[0] + b[0] * -1, second = a[1] + b[1] * -1;
-  const Color half_difference = (first + second * -1) * std::numbers::sqrt2 * 0.5;
-  squared = fresh_error(value, {value + first, value + second}, display).squared;
-  noise = fresh_error(value, {value + half_difference, value + half_difference}, display).squared;
+  squared = noise = 0;
+  for (const auto channel : channels) {
+    const double own = value.*channel, first = a[0].*channel - b[0].*channel, second = a[1].*channel - b[1].*channel;
+    const double level = display.level(own), of_first = display.level(own + first) - level,
+                 of_second = display.level(own + second) - level,
+                 of_mean = display.level(own + (first + second) / 2) - level;
+    squared += 2 * of_mean * of_mean - (of_first * of_first + of_second * of_second) / 2;
+    noise += (of_first - of_second) * (of_first - of_second) / 2;
+  }
 }
 
 float squared_error_bound(const RadianceInterval& interval, const DisplayTransform& display) {
