@@ -6,6 +6,7 @@
 ///   progress DONE TOTAL
 ///   wait FILE           waits until FILE exists, or stops after a Cancel
 ///   hang FILE           waits until FILE exists and ignores Cancel
+///   show MS FILE        answers a Cancel with a preview after so many milliseconds, then hangs
 ///   crash               dies of SIGSEGV
 ///   exit STATUS
 ///   crash_unless FILE   dies of SIGSEGV unless FILE exists; creates it first
@@ -43,6 +44,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/queue/job_waiters.h"
 #include "server/worker/protocol/protocol.h"
 
 using namespace worker;
@@ -124,6 +126,16 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
       send_message(Cancelled{job.job_id, job.fence});
       return false;
     }
+  }
+  if (command == "show") {
+    std::istringstream arguments(argument);
+    int ms = 0;
+    std::string file;
+    arguments >> ms >> file;
+    while (!cancelled) pause();
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    send_message(PreviewResponse{job.job_id, queue::last_preview_side, "the last preview"});
+    return execute("hang " + file, job, cancelled);
   }
   if (command == "crash") crash();
   if (command == "exit") _exit(std::stoi(argument));

@@ -171,6 +171,27 @@ TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
+TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobThatDoesNotStop) {
+  worker::SupervisorSettings reporting = impatient();
+  reporting.cancel_answer = std::chrono::milliseconds(50);
+  start(reporting);
+  const std::string other = submit("wait " + path("other"));
+  for (const char* const delay_ms : {"0", "200"}) {  // before and after the end is reported
+    const std::string id = submit(std::string("show ") + delay_ms + " " + path("go"));
+    ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+    queue.lifecycle.cancel(id);
+    EXPECT_TRUE(reaches(id, JobState::cancelled));
+    EXPECT_TRUE(eventually([&] { return find(id).artifacts.size() == 1; })) << delay_ms;
+    EXPECT_EQ(find(id).artifacts.at(0).name, "preview.png");
+    create("go");
+    EXPECT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+    std::filesystem::remove(path("go"));
+  }
+  create("other");
+  EXPECT_TRUE(reaches(other, JobState::succeeded));
+  EXPECT_EQ(log.count("worker_started"), 1);
+}
+
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopItsOnlyJob) {
   start(impatient());
   for (int round = 1; round <= 3; ++round) {

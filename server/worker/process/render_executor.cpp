@@ -97,13 +97,12 @@ void RenderExecutor::cancel(const Cancel& message) {
     if (found == jobs_.end()) return;
     job = found->second;
   }
-  // Before the render stops, because its pixels are then gone.
-  if (message.preview) {
-    std::optional<tracer::Image> image = snapshot(job->control, queue::last_preview_side);
-    const std::lock_guard lock(mutex_);
-    job->last_preview = std::move(image);
-  }
+  const std::lock_guard sending(job->last_preview);
+  std::optional<tracer::Image> last;  // from before the render stops, because its pixels are then gone
+  if (message.preview) last = snapshot(job->control, queue::last_preview_side);
   job->control.tracing.cancel();
+  std::string png = preview_png(job->control, last);
+  if (!png.empty()) send_message(PreviewResponse{message.job_id, queue::last_preview_side, std::move(png)});
 }
 
 void RenderExecutor::request_preview(const PreviewRequest& request) {
@@ -177,14 +176,8 @@ void RenderExecutor::run_job(Assign assigned) {
   needs_trim_ = true;
   idle_since_ = std::chrono::steady_clock::now();
   lock.unlock();
-  const bool cancelled = std::holds_alternative<Cancelled>(outcome);
+  const std::lock_guard sent(job->last_preview);
   std::visit([this](auto& answer) { send_message(std::move(answer)); }, outcome);
-  if (!cancelled) return;
-  lock.lock();
-  const std::optional<tracer::Image> last = std::exchange(job->last_preview, std::nullopt);
-  lock.unlock();
-  std::string png = preview_png(job->control, last);
-  if (!png.empty()) send_message(PreviewResponse{id, queue::last_preview_side, std::move(png)});
 }
 
 void RenderExecutor::heartbeat_loop() {

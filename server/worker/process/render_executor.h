@@ -44,9 +44,9 @@ class RenderExecutor {
  private:
   struct Job {
     JobControl control;
-    std::uint64_t sent_progress = 0;            ///< tiles or steps
-    std::set<std::uint32_t> preview_sides;      ///< requested and not sent
-    std::optional<tracer::Image> last_preview;  ///< from the moment of the cancel
+    std::uint64_t sent_progress = 0;        ///< tiles or steps
+    std::set<std::uint32_t> preview_sides;  ///< requested and not sent
+    std::mutex last_preview;                ///< held until it is sent, which is before the outcome
   };
 
   void run_waiting_jobs();

@@ -187,9 +187,7 @@ void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
 }
 
 void JobDispatcher::stop(const std::string& id) {
-  const RunningJob& job = slots_.running.at(id);
-  const bool ends = job.cancel_requested || job.stopped_for;
-  if (deadlines_.stop(id, Time::clock::now())) process_.send(pack(Cancel{id, ends && job.keep}));
+  if (deadlines_.stop(id, Time::clock::now())) process_.send(pack(Cancel{id, slots_.running.at(id).keeps_preview()}));
 }
 
 void JobDispatcher::check_deadlines(Time now) {
@@ -214,11 +212,15 @@ void JobDispatcher::check_deadlines(Time now) {
   }
 }
 
-void JobDispatcher::report_stopped(const std::string& id, const RunningJob& job) {
+void JobDispatcher::report_stopped(const std::string& id, RunningJob& job) {
   if (job.lease_lost) return;
-  if (job.cancel_requested) return outcomes_.cancel(id, job.fence);
-  if (!job.stopped_for) return release(id, job.fence, {.large = true, .code = "became_large"});  // it yields its slot
-  retry_or_fail(id, job, *job.stopped_for);
+  if (job.cancel_requested)
+    outcomes_.cancel(id, job.fence);
+  else if (job.stopped_for)
+    retry_or_fail(id, job, *job.stopped_for);
+  else
+    release(id, job.fence, {.large = true, .code = "became_large"});  // it yields its slot
+  if (job.last_preview) outcomes_.keep_preview(id, job.fence, *std::exchange(job.last_preview, std::nullopt));
 }
 
 void JobDispatcher::request_preview(const std::string& id, std::uint32_t side) {
@@ -234,10 +236,16 @@ void JobDispatcher::on_message(Message& message) {
         progress->job_id,
         std::min(static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total), 1.0));
   } else if (auto* preview = std::get_if<PreviewResponse>(&message)) {
-    if (slots_.running.contains(preview->job_id))
+    const auto found = slots_.running.find(preview->job_id);
+    if (found == slots_.running.end()) return;
+    RunningJob& job = found->second;
+    // The last one may follow the report of the end, and a worker that does not stop sends no Cancelled.
+    if (preview->side != queue::last_preview_side || !job.keeps_preview())
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
-    else if (auto stopped = stopped_.extract(preview->job_id); stopped && preview->side == queue::last_preview_side)
-      outcomes_.keep_preview(preview->job_id, stopped.mapped(), std::move(preview->png));
+    else if (!deadlines_.is_reported(preview->job_id))
+      job.last_preview = std::move(preview->png);
+    else if (std::exchange(job.keep, false))
+      outcomes_.keep_preview(preview->job_id, job.fence, std::move(preview->png));
   } else if (auto* update = std::get_if<MeasurementUpdate>(&message)) {
     if (slots_.running.contains(update->job_id))
       queue_.lifecycle.set_measurement(update->job_id, std::move(update->summary));
@@ -246,13 +254,9 @@ void JobDispatcher::on_message(Message& message) {
   } else if (const auto* failed = std::get_if<Failed>(&message)) {
     if (const auto job = take(failed->job_id, failed->fence)) retry_or_fail(failed->job_id, *job, failed->problem);
   } else if (const auto* cancelled = std::get_if<Cancelled>(&message)) {
-    const auto job = take(cancelled->job_id, cancelled->fence);
+    auto job = take(cancelled->job_id, cancelled->fence);
     if (!job) return;
-    if (stopped_.size() >= 1000) stopped_.clear();  // their last previews follow within milliseconds
-    if ((job->cancel_requested || job->stopped_for) && job->keep)
-      stopped_.insert_or_assign(cancelled->job_id, job->fence);
-    if (job->cancel_requested || job->stopped_for || job->lease_lost || job->yields_slot)
-      return report_stopped(cancelled->job_id, *job);
+    if (job->is_stopping()) return report_stopped(cancelled->job_id, *job);
     retry_or_fail(cancelled->job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
   }
 }
@@ -303,7 +307,6 @@ int JobDispatcher::on_worker_exit(const WorkerExit& exit) {
   running_count_ = 0;
   ++notifications_;  // no owner is at its limit any more
   deadlines_.clear();
-  stopped_.clear();
   const auto decisions = decide(jobs, exit.reason, exit.planned_shutdown, exit.code);
   int interrupted = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {

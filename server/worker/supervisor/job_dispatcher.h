@@ -86,7 +86,7 @@ class JobDispatcher {
   void on_claimed(ClaimResult& result);
   void start_job(ClaimResult& result);
   void stop(const std::string& id);
-  void report_stopped(const std::string& id, const RunningJob& job);
+  void report_stopped(const std::string& id, RunningJob& job);
   std::optional<RunningJob> take(const std::string& id, std::int64_t fence);
   void on_finished(Finished& message);
   void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const WorkerExit& exit);
@@ -116,9 +116,8 @@ class JobDispatcher {
     std::optional<std::uint64_t> none_left, none_left_small;
     bool owners_excluded = false;  ///< from a claim that left none
   } claims_;
-  std::map<std::string, std::int64_t> stopped_;  ///< fences of stopped jobs whose last preview may follow
-  std::set<std::string> early_cancels_;          ///< cancelled during claims that may return them
-  bool suspects_first_ = false;                  ///< suspects may be queued; they run before all other jobs
+  std::set<std::string> early_cancels_;  ///< cancelled during claims that may return them
+  bool suspects_first_ = false;          ///< suspects may be queued; they run before all other jobs
   Time claims_paused_until_{};
 };
 

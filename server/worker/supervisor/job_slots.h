@@ -28,8 +28,10 @@ struct RunningJob {
   bool yields_slot = false;                   ///< it is stopped to be queued again as a large job
   bool lease_lost = false;                    ///< the queue ignores its outcome
   std::optional<queue::Problem> stopped_for;  ///< by the supervisor
+  std::optional<std::string> last_preview;    ///< to be kept with its end
 
   [[nodiscard]] bool is_stopping() const { return yields_slot || cancel_requested || stopped_for || lease_lost; }
+  [[nodiscard]] bool keeps_preview() const { return keep && !lease_lost && (cancel_requested || stopped_for); }
 };
 
 /// Used by one thread.
