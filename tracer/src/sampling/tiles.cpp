@@ -50,19 +50,23 @@ Image PreviewTiles::read(std::uint32_t side) const {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   image.rgb.resize(3 * pixels);
   image.alpha.resize(pixels);
-  const std::uint32_t step = std::max(1u, longest / std::max(image.width, image.height) / samples_per_axis);
+  const std::size_t wanted = std::size_t{samples_per_axis} * std::max(image.width, image.height);
+  const std::size_t step = std::max<std::size_t>(1, (longest + wanted - 1) / wanted);
+  const auto on_grid = [step](std::size_t at) { return (at + step - 1) / step * step; };
   for (std::uint64_t tile = 0; tile < tiles_.count(); ++tile) {
     if (states_[tile].load(std::memory_order_relaxed) == empty) continue;
+    const PixelWindow window = tiles_.window(tile);
+    const std::size_t first = tiles_.first_place(tile), left = first % width_, top = first / width_;
     lock(tile);
-    for (const Pixel& pixel : tiles_.pixels(tile)) {
-      const std::size_t place = tiles_.place(pixel), x = place % width_, y = place / width_;
-      if (x % step != 0 || y % step != 0) continue;
-      const std::size_t at = y * image.height / height_ * image.width + x * image.width / width_;
-      const Color mean = mean_(place);
-      image.rgb[3 * at] += film_value(mean.r);
-      image.rgb[3 * at + 1] += film_value(mean.g);
-      image.rgb[3 * at + 2] += film_value(mean.b);
-      image.alpha[at] += 1;
+    for (std::size_t y = on_grid(top); y < top + window.height(); y += step) {
+      for (std::size_t x = on_grid(left); x < left + window.width(); x += step) {
+        const std::size_t at = y * image.height / height_ * image.width + x * image.width / width_;
+        const Color mean = mean_(y * width_ + x);
+        image.rgb[3 * at] += film_value(mean.r);
+        image.rgb[3 * at + 1] += film_value(mean.g);
+        image.rgb[3 * at + 2] += film_value(mean.b);
+        image.alpha[at] += 1;
+      }
     }
     unlock(tile);
   }
