@@ -155,10 +155,10 @@ class Errors(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout), (code, b""), done.stderr)
         self.assertRegex(done.stderr.decode(errors="replace"), rf"(?m)^whittle: {sentence}")
 
-    def test_of_a_file_are_reported_by_name_with_exit_code_2(self):
+    def test_of_a_file_are_reported_by_name(self):
         for arguments in ((self.directory / "none.png", self.GOOD), (self.GOOD, self.directory / "none.png")):
-            self.expect(2, rf"cannot read {self.directory}/none.png: No such file or directory\n", *arguments)
-        self.expect(2, rf"cannot read {self.directory}: Is a directory\n", self.directory, self.GOOD)
+            self.expect(3, rf"cannot read {self.directory}/none.png: No such file or directory\n", *arguments)
+        self.expect(3, rf"cannot read {self.directory}: Is a directory\n", self.directory, self.GOOD)
         self.expect(2, "- is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", "-", self.GOOD, document=b"")
         text = SOURCE / "README.md"
         self.expect(2, rf"{text} is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", text, self.GOOD)

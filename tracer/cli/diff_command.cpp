@@ -16,13 +16,18 @@ namespace {
 
 constexpr std::size_t file_bytes_max = 1'000'000'000;  // 64 Mpx of uncompressed floats
 
-tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
+struct Unreadable {
+  std::string message;
+  ExitCode code = incomparable_images;
+};
+
+tracer::Result<tracer::ImageFile, Unreadable> read(const std::string& path) {
   const auto bytes = read_text(path, file_bytes_max);
-  if (!bytes) return bytes.error().message;
+  if (!bytes) return Unreadable{bytes.error().message, environment_failure};
   if (bytes->size() > file_bytes_max)
-    return path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes";
+    return Unreadable{path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes"};
   auto file = tracer::read_image({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
-  if (!file) return path + " " + file.error();
+  if (!file) return Unreadable{path + " " + file.error()};
   return std::move(*file);
 }
 
@@ -61,9 +66,9 @@ void print_metrics(const tracer::Comparison& found, const std::array<std::string
 
 ExitCode run(const DiffOptions& options) {
   auto a = read(options.images[0]);
-  if (!a) return fail(a.error(), incomparable_images);
+  if (!a) return fail(a.error().message, a.error().code);
   auto b = read(options.images[1]);
-  if (!b) return fail(b.error(), incomparable_images);
+  if (!b) return fail(b.error().message, b.error().code);
   const auto found = tracer::compare(a->image, b->image, options.worst);
   if (!found) return fail(found.error(), incomparable_images);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));

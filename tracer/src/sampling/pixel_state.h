@@ -197,10 +197,9 @@ struct FreshError {
 };
 FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display);
 
-/// Distance between the limits of two kinds of samples of the pixel `value`, by two halves of each. Samples of both
-/// kinds with the same seeds have common noise, which cancels. The noise that remains would lift a squared distance of
-/// means, and darken a level: twice the square of the mean of both halves less the mean of the squares of each is free
-/// of both to the second order of the noise (the jackknife, Quenouille 1956, "Notes on Bias in Estimation").
+/// Distance between the limits of two kinds of samples of the pixel `value`, by two halves of each. With the same seeds
+/// both have common noise, which cancels. Twice the square for the mean of the halves less the mean of their squares is
+/// unbiased to the second order of the rest (jackknife: Quenouille 1956, "Notes on Bias in Estimation").
 struct HalvesDistance {
   HalvesDistance(const Color& value, const Halves& a, const Halves& b, const DisplayTransform& display);
   double squared;  ///< in squared code values, summed over the channels; negative by chance
