@@ -355,7 +355,7 @@ class Orbit(Playground):
         before, camera = self.document(), self.camera()
         self.browser.execute_script(RECORD)
         begin = time.monotonic()
-        self.drag(200, 50, steps=50)
+        self.drag(200, 50, steps=20)
         seconds = time.monotonic() - begin
         shown = len(self.browser.execute_script("return record.shown"))
         print(f"orbit: {shown / seconds:.1f} images/s")

@@ -10,8 +10,9 @@ import zlib
 
 import numpy
 
-from tests.http.daemon import BIN, SANITIZED, Daemon, OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_png
+from tests.support.whittle import only_with_all
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 
@@ -100,7 +101,7 @@ class Compare(OneDaemon):
         self.assertEqual(numpy.argwhere(heat.any(axis=2)).tolist(), [[2, 1500]])
         self.assertEqual(heat[2, 1500].tolist(), [255, 255, 255])
 
-    @unittest.skipIf(SANITIZED, "minutes")
+    @only_with_all
     def test_takes_more_than_64_megapixels(self):
         uploads = [self.upload(gray_png(8192, 8704, code)) for code in (100, 101)]
         found = self.compared(*uploads, tolerance=1.5, heat=True)

@@ -12,6 +12,7 @@ import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of
 from tests.support.sources import SOURCE, text
+from tests.support.whittle import BIN
 
 BROWSER = "text/html,application/xhtml+xml,application/xml;q=0.9,image/avif,image/webp,*/*;q=0.8"
 POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; worker-src 'self'; "
@@ -33,7 +34,7 @@ class Page(OneDaemon):
     def files(self):
         """Paths of all files of the page, from the build's own table."""
         tree = re.search(r"/ui/([0-9a-f]{16})/main\.js", self.page().body.decode()).group(1)
-        names = sorted(path.name for path in (pathlib.Path(os.environ["WHITTLE_BIN"]).parent / "server/web/files").iterdir())
+        names = sorted(path.name for path in (BIN.parent / "server/web/files").iterdir())
         return [f"/ui/{tree}/{name}" for name in names if name != "index.html"]
 
     def test_is_text_for_programs_and_html_for_browsers(self):

@@ -3,6 +3,7 @@
 As a program it is the server of a test in another language: it prints a connection string and then answers lines of
 standard input, each with one line, until that is closed.
     new               creates an empty database; its connection string
+    copy DATABASE     creates a copy of a database without sessions; its connection string
     sql DATABASE SQL  runs a statement; its rows, separated by blanks
     stop, kill, start ends the server with its clients, ends it without a checkpoint, starts it again
 """
@@ -79,11 +80,11 @@ class PostgresServer:
                    "-d", database, "-c", statement]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
-    def new_database(self):
+    def new_database(self, template="template0"):
         """Its name."""
         self.databases += 1
         name = f"test{self.databases}"
-        self.sql("postgres", f"CREATE DATABASE {name} TEMPLATE template0")
+        self.sql("postgres", f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY file_copy")
         return name
 
     def uri(self, database):
@@ -99,6 +100,8 @@ def answer(server, line):
     command, _, rest = line.strip().partition(" ")
     if command == "new":
         return server.uri(server.new_database())
+    if command == "copy":
+        return server.uri(server.new_database(template=rest))
     if command == "sql":
         database, _, statement = rest.partition(" ")
         return server.sql(database, statement).replace("\n", " ")

@@ -10,6 +10,8 @@ class PostgresServer {
   static PostgresServer& shared();  ///< one for all tests of the program, started at the first call
 
   std::string new_database();  ///< its connection URI
+  /// Copies the database of a URI, which has no sessions; the URI of the copy.
+  std::string copy_database(const std::string& uri);
   /// Runs a statement in the database of a URI; its rows, separated by blanks.
   std::string sql(const std::string& uri, const std::string& statement);
   void stop();

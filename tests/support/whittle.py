@@ -3,12 +3,16 @@ import json
 import os
 import pathlib
 import subprocess
+import unittest
 
 from tests.support.sources import SOURCE
 
 # ctest sets the variable; without it, tests use the release build.
 BIN = pathlib.Path(os.environ.get("WHITTLE_BIN") or SOURCE / "build/release/bin")
 SCENES = SOURCE / "scenes"
+
+# A test that takes long and repeats on more data what shorter ones show.
+only_with_all = unittest.skipUnless(os.environ.get("WHITTLE_ALL"), "tests/run --all")
 
 
 def scene(name, **changes):
