@@ -8,7 +8,7 @@ import {documentDifference} from './document-difference.js';
 import {upload} from './drop.js';
 import {count, duration, figure} from './format.js';
 import {addKeys, DIGITS} from './keys.js';
-import {attempt, HeatLegend, Icon, Thumbnail} from './parts.js';
+import {attempt, Entry, HeatLegend, Icon, Thumbnail} from './parts.js';
 import {errorText} from './queue.js';
 import {route, setQuery} from './routes.js';
 import {Viewer} from './viewer.js';
@@ -51,7 +51,7 @@ function Pair({a, b}) {
   const mode = MODES.find((each) => each === query.get('mode')) || 'wipe';
   const [z, x, y] = ['z', 'x', 'y'].map((name) => Number(query.get(name)) || 0);
   const view = useSignal({zoom: z, x, y});
-  const tolerance = useSignal(Number(query.get('tolerance')) || 1);
+  const asked = Number(query.get('tolerance') || NaN), tolerance = useSignal(Number.isNaN(asked) ? 1 : asked);
   useEffect(() => {
     const worker = new Caller('image-worker.js'), closing = new AbortController();
     /** @type {string[]} */
@@ -117,6 +117,11 @@ function Blink({first, second, viewer}) {
 /** @param {{found: any, tolerance: import('@preact/signals').Signal<number>, goTo: () => void}} properties */
 function Numbers({found, tolerance, goTo}) {
   const passes = useComputed(() => found.rmse <= tolerance.value).value;
+  const set = (/** @type {any} */ event) => {
+    if (event.target.value === '') return;  // nothing, or the beginning of a number
+    tolerance.value = Number(event.target.value);
+    setQuery({tolerance: event.target.value});
+  };
   const most = Math.max(...found.histogram || []);
   const label = (/** @type {number} */ i) => i < 2 ? String(i) : i === 2 ? '2–3' : `${2 ** (i - 1)}–${2 ** i - 1}`;
   return html`<section><h2>${text.numbers}</h2>
@@ -125,7 +130,7 @@ function Numbers({found, tolerance, goTo}) {
       <dt>PSNR</dt><dd class="number" data-value=${found.psnr}>${Number.isFinite(found.psnr) ? found.psnr.toFixed(2) + ' dB' : text.equal}</dd>
       <dt>${text.beyond}</dt><dd class="number">${(100 * found.share).toFixed(2)} %</dd>
       <dt>${text.worst}</dt><dd class="number"><button class="link" onClick=${goTo}>x ${found.worst.x}, y ${found.worst.y}: ${figure(found.worst.levels)} ${words.queue.levels}</button></dd></dl>
-    <div class="buttons"><label class="switch">${text.tolerance}<input class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${(/** @type {any} */ event) => { tolerance.value = Number(event.target.value); setQuery({tolerance: event.target.value}); }} />${text.toleranceUnit}</label>
+    <div class="buttons"><label class="switch">${text.tolerance}<${Entry} class="tolerance" type="number" min="0" step="any" value=${tolerance.value} onInput=${set} />${text.toleranceUnit}</label>
       <span class="state verdict" data-state=${passes ? 'succeeded' : 'failed'}><${Icon} name=${passes ? 'succeeded' : 'failed'} /><strong>${passes ? text.pass : text.fail}</strong></span></div>
     ${found.formats && html`<p class="dim">${text.byService(found.formats)}</p>`}
     ${found.histogram && html`<table class="plain"><caption class="dim">${text.histogram}</caption><tbody>${found.histogram.map((/** @type {number} */ pixels, /** @type {number} */ i) => html`<tr><td class="number">${label(i)}</td><td class="histogram"><span style=${{width: `${100 * pixels / most}%`}}></span></td><td class="right number">${count(pixels)}</td></tr>`)}</tbody></table>`}

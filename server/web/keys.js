@@ -33,9 +33,13 @@ const isTextField = (target) => target instanceof HTMLElement && (target.shadowR
   && !(target instanceof HTMLInputElement && /^(checkbox|button|radio)$/.test(target.type)));
 
 window.addEventListener('keydown', (event) => {
+  if (document.querySelector('dialog[open]')) {  // its keys are its own
+    prefix = '';
+    return;
+  }
   if (event.ctrlKey || event.metaKey || event.altKey || (isTextField(event.target) && event.key !== 'Escape')) return;
   const isControl = event.target instanceof HTMLElement && event.target.closest('a, button, summary, input');
-  if (event.key === 'Enter' && isControl) return;  // it has a meaning there
+  if (/^(Enter| )$/.test(event.key) && isControl) return;  // it has a meaning there
   const inSequence = prefix && performance.now() - prefixAt < SEQUENCE_MS;
   const single = event.key === 'Escape' ? 'Esc' : /^[1-7]$/.test(event.key) ? DIGITS : event.key;
   const name = inSequence ? `${prefix} ${event.key}` : single;

@@ -137,7 +137,7 @@ function Main() {
 
 function App() {
   useEffect(() => addKeys({
-    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g b': () => go('#/batches'), 'g s': () => go('#/system'), 'Esc': () => { helpOpen.value = false; },
+    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g b': () => go('#/batches'), 'g s': () => go('#/system'),
   }), []);
   return html`<div class="shell">
     <a class="skip" href="#main" onClick=${(/** @type {Event} */ event) => { event.preventDefault(); document.getElementById('main')?.focus(); }}>${words.skip}</a>

@@ -49,15 +49,21 @@ export function NotModelled({requirements}) {
 }
 
 /**
- * An input that is read when the user is done with it. It is written when its value changes and when it is left: a render
- * of the page, which a change of any job may cause, takes away nothing that the user types.
+ * An input that is read when the user is done with it. It is written when its value changes and when it is left: neither a
+ * render of the page, which a change of any job may cause, nor another value takes away what the user types.
  * @param {{value: string | number, field?: import('preact').RefObject<HTMLInputElement>, [attribute: string]: any}} properties
  */
-export function Entry({value, field, ...attributes}) {
+export function Entry({value, field, onInput, onChange, ...attributes}) {
   const own = useRef(/** @type {HTMLInputElement | null} */ (null)), input = field ?? own;
-  const write = () => { if (input.current) input.current.value = String(value); };
-  useLayoutEffect(write, [value]);
-  return html`<input ref=${input} onBlur=${write} ...${attributes} />`;
+  const isTyped = useRef(false);
+  const write = () => {
+    isTyped.current = false;
+    if (input.current) input.current.value = String(value);
+  };
+  const typed = (/** @type {any} */ event) => { isTyped.current = true; onInput?.(event); };
+  const read = (/** @type {any} */ event) => { isTyped.current = false; onChange?.(event); };
+  useLayoutEffect(() => { if (!isTyped.current) write(); }, [value]);
+  return html`<input ref=${input} onBlur=${write} onInput=${typed} onChange=${read} ...${attributes} />`;
 }
 
 /** Colours of heat maps with their values. @param {{white: number, unit: string}} properties */
@@ -68,12 +74,18 @@ export function HeatLegend({white, unit}) {
 
 /** @param {{open: boolean, onClose: () => void, title: string, children?: any}} properties */
 export function Dialog({open, onClose, title, children}) {
-  const ref = useRef(/** @type {HTMLDialogElement | null} */ (null));
+  const ref = useRef(/** @type {HTMLDialogElement | null} */ (null)), closings = useSignal(0);
+  // The browser closes it on Esc even if the page has to keep it open.
+  const closed = () => {
+    if (ref.current?.open) return;
+    onClose();
+    ++closings.value;
+  };
   useEffect(() => {
     if (open && !ref.current?.open) ref.current?.showModal();
     if (!open) ref.current?.close();
-  }, [open]);
-  return html`<dialog ref=${ref} aria-label=${title} onClose=${onClose} onCancel=${onClose}>${open && children}</dialog>`;
+  }, [open, closings.value]);
+  return html`<dialog ref=${ref} aria-label=${title} onClose=${closed}>${open && children}</dialog>`;
 }
 
 export const toast = signal('');

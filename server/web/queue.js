@@ -8,7 +8,7 @@ import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
 import {attempt, Bell, Dialog, Entry, Failure, say, State, Thumbnail} from './parts.js';
 import {go, route, routeOf, setQuery} from './routes.js';
-import {figures} from './store.js';
+import {figures, listen} from './store.js';
 import {words} from './words.js';
 
 const ROW = 44, ROWS_MAX = 60, STATES = /** @type {const} */ (['queued', 'running', 'succeeded', 'failed', 'cancelled']);
@@ -40,6 +40,9 @@ export function Queue() {
   useEffect(() => () => list.close(), [list]);
   const selected = useSignal(/** @type {Set<string>} */ (new Set()));
   useEffect(() => { selected.value = new Set(); }, [list]);
+  useEffect(() => listen({reload: () => undefined, event: ({id, state: now}) => {
+    if (now === 'removed' && selected.value.has(id)) selected.value = new Set([...selected.value].filter((each) => each !== id));
+  }}), []);
   const field = useRef(/** @type {HTMLInputElement | null} */ (null));
   useEffect(() => addKeys({'/': () => field.current?.focus()}), []);
   list.version.value;
@@ -84,8 +87,7 @@ function Empty({filtered}) {
 function Rows({list, selected}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null));
   const range = useSignal({first: 0, last: 30});
-  const current = useSignal(-1);
-  const anchor = useRef(-1);
+  const current = useSignal(''), anchor = useRef('');  // ids: rows move as jobs arrive
   const measure = () => {
     const element = box.current;
     if (!element) return;
@@ -104,24 +106,25 @@ function Rows({list, selected}) {
   const {first, last} = range.value, ids = list.order.slice(first, last);
   useEffect(() => { list.refresh(ids); });
 
-  const toggle = (/** @type {number} */ index, /** @type {boolean} */ extend) => {
-    const next = new Set(selected.value), id = list.order[index];
-    if (extend && anchor.current >= 0) {
-      const [low, high] = [Math.min(anchor.current, index), Math.max(anchor.current, index)];
+  const toggle = (/** @type {string} */ id, /** @type {boolean} */ extend) => {
+    const next = new Set(selected.value), index = list.order.indexOf(id), from = list.order.indexOf(anchor.current);
+    if (extend && from >= 0) {
+      const [low, high] = [Math.min(from, index), Math.max(from, index)];
       for (const each of list.order.slice(low, high + 1)) next.add(each);
     } else if (!next.delete(id)) next.add(id);
-    anchor.current = index;
+    anchor.current = id;
     selected.value = next;
   };
   const move = (/** @type {number} */ step) => {
-    current.value = Math.max(0, Math.min(list.order.length - 1, current.value + step));
-    const element = box.current, top = current.value * ROW;
+    const index = Math.max(0, Math.min(list.order.length - 1, list.order.indexOf(current.value) + step));
+    current.value = list.order[index] ?? '';
+    const element = box.current, top = index * ROW;
     if (element && top < element.scrollTop) element.scrollTop = top;
     if (element && top + 2 * ROW > element.scrollTop + element.clientHeight) element.scrollTop = top + 2 * ROW - element.clientHeight;
   };
   useEffect(() => addKeys({
-    'j': () => move(1), 'k': () => move(-1), 'x': () => { if (current.value >= 0) toggle(current.value, false); },
-    'Enter': () => { if (current.value >= 0) go(routeOf(/** @type {any} */ (list.jobs.get(list.order[current.value])))); },
+    'j': () => move(1), 'k': () => move(-1), 'x': () => { if (list.order.includes(current.value)) toggle(current.value, false); },
+    'Enter': () => { if (list.order.includes(current.value)) go(routeOf(/** @type {any} */ (list.jobs.get(current.value)))); },
   }), [list]);
 
   const columns = text.columns;
@@ -132,7 +135,7 @@ function Rows({list, selected}) {
         <th class="c-priority" scope="col">${columns.priority}</th><th class="c-age" scope="col">${columns.age}</th></tr></thead>
       <tbody>
         ${first > 0 && html`<tr class="space" aria-hidden="true" style=${{height: `${first * ROW}px`}}></tr>`}
-        ${ids.map((id, offset) => html`<${Row} key=${id} job=${list.jobs.get(id)} index=${first + offset} isCurrent=${current.value === first + offset}
+        ${ids.map((id, offset) => html`<${Row} key=${id} job=${list.jobs.get(id)} index=${first + offset} isCurrent=${current.value === id}
           isSelected=${selected.value.has(id)} toggle=${toggle} />`)}
         ${last < list.order.length && html`<tr class="space" aria-hidden="true" style=${{height: `${(list.order.length - last) * ROW}px`}}></tr>`}
       </tbody>
@@ -140,14 +143,14 @@ function Rows({list, selected}) {
   </div>`;
 }
 
-/** @param {{job: Job, index: number, isCurrent: boolean, isSelected: boolean, toggle: (index: number, extend: boolean) => void}} properties */
+/** @param {{job: Job, index: number, isCurrent: boolean, isSelected: boolean, toggle: (id: string, extend: boolean) => void}} properties */
 function Row({job, index, isCurrent, isSelected, toggle}) {
   const name = job.name || text.untitled;
   const isRunning = job.state === 'running';
   const percent = Math.floor(job.progress * 100);
   return html`<tr aria-rowindex=${index + 2} aria-selected=${isSelected} class=${isCurrent ? 'current' : ''} data-id=${job.id}
-      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(index, true) : go(routeOf(/** @type {any} */ (job))); }}>
-    ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(name)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(index, event.shiftKey)} /></td>`}
+      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(job.id, true) : go(routeOf(/** @type {any} */ (job))); }}>
+    ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(name)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(job.id, event.shiftKey)} /></td>`}
     <td class="c-thumb"><${Thumbnail} job=${job} /></td>
     <td class="c-name"><a href=${routeOf(/** @type {any} */ (job))}>${name}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
       ${Object.entries(job.labels || {}).slice(0, 3).map(([label, value]) => html`<span class="chip">${label}: ${value}</span>`)}</td>
@@ -165,12 +168,14 @@ function Row({job, index, isCurrent, isSelected, toggle}) {
 function BulkBar({list, filter, selected}) {
   /** The selection that stands for all jobs of the filter, until it changes. */
   const widened = useSignal(/** @type {Set<string> | null} */ (null)), everything = widened.value === selected.value;
-  const asked = useSignal(/** @type {{action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
+  const asked = useSignal(/** @type {{selection: Set<string>, action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
+  /** A question is about the selection of its time. */
+  const confirmed = asked.value?.selection === selected.value ? asked.value : null;
   const clear = () => { selected.value = new Set(); };
   const ask = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
-    const body = widened.value === selected.value ? {action, filter} : {action, ids: [...selected.value]};
+    const selection = selected.value, body = widened.value === selection ? {action, filter} : {action, ids: [...selection]};
     const trial = await postJson('/v1/jobs/bulk', {...body, dry_run: true});
-    asked.value = {action, body, matched: trial.matched, refused: trial.refused.length};
+    asked.value = {selection, action, body, matched: trial.matched, refused: trial.refused.length};
   });
   const run = () => attempt(async () => {
     if (!asked.value) return;
@@ -186,9 +191,9 @@ function BulkBar({list, filter, selected}) {
   }), [list]);
   if (selected.value.size === 0 || !mayWrite.value) return null;
   const canSelectAll = Object.keys(filter).length > 0 && list.order.length > selected.value.size;
-  const confirmed = asked.value;
-  return html`<div class="bulk" role="toolbar" aria-label=${text.selected(selected.value.size)}>
-    <strong class="number">${everything ? text.allMatching : text.selected(selected.value.size)}</strong>
+  const shown = new Set(list.order), says = text.selected(selected.value.size, [...selected.value].filter((id) => !shown.has(id)).length);
+  return html`<div class="bulk" role="toolbar" aria-label=${says}>
+    <strong class="number">${everything ? text.allMatching : says}</strong>
     ${canSelectAll && !everything && html`<button class="quiet" onClick=${() => { widened.value = selected.value; }}>${text.allMatching}</button>`}
     ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
     <${Bell} ids=${[...selected.value]} label=${words.bell.ringAll} />

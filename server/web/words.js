@@ -39,7 +39,7 @@ export const words = {
     empty: 'No jobs yet', emptyText: 'A job is a scene that the service renders. Try an example in the playground, or send one:',
     nothing: 'No job matches', nothingText: 'Other states or another search may have some.', clear: 'Show all jobs',
     openPlayground: 'Open the playground',
-    selected: (/** @type {number} */ n) => `${n} selected`,
+    selected: (/** @type {number} */ n, /** @type {number} */ hidden) => `${n} selected${hidden > 0 ? `, ${hidden} not in the list` : ''}`,
     cancel: 'Cancel', retry: 'Retry', remove: 'Remove', clearSelection: 'Clear', more: 'Loading more',
     untitled: 'untitled',
     of: (/** @type {string} */ error, /** @type {string} */ target) => `${error} of ${target}`,
@@ -153,7 +153,7 @@ export const words = {
     list: /** @type {[string, string][]} */ ([
       ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g b', 'Batches'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
       ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
-      ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['1 … 7', 'Layer, or way to compare'], ['[', 'Darker'], [']', 'Brighter'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Close, or clear the selection'],
+      ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['1 … 7', 'Layer, or way to compare'], ['[', 'Darker'], [']', 'Brighter'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Clear the selection'],
     ]),
   },
 };

@@ -9,6 +9,7 @@ import unittest
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
 from tests.http.daemon import json_of, scene
@@ -162,6 +163,17 @@ class Compare(BrowserTest):
         self.browser.until(lambda: shown.add(self.browser.text(".blink strong")) or len(shown) == 2, "both images")
         ActionChains(self.browser).send_keys(" ").perform()
         self.browser.button("Play")
+
+    def test_takes_a_tolerance_with_decimals(self):
+        job = self.rendered()
+        self.open(f"#/compare?a={job}&b={job}&tolerance=0")
+        field = self.browser.one(".tolerance")
+        self.assertEqual(field.get_attribute("value"), "0")
+        for typed in ("0.05", "1e-3"):
+            field.send_keys(Keys.CONTROL, "a")
+            field.send_keys(typed)
+            self.assertEqual(field.get_attribute("value"), typed)
+            self.browser.until(lambda typed=typed: self.browser.current_url.endswith(f"tolerance={typed}"), "the address")
 
     def test_is_reached_from_a_job(self):
         first, second = self.rendered(name="this"), self.rendered(name="that")

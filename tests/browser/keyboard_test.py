@@ -10,6 +10,7 @@ from tests.http.daemon import json_of, scene
 from tests.support.sources import SOURCE
 
 MAX_STEPS = 80
+LATER = {"run_after": "2099-01-01T00:00:00Z"}
 FOCUSED = """
   let at = document.activeElement;
   while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
@@ -97,6 +98,56 @@ class Keyboard(BrowserTest):
         self.activate("Remove")
         self.browser.until(lambda: self.daemon.get(f"/v1/jobs/{running}").status == 404, "the removal")
         self.browser.until(lambda: not self.browser.all(f'.rows tr[data-id="{running}"]'), "the list without it")
+
+    def test_dialogs_keep_the_keys_and_close_on_escape(self):
+        """A confirmation does not come back with an earlier selection, and no command runs under it."""
+        jobs = [self.daemon.submit(scene(name=f"kept {index}", job=LATER)) for index in range(2)]
+        self.daemon.request("POST", f"/v1/jobs/{jobs[1]}/cancel")
+        self.open("#/?q=kept")
+        self.browser.until(lambda: len(self.browser.all(".rows tr[data-id]")) == 2, "rows")
+        self.press("j", "x")
+        self.browser.button("Remove", ".bulk").click()
+        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.press("x", "?", Keys.ESCAPE)
+        self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question")
+        self.assertEqual(self.browser.text(".bulk strong"), "1 selected")
+        self.press(Keys.ESCAPE)
+        self.browser.until(lambda: not self.browser.all(".bulk"), "no selection")
+        self.press("j", "x")
+        self.browser.until(lambda: self.browser.all(".bulk"), "the other selection")
+        self.assertEqual(self.browser.all("dialog[open]"), [])
+        self.open(f"#/jobs/{jobs[1]}")
+        self.browser.button("Remove").click()
+        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.press("r", Keys.ESCAPE)
+        self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question")
+        self.press("?")
+        self.browser.until(lambda: self.browser.all("dialog[open] .key-list"), "the list of keys")
+        self.press(Keys.ESCAPE)
+        self.browser.until(lambda: not self.browser.all("dialog[open]"), "no list")
+        self.assertEqual(self.state(jobs[1]), "cancelled")
+
+    def test_the_row_of_the_keys_stays_as_jobs_arrive(self):
+        jobs = [self.daemon.submit(scene(name=f"row {index}", job=LATER)) for index in range(2)]
+        self.open("#/?q=row")
+        self.browser.until(lambda: len(self.browser.all(".rows tr[data-id]")) == 2 and self.browser.text(".light") == "Live", "rows")
+        self.press("j")
+        for count in (3, 4):
+            self.daemon.submit(scene(name="row of another", job=LATER))
+            self.browser.until(lambda count=count: len(self.browser.all(".rows tr[data-id]")) == count, "the new row")
+            if count == 3:
+                self.press("x")
+        selected = "return [...document.querySelectorAll('.rows tr[aria-selected=true]')].map((each) => each.dataset.id)"
+        self.assertEqual(self.browser.execute_script(selected), [jobs[1]])
+        box = self.browser.one(f'.rows tr[data-id="{jobs[0]}"] input')
+        ActionChains(self.browser).key_down(Keys.SHIFT).click(box).key_up(Keys.SHIFT).perform()
+        self.browser.until(lambda: self.browser.execute_script(selected) == [jobs[1], jobs[0]], "both rows")
+        for job in jobs:
+            self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
+        self.daemon.request("DELETE", f"/v1/jobs/{jobs[0]}")
+        self.browser.until(lambda: self.browser.text(".bulk strong") == "1 selected", "the selection without the removed job")
+        self.browser.execute_script("location.hash = '#/?q=row&state=queued'")
+        self.browser.until(lambda: not self.browser.all(".bulk"), "no selection in another list")
 
 
 if __name__ == "__main__":
