@@ -4,13 +4,13 @@ import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {postJson} from './api.js';
 import {count, duration} from './format.js';
-import {documentOf} from './job-source.js';
+import {documentOf, storedText} from './job-source.js';
 import {Failure} from './parts.js';
 import {go, route} from './routes.js';
 import {combinations, leaves, valuesOf} from './sweep.js';
 import {words} from './words.js';
 
-const STORED_TEXT = 'whittle.text', POINTERS_MAX = 500;
+const POINTERS_MAX = 500;
 const text = words.batches;
 
 /** @typedef {{pointer: string, written: string}} Axis */
@@ -27,19 +27,21 @@ function sweepOf(axes) {
   return sweep;
 }
 
-/** The scene of the job that the address names, or of the playground. */
+/** The scene of the job that the address names, or the text of the playground. */
 export function NewBatch() {
   const document = useSignal(''), seconds = useSignal(/** @type {number | null} */ (null)), problem = useSignal(/** @type {any} */ (null)), name = useSignal('');
   const axes = useSignal(/** @type {Axis[]} */ ([{pointer: '', written: ''}]));
-  const job = route.value.query.get('job');
+  const job = route.value.query.get('job'), edited = route.value.query.get('edit') || '';
+  const busy = useSignal(false);
   useEffect(() => {
-    (job ? documentOf(job) : Promise.resolve(localStorage.getItem(STORED_TEXT) || '')).then(async (value) => {
+    const written = job ? null : storedText(edited), from = job || edited;
+    (written === null && from ? documentOf(from) : Promise.resolve(written || '')).then(async (value) => {
       document.value = value;
       if (!value) return;
       const checked = await postJson('/v1/jobs/validate', value);
       seconds.value = checked.estimate?.seconds ?? null;
     }).catch((error) => { problem.value = error; });
-  }, [job]);
+  }, [job, edited]);
   /** @type {any} */
   let scene = null;
   try {
@@ -51,19 +53,22 @@ export function NewBatch() {
   const change = (/** @type {number} */ row, /** @type {Partial<Axis>} */ changes) => { axes.value = axes.value.map((each, i) => i === row ? {...each, ...changes} : each); };
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
+    if (busy.value) return;
+    busy.value = true;
     problem.value = null;
     try {
       const made = await postJson('/v1/batches', `{"name": ${JSON.stringify(name.value || scene.name || '')}, "sweep": ${JSON.stringify(sweep)}, "scene": ${document.value}}`);
       go(`#/batches/${made.id}`);
     } catch (error) {
       problem.value = error;
+      busy.value = false;
     }
   };
   const title = html`<h1>${text.create}</h1>`;
   if (!scene) return html`<div class="page">${title}<${Failure} problem=${problem.value} /><div class="empty"><h2>${text.noScene}</h2><p>${text.noSceneText}</p><a class="button primary" href="#/new">${words.queue.openPlayground}</a></div></div>`;
   return html`<div class="page">${title}
     <form class="panel batch-form" onSubmit=${submit}>
-      <p>${text.scene} <strong>${scene.name || words.queue.untitled}</strong> <a href=${job ? `#/edit/${job}` : '#/new'}>${text.edit}</a></p>
+      <p>${text.scene} <strong>${scene.name || words.queue.untitled}</strong> <a href=${job || edited ? `#/edit/${job || edited}` : '#/new'}>${text.edit}</a></p>
       <label>${words.queue.columns.name}<input type="text" value=${name.value} placeholder=${scene.name || ''} onInput=${(/** @type {any} */ event) => { name.value = event.target.value; }} /></label>
       <datalist id="pointers">${leaves(scene).slice(0, POINTERS_MAX).map(([pointer, value]) => html`<option value=${pointer}>${String(value)}</option>`)}</datalist>
       ${axes.value.map(({pointer, written}, row) => html`<div class="axis" key=${row}>
@@ -74,6 +79,6 @@ export function NewBatch() {
       <div class="buttons"><button type="button" onClick=${() => { axes.value = [...axes.value, {pointer: '', written: ''}]; }}>${text.addAxis}</button><span class="number" role="status">${sweep ? text.total(jobs, seconds.value === null ? '' : duration(seconds.value * jobs)) : ''}</span></div>
       <${Failure} problem=${problem.value} />
       ${problem.value?.errors?.length > 0 && html`<ul class="needs">${problem.value.errors.slice(0, 10).map((/** @type {any} */ each) => html`<li><code>${each.pointer}</code> ${each.detail}</li>`)}</ul>`}
-      <div class="buttons"><button class="primary" type="submit" disabled=${!sweep}>${sweep ? text.submit(count(jobs)) : words.playground.render}</button></div>
+      <div class="buttons"><button class="primary" type="submit" disabled=${!sweep || busy.value}>${sweep ? text.submit(count(jobs)) : words.playground.render}</button></div>
     </form></div>`;
 }

@@ -44,6 +44,8 @@ export class Drafts {
   constructor({size, onValidated}) {
     /** Images of earlier texts, newest last. @type {import('@preact/signals').Signal<Shown[]>} */
     this.history = signal([]);
+    /** The one of them that the user looks at. @type {import('@preact/signals').Signal<Shown | null>} */
+    this.older = signal(null);
     this.size = size;
     this.onValidated = onValidated;
     /** @type {import('@preact/signals').Signal<Shown | null>} */
@@ -76,6 +78,7 @@ export class Drafts {
   /** The user changed the text. @param {string} text */
   edited(text) {
     this.remember();
+    this.older.value = null;
     this.text = text;
     ++this.latest;
     clearTimeout(this.timer);
@@ -85,7 +88,7 @@ export class Drafts {
       return;
     }
     this.inFlight?.abort();  // its answer would be stale
-    if (this.mayStart()) this.timer = window.setTimeout(() => this.run(), TYPING_PAUSE_MS);
+    if (!this.isLarge()) this.timer = window.setTimeout(() => this.run(), TYPING_PAUSE_MS);
   }
 
   /** A draft now, whatever the switches say. */
@@ -94,10 +97,21 @@ export class Drafts {
     this.run(true);
   }
 
-  mayStart() {
-    if (this.text.length > AUTO_BYTES_MAX) this.manualReason.value = 'size';
-    else if (this.manualReason.value === 'size') this.manualReason.value = '';
-    return this.auto.value && this.manualReason.value === '';
+  /** Whether texts are drafted as they change. @param {boolean} on */
+  setAuto(on) {
+    this.auto.value = on;
+    if (!on || this.isLarge()) return;
+    clearTimeout(this.timer);
+    this.stopRefining();
+    this.inFlight?.abort();
+    this.run();
+  }
+
+  /** A large text is not even checked before the user asks for a draft. */
+  isLarge() {
+    const isLarge = this.text.length > AUTO_BYTES_MAX;
+    if (isLarge || this.manualReason.value === 'size') this.manualReason.value = isLarge ? 'size' : '';
+    return isLarge;
   }
 
   /** @param {boolean} [asked] by the user */
@@ -112,7 +126,7 @@ export class Drafts {
       this.validation.value = validation;
       this.onValidated(text, validation);
       if (!validation.valid) return;
-      if (!asked && await this.tooSlow(text, validation, controller.signal)) return;
+      if (!asked && (await this.tooSlow(text, validation, controller.signal) || !this.auto.value)) return;
       await this.draft(number, text, DRAFT_BUDGET_MS, controller.signal);
       if (number === this.latest && this.refine.value) this.timer = window.setTimeout(() => this.startRefining(number), REFINE_AFTER_MS);
     } catch (error) {
@@ -213,7 +227,7 @@ export class Drafts {
 
   endDrag() {
     this.dragging = false;
-    if (this.mayStart()) this.run();
+    if (!this.isLarge()) this.run();
   }
 
   // ---- refining: the document as it is

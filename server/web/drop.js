@@ -19,13 +19,14 @@ export async function upload(file) {
   return {hash, isNew: missing.length > 0};
 }
 
-/** @param {import('./editor.js').Editor} editor @param {File[]} files @param {number} at */
-export async function nameFiles(editor, files, at) {
+/** @param {import('./editor.js').Editor} editor @param {File[]} files @param {number} from where they were dropped */
+export async function nameFiles(editor, files, from) {
+  const place = editor.follow(from);
   for (const file of files) {
     const {hash, isNew} = await upload(file);
     const insert = `"sha256:${hash}"`;
     // Within a string the file's name replaces the string.
-    const text = editor.text(), end = text.indexOf('"', at), begin = text.lastIndexOf('"', at - 1);
+    const {at} = place, text = editor.text(), end = text.indexOf('"', at), begin = text.lastIndexOf('"', at - 1);
     const inString = begin >= 0 && end >= 0 && !/[\n:,{}[\]]/.test(text.slice(begin + 1, end)) && /[:,[]\s*$/.test(text.slice(0, begin));
     editor.change([inString ? {from: begin, to: end + 1, insert} : {from: at, to: at, insert}]);
     say(isNew ? words.playground.uploaded(file.name) : words.playground.known(file.name));

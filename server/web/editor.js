@@ -96,13 +96,19 @@ export class Editor {
     this.service = readOnly ? undefined : new Caller('schema-worker.js');
     this.pause = 0;
     this.onChange = onChange;
+    /** Places that move with the text around them. @type {{at: number}[]} */
+    this.places = [];
     const extensions = [
       lineNumbers(), history(), drawSelection(), closeBrackets(), highlightActiveLine(), indentUnit.of('  '), theme, lintGutter(),
       this.helps(text.length > LARGE_TEXT, readOnly), EditorView.contentAttributes.of({'aria-label': words.editor.label, tabindex: '0'}),
       EditorState.readOnly.of(readOnly),
       keymap.of([{key: 'Mod-Enter', run: () => { this.flush(); onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                  ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
-      EditorView.updateListener.of((update) => { if (update.docChanged) this.changed(); }),
+      EditorView.updateListener.of((update) => {
+        if (!update.docChanged) return;
+        for (const place of this.places) place.at = update.changes.mapPos(place.at);
+        this.changed();
+      }),
     ];
     if (this.service) {
       extensions.push(
@@ -138,6 +144,13 @@ export class Editor {
   }
 
   text() { return this.view.state.doc.toString(); }
+
+  /** A place in the text, wherever changes move it. @param {number} at */
+  follow(at) {
+    const place = {at};
+    this.places.push(place);
+    return place;
+  }
 
   /** Replaces everything, as one step that can be undone. @param {string} text */
   setText(text) {

@@ -5,7 +5,7 @@ import {useEffect} from 'preact/hooks';
 import {Problem, request} from './api.js';
 import {listen} from './store.js';
 
-const POLL_MS = 5000, POINTS_MS = 1000;
+const POLL_MS = 5000, POINTS_MS = 1000, STORED_TEXT = 'whittle.text';
 
 /** @typedef {Record<string, any>} Job */
 
@@ -27,7 +27,9 @@ export function useJob(id) {
         job.value = body;
         problem.value = null;
       } catch (error) {
-        if (!closed && error instanceof Problem) problem.value = error;
+        if (closed || !(error instanceof Problem)) return;
+        problem.value = error;
+        if (error.status === 404) job.value = null;  // it was removed
       }
     };
     const soon = (/** @type {number} */ wait) => { timer ||= window.setTimeout(read, wait); };
@@ -47,6 +49,23 @@ export function useJob(id) {
   }, [id]);
   return {job, etag, problem};
 }
+
+/** Where the playground keeps its text: of each job whose document is edited, and the one of no job. @param {string} job */
+const storedAs = (job) => job ? `${STORED_TEXT}.${job}` : STORED_TEXT;
+
+/** Keeps a text of the playground: in this tab, and the one of no job also for later. @param {string} job @param {string} text */
+export function storeText(job, text) {
+  for (const storage of job ? [sessionStorage] : [sessionStorage, localStorage]) {
+    try {
+      storage.setItem(storedAs(job), text);
+    } catch {
+      storage.removeItem(storedAs(job));  // larger than the browser keeps
+    }
+  }
+}
+
+/** The text of the playground, or null: that of this tab, before that of another one. @param {string} job */
+export const storedText = (job) => sessionStorage.getItem(storedAs(job)) ?? (job ? null : localStorage.getItem(STORED_TEXT));
 
 /** The scene document of a job as it was written; of a measurement, the scene in its request. @param {string} id @returns {Promise<string>} */
 export async function documentOf(id) {

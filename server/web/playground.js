@@ -9,36 +9,25 @@ import {Editor} from './editor.js';
 import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
-import {documentOf} from './job-source.js';
+import {documentOf, storedText, storeText} from './job-source.js';
 import {attempt, copy, Entry, Failure, NotModelled, say} from './parts.js';
 import {pick, placeIn} from './pick.js';
 import {applied, changesTo, wholeRangeOf} from './pointers.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
-const STORED_TEXT = 'whittle.text', FIRST_EXAMPLE = 'shapes';
+const FIRST_EXAMPLE = 'shapes';
 const text = words.playground;
 
-/** @param {string} [job] whose document is edited; by default that of the last visit */
+/** @param {string} job whose document is edited; empty: that of no job */
 async function firstText(job) {
-  if (job) return documentOf(job);
-  const stored = localStorage.getItem(STORED_TEXT);
-  return stored ?? (await loadExamples())[FIRST_EXAMPLE];
+  return storedText(job) ?? (job ? documentOf(job) : (await loadExamples())[FIRST_EXAMPLE]);
 }
 
 /** @type {Promise<Record<string, string>> | undefined} */
 let examples;
 /** @returns {Promise<Record<string, string>>} */
 function loadExamples() { return examples ??= fetch(new URL('./examples.json', import.meta.url)).then((reply) => reply.json()); }
-
-/** @param {string} value */
-function store(value) {
-  try {
-    localStorage.setItem(STORED_TEXT, value);
-  } catch {
-    localStorage.removeItem(STORED_TEXT);  // larger than the browser keeps
-  }
-}
 
 /** Pixels that a pointer moves in a click. */
 const CLICK_MOVE_MAX = 3;
@@ -172,7 +161,7 @@ export function Playground({id}) {
       const edit = editor.current = new Editor(host.current, {
         text: document,
         onChange: (value) => {
-          store(value);
+          storeText(id, value);
           if (!made.dragging && value.length < 1_000_000) edit.lint();
           made.edited(value);
         },
@@ -208,22 +197,30 @@ export function Playground({id}) {
 
   const choose = async (/** @type {string} */ name) => editor.current?.setText((await loadExamples())[name]);
   return html`<div class="playground">
-    <${Bar} editor=${editor} drafts=${drafts} names=${names} choose=${choose} />
+    <${Bar} id=${id} editor=${editor} drafts=${drafts} names=${names} choose=${choose} />
     <div class="edit"><${Failure} problem=${failure.value} /><div class="editor" ref=${host}></div></div>
     <${Stage} box=${canvas} drafts=${drafts} editor=${editor} />
     <${Facts} drafts=${drafts} editor=${editor} />
   </div>`;
 }
 
-/** @param {{editor: {current: Editor | null}, drafts: import('@preact/signals').Signal<Drafts | null>, names: import('@preact/signals').Signal<string[]>, choose: (name: string) => void}} properties */
-function Bar({editor, drafts, names, choose}) {
+/** @param {{id: string, editor: {current: Editor | null}, drafts: import('@preact/signals').Signal<Drafts | null>, names: import('@preact/signals').Signal<string[]>, choose: (name: string) => void}} properties */
+function Bar({id, editor, drafts, names, choose}) {
   const made = drafts.value;
+  const busy = useSignal(false);
   const submit = (/** @type {string} */ path) => attempt(async () => {
-    const value = editor.current?.text() || '';
-    go(routeOf(await postJson(path, path === '/v1/measure' ? `{"scene": ${value}}` : value)));
+    if (busy.value) return;
+    busy.value = true;
+    try {
+      const value = editor.current?.text() || '';
+      go(routeOf(await postJson(path, path === '/v1/measure' ? `{"scene": ${value}}` : value)));
+    } catch (error) {
+      busy.value = false;
+      throw error;
+    }
   });
   const copyAs = (/** @type {string} */ name) => { if (name in commands) copy(commands[/** @type {'curl'} */ (name)](editor.current?.text() || '')); };
-  const invalid = made?.validation.value?.valid === false;
+  const isOff = made?.validation.value?.valid === false || busy.value;
   // Not at the choice: an arrow key chooses, and the next one goes on from there.
   const reset = (/** @type {any} */ event) => { event.target.value = ''; };
   return html`<div class="bar">
@@ -233,7 +230,7 @@ function Bar({editor, drafts, names, choose}) {
       ${names.value.map((name) => html`<option value=${name}>${name}</option>`)}
     </select>
     ${made && mayWrite.value && html`
-      <label class="switch" title=${text.autoHelp}><input type="checkbox" checked=${made.auto.value} onChange=${() => { made.auto.value = !made.auto.value; }} />${text.auto}</label>
+      <label class="switch" title=${text.autoHelp}><input type="checkbox" checked=${made.auto.value} onChange=${() => made.setAuto(!made.auto.value)} />${text.auto}</label>
       <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
       ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => { editor.current?.flush(); made.now(); }}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
     <span class="spring"></span>
@@ -242,21 +239,22 @@ function Bar({editor, drafts, names, choose}) {
       ${Object.keys(commands).map((name) => html`<option value=${name}>${text.commands[/** @type {'curl'} */ (name)]}</option>`)}
     </select>
     ${made && mayWrite.value && html`
-      <button title=${text.measureHelp} disabled=${invalid} onClick=${() => submit('/v1/measure')}>${text.measure}</button>
-      <a class="button" href="#/batches/new" title=${words.batches.sweepHelp}>${words.batches.sweep}</a>
-      <button class="primary" title=${text.renderHelp} disabled=${invalid} onClick=${() => submit('/v1/jobs')}>${text.render}</button>`}
+      <button title=${text.measureHelp} disabled=${isOff} onClick=${() => submit('/v1/measure')}>${text.measure}</button>
+      <a class="button" href=${`#/batches/new${id && `?edit=${id}`}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>
+      <button class="primary" title=${text.renderHelp} disabled=${isOff} onClick=${() => submit('/v1/jobs')}>${text.render}</button>`}
   </div>`;
 }
 
 /** @param {{box: {current: HTMLElement | null}, drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}}} properties */
 function Stage({box, drafts, editor}) {
   const made = drafts.value;
-  const older = useSignal(/** @type {import('./draft.js').Shown | null} */ (null));
-  const shown = older.value || made?.shown.value;
+  const older = made?.older.value;
+  const show = (/** @type {import('./draft.js').Shown | null} */ image) => { if (made) made.older.value = image; };
+  const shown = older || made?.shown.value;
   const manual = made?.manualReason.value;
   const restore = () => {
-    if (older.value) editor.current?.setText(older.value.text);
-    older.value = null;
+    if (older) editor.current?.setText(older.text);
+    show(null);
   };
   return html`<section class="stage" aria-label=${words.titles.new}>
     ${manual && html`<p class="banner">${manual === 'size' ? text.manual.size : text.manual.time}</p>`}
@@ -265,14 +263,14 @@ function Stage({box, drafts, editor}) {
         : html`<div class="empty"><h2>${text.waiting}</h2><p>${text.waitingText}</p></div>`}
     </div>
     <div class="caption">
-      <span class="number" role="status">${older.value ? text.older + ': ' : ''}${shown ? caption(shown) : ''}</span>
+      <span class="number" role="status">${older ? text.older + ': ' : ''}${shown ? caption(shown) : ''}</span>
       <span class="spring"></span>
-      ${older.value && html`<button onClick=${restore}>${text.restore}</button><button class="quiet" onClick=${() => { older.value = null; }}>${text.backToNow}</button>`}
+      ${older && html`<button onClick=${restore}>${text.restore}</button><button class="quiet" onClick=${() => show(null)}>${text.backToNow}</button>`}
     </div>
     <${Failure} problem=${made?.problem.value || null} />
     <div class="film" role="group" aria-label=${text.history}>
-      ${made && made.history.value.length > 0 ? made.history.value.map((each) => html`<button key=${each.url} aria-pressed=${each === older.value} aria-label=${text.older}
-          onClick=${() => { older.value = each === older.value ? null : each; }}><img src=${each.url} alt="" /></button>`)
+      ${made && made.history.value.length > 0 ? made.history.value.map((each) => html`<button key=${each.url} aria-pressed=${each === older} aria-label=${text.older}
+          onClick=${() => show(each === older ? null : each)}><img src=${each.url} alt="" /></button>`)
         : html`<span class="dim">${text.historyEmpty}</span>`}
     </div>
   </section>`;

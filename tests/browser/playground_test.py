@@ -164,13 +164,25 @@ class Drafts(Playground):
         self.shown("refined")
         self.assertEqual(self.job_rows(), [])
 
-    def test_save_the_text(self):
-        self.put_cursor_after('"name": "shapes')
-        self.type("!")
-        self.browser.get("about:blank")
-        self.browser.get(self.address("#/new"))
-        self.shown("draft")
-        self.assertIn('"shapes!"', self.document())
+    def test_check_each_text_also_if_none_is_drafted(self):
+        self.browser.execute_script("""const fetched = window.fetch; window.fetch = async (...request) => {
+          const reply = await fetched(...request);
+          return request[0] === '/v1/jobs/validate' && request[1].body.includes('slow') ? Response.json({...await reply.json(), estimate: {seconds: 9}}) : reply; };""")
+        live, refine = self.browser.all("label.switch input")
+        refine.click()
+        for end_drafts, begin_drafts in ((lambda: self.set_document(scene(64, 48, name="slow")), lambda: None), (live.click, live.click)):
+            before = self.browser.one(".canvas img").get_attribute("src")
+            end_drafts()
+            self.browser.until(lambda: any(each.text.startswith("Draft") for each in self.browser.all(".bar button")), "drafts on request")
+            self.set_document({**scene(64, 48), "objects": 1})
+            self.browser.until(lambda: not self.browser.button("Render").is_enabled(), "the problem")
+            self.browser.one(".film button").click()
+            self.set_document(scene(64, 48, name="mended"))
+            self.browser.until(lambda: self.browser.button("Render").is_enabled(), "no problem")
+            self.assertNotIn("Earlier image", self.browser.text(".caption"))
+            begin_drafts()
+            self.shown("draft", before)
+            self.assertEqual(self.browser.all(".banner"), [])
 
 
 class LargeDocuments(Playground):
@@ -294,6 +306,7 @@ class Assistance(Playground):
               const box = view.coordsAtPos(view.state.selection.main.head);
               view.contentDOM.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true, cancelable: true, clientX: box.left, clientY: box.top + 4}));""",
                         base64.b64encode(path.read_bytes()).decode())
+            self.editor("view.dispatch({changes: {from: 0, insert: ' '}})")  # before the upload has ended
             self.browser.until(lambda: f'"file": "sha256:{digest}"' in self.document(), "the name of the file")
             self.assertEqual([method for method, url in self.browser.requests() if method == "PUT"], expected)
 
