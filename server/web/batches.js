@@ -97,6 +97,7 @@ function Actions({batch, list, fps, images}) {
   const asked = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
   const {id, name, links, jobs} = /** @type {Batch} */ (batch.value);
   const open = (jobs.queued || 0) + (jobs.running || 0);
+  useEffect(() => { asked.value = ''; }, [open === 0]);  // the question is about what was
   const post = (/** @type {string} */ path) => attempt(async () => {
     asked.value = '';
     batch.value = await postJson(path, undefined);

@@ -19,7 +19,11 @@ export function Actions({job, etag}) {
   const mayRetry = state === 'failed' || state === 'cancelled';
   const cancel = () => attempt(async () => { asked.value = ''; job.value = await postJson(`/v1/jobs/${id}/cancel`, undefined); });
   const retry = () => attempt(async () => { job.value = await postJson(`/v1/jobs/${id}/retry`, undefined); });
-  const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/jobs/${id}`); go('#/'); });
+  const remove = () => attempt(async () => {
+    asked.value = '';
+    await request('DELETE', `/v1/jobs/${id}`).catch((error) => { if (!(error instanceof Problem) || error.status !== 404) throw error; });
+    go('#/');
+  });
   const measure = () => attempt(async () => go(routeOf(await postJson('/v1/measure', `{"scene": ${await documentOf(id)}}`))));
   const setPriority = (/** @type {string} */ wanted) => attempt(async () => {
     try {
@@ -34,6 +38,7 @@ export function Actions({job, etag}) {
       say(text.raced(now.priority, wanted));
     }
   });
+  useEffect(() => { asked.value = ''; }, [isOpen]);  // the question is about what was
   useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
   const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name.startsWith('image.')) && !job.value.expired;
   const tradeOff = job.value.kind === 'measure' && route.value.page === 'jobs';

@@ -76,6 +76,11 @@ export function JobPage({id}) {
   if (!value) return html`<div class="page">${problem.value ? html`<div class="empty"><h1>${words.titles.jobs}</h1><p>${problem.value.message}</p><a class="button" href="#/">${words.toQueue}</a></div>` : html`<p class="dim">${words.loading}</p>`}</div>`;
   const tab = /** @type {typeof TABS[number]} */ (TABS.find((each) => each === route.value.query.get('tab')) || 'image');
   const error = errorText(value);
+  const tabRoute = (/** @type {string} */ name) => {
+    const query = new URLSearchParams(route.value.query);
+    query.set('tab', name);
+    return `#/jobs/${id}?${query}`;
+  };
   return html`<div class="job">
     <header class="bar">
       <h1>${value.name || words.queue.untitled}</h1> <${State} state=${value.state} />
@@ -92,7 +97,7 @@ export function JobPage({id}) {
       <p>${value.problem ? value.problem.detail : waits(value)}</p>
     </${Viewer}>
     <div class="tabs">
-      <nav aria-label=${words.titles.jobs}>${TABS.map((each) => html`<a href=${`#/jobs/${id}?tab=${each}`} aria-current=${each === tab ? 'page' : undefined}>${text.tabs[each]}</a>`)}</nav>
+      <nav aria-label=${words.titles.jobs}>${TABS.map((each) => html`<a href=${tabRoute(each)} aria-current=${each === tab ? 'page' : undefined}>${text.tabs[each]}</a>`)}</nav>
       <div class="tab">
         ${value.problem && html`<${Trouble} job=${value} />`}
         ${tab === 'image' && html`<${Layers} job=${value} view=${view} /><${Files} job=${value} />`}

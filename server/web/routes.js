@@ -3,11 +3,20 @@ import {signal} from '@preact/signals';
 
 /** @typedef {{page: string, id: string, query: URLSearchParams}} Route */
 
+/** An id as it is if it is not well encoded: there is nothing of that name. @param {string} id */
+function decoded(id) {
+  try {
+    return decodeURIComponent(id);
+  } catch {
+    return id;
+  }
+}
+
 /** @param {string} hash @returns {Route} */
 export function parseRoute(hash) {
   const [path, query = ''] = hash.replace(/^#\/?/, '').split('?');
   const [page, id = ''] = path.split('/');
-  return {page: page || 'queue', id: decodeURIComponent(id), query: new URLSearchParams(query)};
+  return {page: page || 'queue', id: decoded(id), query: new URLSearchParams(query)};
 }
 
 export const route = signal(parseRoute(location.hash));

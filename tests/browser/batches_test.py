@@ -7,6 +7,7 @@ import time
 import unittest
 
 import numpy
+from selenium.webdriver.common.action_chains import ActionChains
 
 from tests.browser.browser import BrowserTest
 from tests.http.animation_test import frames
@@ -55,7 +56,7 @@ class Batches(BatchesTest):
         self.fill("/camera/fov", "/image/width", last=True)
         self.fill("30..60:5", "40, 48, 56, 64", last=True)
         self.browser.until(lambda: self.browser.text("form [role=status]").startswith("12 jobs"), "the number of jobs")
-        self.browser.button("Render 12").click()
+        self.browser.execute_script("arguments[0].click(); arguments[0].click()", self.browser.button("Render 12"))
         self.browser.until(lambda: len(self.cells()) == 12, "12 cells")
         batch_id = self.browser.current_url.split("/batches/")[1]
         self.assertEqual(self.batch(batch_id)["name"], "swept")
@@ -67,6 +68,7 @@ class Batches(BatchesTest):
             for width, cell in zip(columns, row.find_elements("css selector", ".cell"), strict=True):
                 values = self.daemon.job(cell.get_attribute("data-id"))["variation"]["values"]
                 self.assertEqual(values, {"/camera/fov": fov, "/image/width": width})
+        self.assertEqual([each["name"] for each in json_of(self.daemon.get("/v1/batches"))["items"]].count("swept"), 1)  # of two clicks
         previews = [url for _, url in self.browser.requests() if "/preview?max=" in url]
         self.assertGreaterEqual(len(previews), 12)
         total = sum(len(self.daemon.get(url.split(str(self.daemon.port))[1]).body) for url in set(previews))
@@ -107,6 +109,12 @@ class Batches(BatchesTest):
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
         batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
         self.open(f"#/batches/{batch_id}")
+        self.browser.button("Animation").click()
+        self.browser.until(lambda: self.browser.text(".player .number") == "1 / 24", "the first image")
+        self.browser.one(".player button[aria-label^=Next]").click()
+        ActionChains(self.browser).send_keys(" ").perform()  # presses the button, which has the focus
+        self.browser.until(lambda: self.browser.text(".player .number") == "3 / 24", "the third image")
+        self.browser.button("Play", ".player")
         self.browser.button("Download animation").click()
         self.browser.until((folder / "turn.apng").exists, "the file")
         found = frames((folder / "turn.apng").read_bytes())
@@ -131,10 +139,52 @@ class Batches(BatchesTest):
         self.browser.until(lambda: "cancelled" in self.cells().values(), "the first one")
         time.sleep(1)  # longer than the page waits before it reads the batch
         self.assertEqual(self.browser.text("[aria-live]"), "")
+        self.browser.button("Cancel").click()
+        self.assertIn("Cancel 1 job?", self.browser.text("dialog[open] h2"))
         self.daemon.request("POST", f"/v1/jobs/{jobs[1]}/cancel")
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings: cancelled"), "the end")
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/batches/{batch_id}"))
         self.assertEqual(self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "[]")
+        self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question about a batch that has ended")
+
+    def append_to_name(self, name):
+        """Types into the playground, behind the name of the document that is in it then."""
+        self.wait_for_name(name)
+        self.editor("view.dispatch({changes: {from: view.state.doc.toString().indexOf(arguments[0]) + arguments[0].length, insert: '!'}})", f'"name": "{name}')
+
+    def wait_for_name(self, name):
+        """Until the playground has a document of this name."""
+        self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.canvas img') && document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')")
+                           and f'"name": "{name}"' in self.editor("return view.state.doc.toString()"), name)
+
+    def test_takes_the_text_of_the_playground(self):
+        """Each document has its own text in a tab; of no job, that of another tab is the first one."""
+        job = self.daemon.submit(json.dumps(scene(name="edited", job=LATER)).encode())
+        self.open("#/new")
+        self.append_to_name("shapes")
+        for route in (f"#/edit/{job}", "#/", f"#/edit/{job}"):
+            self.browser.execute_script("location.hash = arguments[0]", route)
+            if route == "#/":
+                self.browser.one(".rows")
+                self.browser.back()
+                self.wait_for_name("edited!")
+            elif self.browser.execute_script(f"return sessionStorage.getItem('whittle.text.{job}')") is None:
+                self.append_to_name("edited")
+        self.browser.execute_script("localStorage.setItem('whittle.text', '{\"name\": \"of another tab\"}')")
+        for route, name in ((f"#/edit/{job}", "edited!"), ("#/new", "shapes!")):
+            self.browser.execute_script("location.hash = arguments[0]", route)
+            self.browser.refresh()
+            self.wait_for_name(name)
+            self.browser.button("Sweep").click()
+            self.browser.until(lambda name=name: self.browser.text(".batch-form strong") == name, "the scene of the sweep")
+        self.browser.back()
+        self.wait_for_name("shapes!")
+        self.browser.execute_script("arguments[0].click(); arguments[0].click()", self.browser.button("Render"))
+        self.browser.until(lambda: "#/jobs/" in self.browser.current_url, "the job")
+        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=shapes!"))["items"]), 1)
+        self.browser.execute_script("sessionStorage.clear()")
+        self.browser.get(self.address("#/batches/new"))
+        self.browser.until(lambda: self.browser.text(".batch-form strong") == "of another tab", "the text of another tab")
 
     def test_cancels_what_waits(self):
         batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})

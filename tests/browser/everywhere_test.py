@@ -28,12 +28,12 @@ class Everywhere(BrowserTest):
     def setUpClass(cls):
         super().setUpClass()
         layers = {"formats": ["png", "exr"], "layers": ["error", "samples"]}
-        done = cls.daemon.submit(scene(80, 60, name="done", samples=2, output=layers, job={"labels": {"shot": "12"}}))
+        done = cls.daemon.submit(scene(80, 60, name=200 * "n", samples=2, output=layers, job={"labels": {"shot": "12"}}))
         cls.daemon.wait_for_end(done)
         cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
-        measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
+        measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(name=200 * "s"), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         cls.daemon.wait_for_end(measured)
-        swept = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": scene(), "sweep": {"/ambient": [0, 0.1], "/camera/fov": [30, 40]}}))["id"]
+        swept = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": scene(name=200 * "m"), "sweep": {"/ambient": [0, 0.1], "/camera/fov": [30, 40]}}))["id"]
         cls.views = ["#/", "#/?state=failed", "#/new", f"#/edit/{done}", "#/nothing", "#/system", "#/compare", f"#/compare?a={done}&b={done}", f"#/measure/{measured}", "#/batches", f"#/batches/{swept}", f"#/batches/{swept}?view=player", f"#/batches/new?job={done}",
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 

@@ -108,6 +108,9 @@ class Views(JobPage):
         self.browser.until(lambda: "exposure=2" in self.browser.current_url and self.source() not in ("", first), "two stops more")
         self.browser.until(lambda: self.pixels() == self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=color&max=2048&exposure=2"), "brighter pixels")
         self.assertEqual(len(self.browser.all(".tab [role=group] button")), 3)
+        for tab in ("Cost", "Image"):
+            self.browser.button(tab, ".tabs nav").click()
+        self.browser.until(lambda: "tab=image" in self.browser.current_url and "exposure=2" in self.browser.current_url, "the exposure still")
 
     def source(self):
         images = self.browser.all(".viewer img")
@@ -149,6 +152,8 @@ class Life(JobPage):
         changed = "const main = document.querySelector('main').innerHTML; const before = window.before; window.before = main; return before !== undefined && before !== main"
         for _ in range(3):
             self.browser.until(lambda: self.browser.execute_script(changed), "progress")
+        self.daemon.request("PATCH", f"/v1/jobs/{job}", {"priority": 33}, {"If-Match": "*"})
+        self.browser.until(lambda: "33" in [each.text for each in self.browser.all(".facts-list dd")], "the priority of another user")
         field.send_keys("2", Keys.TAB)
         self.browser.until(lambda: self.daemon.job(job)["priority"] == 42, "the priority")
         self.assertEqual(field.get_attribute("value"), "42")
@@ -165,6 +170,21 @@ class Life(JobPage):
         said = self.browser.until(lambda: self.browser.text("[aria-live]"), "the race")
         self.assertRegex(said, r"priority is 7, you asked for 70")
         self.assertEqual(self.daemon.job(job)["priority"], 7)
+
+    def test_follows_what_others_do_to_the_job(self):
+        job = self.daemon.submit(scene(name="shared", job={"run_after": "2099-01-01T00:00:00Z"}))
+        self.open(f"#/jobs/{job}")
+        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.browser.button("Cancel").click()
+        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
+        self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question about a job that has ended")
+        self.expected.append("404")
+        self.daemon.request("DELETE", f"/v1/jobs/{job}")
+        self.browser.until(lambda: self.browser.all(".empty h1") and not self.browser.all(".job"), "the page of no job")
+        self.expected.append("400")
+        self.open("#/jobs/50%")
+        self.browser.until(lambda: self.browser.all(".empty h1"), "the page of no job")
 
     def test_says_why_a_job_failed(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(name="late", job={"deadline": "2020-01-01T00:00:00Z"}))
