@@ -135,7 +135,7 @@ TEST(RadiosityRefinement, ReachesTheTargetsOfARoom) {
   for (const double target : {4.0, 2.0}) {
     const ErrorEstimate error = scenes::render(adaptive(scene, {.target_error = target, .time_budget_ms = {}})).error;
     EXPECT_TRUE(error.target_met) << target << ' ' << error.estimate;
-    EXPECT_LT(error.approximation, 0.8 * target);
+    EXPECT_LT(error.approximation, 0.9 * target) << "the rest is left to the samples";
     EXPECT_GT(error.approximation, 0.05 * target);
   }
 }
