@@ -179,7 +179,7 @@ ReplyReady RequestDispatcher::ready(const std::shared_ptr<PendingRequest>& pendi
   const bool keep_alive = request.head.keep_alive && !draining_ && !reply.stream;
   const bool to_head = request.head.method == "HEAD";
   std::string text = serialized(reply, request.id, keep_alive, to_head);
-  if (to_head) return {pending, std::move(text), std::nullopt, nullptr, keep_alive};
+  if (to_head) reply = {};  // before the answer is sent, so that its stream takes no place of the next request
   return {pending, std::move(text), std::move(reply.source), std::move(reply.stream), keep_alive};
 }
 
