@@ -131,12 +131,18 @@ TEST(RadiosityRefinement, LowersTheErrorOfTheCornellBoxAndAuditsIt) {
 }
 
 TEST(RadiosityRefinement, ReachesTheTargetsOfARoom) {
-  const Scene scene = diffuse_room();
+  Scene scene = diffuse_room();
   for (const double target : {4.0, 2.0}) {
-    const ErrorEstimate error = scenes::render(adaptive(scene, {.target_error = target, .time_budget_ms = {}})).error;
-    EXPECT_TRUE(error.target_met) << target << ' ' << error.estimate;
-    EXPECT_LT(error.approximation, 0.9 * target) << "the rest is left to the samples";
-    EXPECT_GT(error.approximation, 0.05 * target);
+    double sum = 0;
+    constexpr int seeds = 4;
+    for (int seed = 0; seed < seeds; ++seed) {
+      scene.accuracy.seed = static_cast<std::uint64_t>(seed);
+      const ErrorEstimate error = scenes::render(adaptive(scene, {.target_error = target, .time_budget_ms = {}})).error;
+      EXPECT_TRUE(error.target_met) << target << ' ' << error.estimate;
+      EXPECT_GT(error.approximation, 0.05 * target);
+      sum += error.approximation;
+    }
+    EXPECT_LT(sum / seeds, 0.8 * target);
   }
 }
 
