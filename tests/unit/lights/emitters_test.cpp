@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "tests/support/scenes.h"
 #include "tracer/src/compiled/compiled_scene.h"
@@ -151,6 +152,40 @@ TEST(Emitters, ShareTheirSamplesWithTheSky) {
     sky += made->objects.emitters.sample({0, 0, 0}, sequence_point(i, mix(1))).primitive.hit() ? 0 : 1;
   EXPECT_NEAR(sky / double{count}, 0.5, 0.01);
   expect_solid_angle(scene, {0, 0, 0}, 2 * pi * (1 - std::sqrt(0.75)), "sphere before a sky");
+}
+
+TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
+  Scene scene = under_checkered_sky();
+  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({1, 1, 1}));
+  scenes::add(scene, Disc{{3, 1, 4}, {0, 1, 1}, 2, 0, {}}, scenes::glowing({1, 2, 1}));
+  scenes::add(scene, Triangle{{{{-3, 0, 1}, {-3, 2, 1}, {-2, 1, 5}}}, {}, {}}, scenes::glowing({5, 1, 1}));
+  const auto made = compiled(scene);
+  const Emitters& emitters = made->objects.emitters;
+  std::set<std::uint32_t> geometries;
+  for (std::uint32_t packet = 0; packet < 64; ++packet) {
+    VecLanes from;
+    double x[lanes], y[lanes];
+    for (int i = 0; i < lanes; ++i) {
+      const Vec2 xi = sequence_point(packet * lanes + static_cast<std::uint32_t>(i), mix(5));
+      from.set(i, Vec3{xi.y, 0.1 * i, xi.x - 1});
+      x[i] = xi.x;
+      y[i] = xi.y;
+    }
+    Emitters::SamplePacket found;
+    const LaneMask wanted = static_cast<LaneMask>(mix(packet)) & all_lanes;
+    emitters.sample(from, x, y, wanted, found);
+    for_each_lane(wanted, [&](int i) {
+      const Emitters::Sample one = emitters.sample(from[i], {x[i], y[i]});
+      EXPECT_EQ(found.primitive[i], one.primitive);
+      EXPECT_EQ(found.direction[i], one.direction);
+      EXPECT_EQ(found.density[i], one.density);
+      const double density = one.primitive.hit() ? emitters.density(one.primitive, from[i], one.direction)
+                                                 : emitters.density_of_sky(one.direction);
+      EXPECT_NEAR(one.density, density, (one.primitive.hit() ? 1e-9 : 0.3) * density);
+      geometries.insert(one.primitive.geometry);
+    });
+  }
+  EXPECT_EQ(geometries.size(), 4u) << "sphere, disc, triangle and sky";
 }
 
 TEST(Emitters, AreEmptyUnderABlackOrInfiniteSky) {

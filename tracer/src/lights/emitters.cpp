@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/math/sampling.h"
@@ -13,29 +12,6 @@ namespace tracer {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-/// A triangle or a disc.
-struct FlatShape {
-  Vec3 origin, u, v;  ///< triangle: a vertex and the edges from it; disc: center and radii at right angles or conjugate
-  bool disc = false;
-
-  /// Normal with the length of the area.
-  [[nodiscard]] Vec3 area() const { return cross(u, v) * (disc ? pi : 0.5); }
-  [[nodiscard]] Vec3 point(const Vec2& xi) const {
-    const double root = std::sqrt(xi.x);
-    if (disc) {
-      const Vec2 at = point_of_circle(xi.y);
-      return origin + (u * at.x + v * at.y) * root;
-    }
-    return origin + u * (root * (1 - xi.y)) + v * (root * xi.y);
-  }
-  /// Distance times distance over the cosine at the shape: area per solid angle.
-  [[nodiscard]] double area_per_angle(const Vec3& from, const Vec3& direction) const {
-    const Vec3 normal = cross(u, v);
-    const double rate = dot(normal, direction), distance = dot(normal, origin - from) / rate;
-    return distance * distance * length(normal) / std::abs(rate);
-  }
-};
 
 /// None if it is neither.
 std::optional<FlatShape> flat_shape(const GeometrySet& geometry, const PrimitiveRef& primitive) {
@@ -102,7 +78,7 @@ struct DirectionCone {
 };
 
 double area_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
-  if (const auto flat = flat_shape(geometry, primitive)) return length(flat->area());
+  if (const auto flat = flat_shape(geometry, primitive)) return flat->area();
   return bounding_sphere(geometry, primitive).area();
 }
 
@@ -117,13 +93,39 @@ void include(Bounds& bounds, const GeometrySet& geometry, const PrimitiveRef& pr
   bounds.include(sphere.center, {sphere.radius, sphere.radius, sphere.radius});
 }
 
+/// Flat shapes and points on them.
+struct alignas(64) FlatPacket {
+  VecLanes origin, u, v, normal;
+  double normal_length[lanes], share[lanes], at_u[lanes], at_v[lanes];
+};
+
+WHITTLE_WIDE void aim_at_flat(const FlatPacket& __restrict flat, const VecLanes& __restrict from,
+                              Emitters::SamplePacket& __restrict to) {
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 offset = flat.origin[i] + flat.u[i] * flat.at_u[i] + flat.v[i] * flat.at_v[i] - from[i];
+    const double squared = dot(offset, offset), distance = std::sqrt(squared);
+    to.direction.set(i, offset / distance);
+    to.density[i] = flat.share[i] * squared * distance * flat.normal_length[i] / std::abs(dot(flat.normal[i], offset));
+  }
+}
+
 }  // namespace
+
+double FlatShape::area() const { return normal_length * (disc ? pi : 0.5); }
+
+Vec2 FlatShape::coordinates(const Vec2& xi) const {
+  const double root = std::sqrt(xi.x);
+  if (!disc) return {root * (1 - xi.y), root * xi.y};
+  const Vec2 at = point_of_circle(xi.y);
+  return {root * at.x, root * at.y};
+}
 
 Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky)
     : geometry_(&geometry), radiance_(std::move(radiance)), sky_(std::move(sky)) {
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
     for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) add({number, i});
-  if (!sky_.empty()) sky_share_ = primitive_.empty() ? 1 : 0.5;
+  if (!sky_.empty()) sky_share_ = emitters_.empty() ? 1 : 0.5;
+  for (Emitter& emitter : emitters_) emitter.share = share_per_area(emitter.primitive);
 }
 
 void Emitters::add(const PrimitiveRef& primitive) {
@@ -132,39 +134,65 @@ void Emitters::add(const PrimitiveRef& primitive) {
   if (!(power > 0)) return;
   area_ += area;
   include(bounds_, *geometry_, primitive);
-  primitive_.push_back(primitive);
+  emitters_.push_back({primitive, flat_shape(*geometry_, primitive)});
   power_.push_back((power_.empty() ? 0 : power_.back()) + power);
 }
 
 Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
-  if (xi.x < sky_share_) {
-    const SkyTable::Sample sky = sky_.sample({xi.x / sky_share_, xi.y});
-    return {.primitive = {}, .direction = sky.direction, .density = sky_share_ * sky.density};
-  }
-  // The position in the interval of the selected primitive is uniform: the same number serves twice.
-  const Selected selected = select_interval(power_, (xi.x - sky_share_) / (1 - sky_share_));
-  const Vec2 rest{selected.position, xi.y};
-  Sample sample{.primitive = primitive_[selected.index], .direction = {}};
-  if (const auto flat = flat_shape(*geometry_, sample.primitive)) {
-    const Vec3 offset = flat->point(rest) - from, normal = cross(flat->u, flat->v);
-    const double squared = dot(offset, offset), distance = std::sqrt(squared);
-    sample.direction = offset / distance;
-    sample.density =
-        share_per_area(sample.primitive) * squared * distance * length(normal) / std::abs(dot(normal, offset));
-  } else {
-    const BoundingSphere sphere = bounding_sphere(*geometry_, sample.primitive);
-    const DirectionCone cone(sphere, from);
-    sample.direction = cone.direction(rest);
-    sample.density = share_per_area(sample.primitive) * sphere.area() * cone.density();
-  }
-  return sample;
+  VecLanes origin = {};
+  origin.set(0, from);
+  SamplePacket found;
+  sample(origin, &xi.x, &xi.y, 1, found);
+  return {found.primitive[0], found.direction[0], found.density[0]};
+}
+
+void Emitters::sample(const VecLanes& from, const double* x, const double* y, LaneMask wanted, SamplePacket& to) const {
+  FlatPacket flat = {};
+  LaneMask other = 0;
+  Selected selected[lanes];
+  for_each_lane(wanted, [&](int i) {
+    other |= lane_bit(i);
+    if (x[i] < sky_share_) return;
+    // The position in the interval of the selected emitter is uniform: the same number serves twice.
+    selected[i] = select_interval(power_, (x[i] - sky_share_) / (1 - sky_share_));
+    const Emitter& emitter = emitters_[selected[i].index];
+    to.primitive[i] = emitter.primitive;
+    if (!emitter.flat) return;
+    other &= ~lane_bit(i);
+    flat.origin.set(i, emitter.flat->origin);
+    flat.u.set(i, emitter.flat->u);
+    flat.v.set(i, emitter.flat->v);
+    flat.normal.set(i, emitter.flat->normal);
+    flat.normal_length[i] = emitter.flat->normal_length;
+    flat.share[i] = emitter.share;
+    const Vec2 at = emitter.flat->coordinates({selected[i].position, y[i]});
+    flat.at_u[i] = at.x;
+    flat.at_v[i] = at.y;
+  });
+  if (other != wanted) aim_at_flat(flat, from, to);
+  for_each_lane(other, [&](int i) {
+    if (x[i] < sky_share_) {
+      const SkyTable::Sample sky = sky_.sample({x[i] / sky_share_, y[i]});
+      to.primitive[i] = {};
+      to.direction.set(i, sky.direction);
+      to.density[i] = sky_share_ * sky.density;
+      return;
+    }
+    const BoundingSphere sphere = bounding_sphere(*geometry_, to.primitive[i]);
+    const DirectionCone cone(sphere, from[i]);
+    to.direction.set(i, cone.direction({selected[i].position, y[i]}));
+    to.density[i] = emitters_[selected[i].index].share * sphere.area() * cone.density();
+  });
 }
 
 double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
-  if (primitive_.empty() || geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
+  if (emitters_.empty() || geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
   const double share = share_per_area(primitive);
   if (!(share > 0)) return 0;
-  if (const auto flat = flat_shape(*geometry_, primitive)) return share * flat->area_per_angle(from, direction);
+  if (const auto flat = flat_shape(*geometry_, primitive)) {
+    const double rate = dot(flat->normal, direction), distance = dot(flat->normal, flat->origin - from) / rate;
+    return share * distance * distance * flat->normal_length / std::abs(rate);
+  }
   const BoundingSphere sphere = bounding_sphere(*geometry_, primitive);
   return share * sphere.area() * DirectionCone(sphere, from).density();
 }
@@ -183,7 +211,7 @@ double Emitters::share_per_area(const PrimitiveRef& primitive) const {
 }
 
 std::uint64_t Emitters::memory_bytes() const {
-  return radiance_.capacity() * sizeof(float) + primitive_.capacity() * sizeof(PrimitiveRef) +
+  return radiance_.capacity() * sizeof(float) + emitters_.capacity() * sizeof(Emitter) +
          power_.capacity() * sizeof(double) + sky_.memory_bytes();
 }
 

@@ -6,14 +6,28 @@
 /// Lighting Calculations"). Infinite planes are never selected.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/lights/sky_table.h"
 #include "tracer/src/math/affine.h"
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
+
+/// A triangle or a disc.
+struct FlatShape {
+  Vec3 origin, u, v;  ///< triangle: a vertex and the edges from it; disc: center and radii at right angles or conjugate
+  bool disc = false;
+  Vec3 normal = cross(u, v);
+  double normal_length = length(normal);
+
+  [[nodiscard]] double area() const;
+  /// Coordinates along u and v of a uniformly distributed point, for `xi` uniform in [0,1)^2.
+  [[nodiscard]] Vec2 coordinates(const Vec2& xi) const;
+};
 
 class Emitters {
  public:
@@ -22,7 +36,7 @@ class Emitters {
   /// std::bad_alloc.
   Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky);
 
-  [[nodiscard]] bool empty() const { return primitive_.empty() && sky_.empty(); }
+  [[nodiscard]] bool empty() const { return emitters_.empty() && sky_.empty(); }
 
   struct Sample {
     PrimitiveRef primitive;  ///< no hit: the sky
@@ -31,6 +45,13 @@ class Emitters {
   };
   /// A direction from the render-space point `from`, for `xi` uniform in [0,1)^2. Precondition: it is not empty.
   [[nodiscard]] Sample sample(const Vec3& from, const Vec2& xi) const;
+  struct alignas(64) SamplePacket {
+    VecLanes direction;
+    double density[lanes];
+    PrimitiveRef primitive[lanes];
+  };
+  /// The same in the lanes of `wanted`; the others are unspecified.
+  void sample(const VecLanes& from, const double* x, const double* y, LaneMask wanted, SamplePacket& to) const;
   /// Density, per solid angle, with which sample() selects this primitive and the unit direction; 0 if it never does.
   [[nodiscard]] double density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const;
 
@@ -47,14 +68,20 @@ class Emitters {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
+  struct Emitter {
+    PrimitiveRef primitive;
+    std::optional<FlatShape> flat;  ///< none: sampled by its cone
+    double share = 0;               ///< share_per_area()
+  };
+
   void add(const PrimitiveRef& primitive);
   /// Probability that a primitive is selected, per unit of its area or of that of its bounding sphere.
   [[nodiscard]] double share_per_area(const PrimitiveRef& primitive) const;
 
   const GeometrySet* geometry_ = nullptr;
   std::vector<float> radiance_;  ///< by object
-  std::vector<PrimitiveRef> primitive_;
-  std::vector<double> power_;  ///< sums up to each primitive
+  std::vector<Emitter> emitters_;
+  std::vector<double> power_;  ///< sums up to each emitter
   double area_ = 0;
   Bounds bounds_;
   SkyTable sky_;

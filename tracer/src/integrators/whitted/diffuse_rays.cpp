@@ -1,5 +1,7 @@
 #include "tracer/src/integrators/whitted/diffuse_rays.h"
 
+#include <numbers>
+
 namespace tracer {
 namespace {
 
@@ -62,6 +64,21 @@ WHITTLE_WIDE void begin_diffuse(const HitPacket& __restrict hit, const ShadingPo
   }
   for (int i = 0; i < lanes; ++i) rays.path[i] = diffuse_path(hit.path[i]);
   rays.going = going & first_lanes(hit.count);
+}
+
+WHITTLE_WIDE LaneMask weigh_samples(const ReceiverPacket& __restrict places,
+                                    const Emitters::SamplePacket& __restrict samples,
+                                    const ColorLanes& __restrict diffuse, const double* __restrict search,
+                                    ColorLanes& __restrict throughput) {
+  LaneMask above = 0;
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 direction = samples.direction[i];
+    const double cosine = dot(places.normal[i], direction), density = samples.density[i];
+    const double own = cosine / std::numbers::pi;
+    throughput.set(i, diffuse[i] * (own / (search[i] * own + density)));
+    above |= lane_bit(i, (cosine > 0) & (dot(direction, places.outward[i]) > 0) & (density > 0));
+  }
+  return above;
 }
 
 WHITTLE_WIDE LaneMask aim_diffuse(const ReceiverPacket& __restrict places, const PointLanes& __restrict points,

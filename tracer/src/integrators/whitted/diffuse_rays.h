@@ -3,8 +3,8 @@
 /// emitters. Both bring the emission that they find, weighted by the balance heuristic (Veach & Guibas 1995, "Optimally
 /// Combining Sampling Techniques for Monte Carlo Rendering"), and diffuse rays everything else.
 
+#include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/math/sampling.h"
@@ -47,6 +47,11 @@ void begin_diffuse(const HitPacket& hit, const ShadingPointPacket& shading_point
 /// Directions around the normals and their densities per solid angle. Returns the lanes whose direction is above the
 /// face.
 LaneMask aim_diffuse(const ReceiverPacket& places, const PointLanes& points, VecLanes& directions, double* density);
+
+/// Throughputs toward samples of emitters, beside diffuse rays that find these with the probability `search`. Returns
+/// the lanes whose sample is above the surface.
+LaneMask weigh_samples(const ReceiverPacket& places, const Emitters::SamplePacket& samples, const ColorLanes& diffuse,
+                       const double* search, ColorLanes& throughput);
 
 /// Keeps one ray at most in the lanes with a positive `weight`, selected in proportion to the throughput. Russian
 /// roulette ends the path in the rest of the cases, so that its throughput stays `weight`.
@@ -92,25 +97,16 @@ class DiffuseRays {
     if (rays_.going == 0 || state_.scene.objects.emitters.empty()) return;
     PointLanes points;
     random_points(random_, Choice::emitter, points);
-    VecLanes direction;
-    ColorLanes throughput;
-    PrimitiveRef emitter[lanes];
+    Emitters::SamplePacket samples;
+    state_.scene.objects.emitters.sample(places_.origin, points.x, points.y, rays_.going, samples);
     double search[lanes];
-    LaneMask going = 0;
-    for_each_lane(rays_.going, [&](int i) {
-      const Emitters& emitters = state_.scene.objects.emitters;
-      const Emitters::Sample sample = emitters.sample(places_.origin[i], {points.x[i], points.y[i]});
-      const double cosine = dot(places_.normal[i], sample.direction);
-      const double own = cosine / std::numbers::pi;
-      search[i] = (at_patch_ >> i & 1) != 0 ? emitters.search_probability(places_.origin[i]) : 1;
-      const double found_by_ray = search[i] * own;
-      going |= lane_bit(i, cosine > 0 && dot(sample.direction, places_.outward[i]) > 0 && sample.density > 0);
-      direction.set(i, sample.direction);
-      throughput.set(i, rays_.throughput[i] * (own / (found_by_ray + sample.density)));
-      emitter[i] = sample.primitive;
-    });
-    push_emission(shading_points, direction, throughput, going, to,
-                  [&](int i) { return PathState{.emitter = emitter[i]}; });
+    std::fill_n(search, lanes, 1.0);
+    for_each_lane(rays_.going & at_patch_,
+                  [&](int i) { search[i] = state_.scene.objects.emitters.search_probability(places_.origin[i]); });
+    ColorLanes throughput;
+    const LaneMask going = rays_.going & weigh_samples(places_, samples, rays_.throughput, search, throughput);
+    push_emission(shading_points, samples.direction, throughput, going, to,
+                  [&](int i) { return PathState{.emitter = samples.primitive[i]}; });
     if ((rays_.going & at_patch_) != 0) search_emitters(shading_points, search, to);
   }
 

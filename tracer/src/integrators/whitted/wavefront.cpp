@@ -252,17 +252,20 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
   }
 }
 
-/// Emission of the lane's surface, weighted if rays toward emitters may have found it as well.
+/// Weight of the emission that a ray finds, if rays toward emitters may have found it as well.
+template <class Features>
+double Wavefront<Features>::weight_of_emission(const RayQueue& rays, std::size_t ray, const PrimitiveRef& hit) const {
+  if (!state_.template needs<&Requirements::emitters>()) return 1;
+  const double own = rays.path_state(ray).density;
+  if (own == 0) return 1;
+  return own / (own + state_.scene.objects.emitters.density(hit, rays.origin(ray), rays.direction(ray)));
+}
+
 template <class Features>
 Color Wavefront<Features>::emission_of_lane(const RayQueue& rays, int lane) const {
   const HitPacket& hit = state_.hit;
-  if (!state_.template needs<&Requirements::emitters>()) return hit.emitted[lane];
-  const auto ray = static_cast<std::size_t>(hit.ray[lane]);
-  const double own = rays.path_state(ray).density;
-  if (own == 0) return hit.emitted[lane];
-  const double other =
-      state_.scene.objects.emitters.density(hit.ray_hits.primitive[lane], rays.origin(ray), hit.direction[lane]);
-  return hit.emitted[lane] * (own / (own + other));
+  return hit.emitted[lane] *
+         weight_of_emission(rays, static_cast<std::size_t>(hit.ray[lane]), hit.ray_hits.primitive[lane]);
 }
 
 /// Adds the emission of emitters that are the first surface in the way of the rays.
@@ -280,11 +283,18 @@ void Wavefront<Features>::add_emission(const RayQueue& rays) {
                         : emitters.density_of_sky(rays.direction(i))) > 0;
     };
     if (path.density > 0 ? !is_sampled() : hit != path.emitter) continue;
-    if (hit.hit()) {
-      hit_rays.push_back(static_cast<std::uint32_t>(i));
-    } else {
+    if (!hit.hit()) {
       const Color radiance = state_.scene.background->radiance(rays.direction(i), 0) * weight_of_sky(rays, i);
       state_.radiance[rays.sample(i)] += state_.throughput_at_hit(rays, i) * radiance;
+      continue;
+    }
+    const CompiledScene& scene = state_.scene;
+    const CompiledMaterial& material = state_.terms[scene.objects.material[scene.geometry().object_of(hit)]];
+    if (material.textured) {
+      hit_rays.push_back(static_cast<std::uint32_t>(i));
+    } else {
+      const Color radiance = state_.throughput_at_hit(rays, i) * material.emitted_ambient;
+      state_.radiance[rays.sample(i)] += radiance * weight_of_emission(rays, i, hit);
     }
   }
   ShadingPointPacket shading_points;

@@ -174,6 +174,7 @@ class Wavefront {
   void load_hits(const RayQueue& rays, std::size_t first, ShadingPointPacket& shading_points);
   void shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next);
   [[nodiscard]] double weight_of_sky(const RayQueue& rays, std::size_t ray) const;
+  [[nodiscard]] double weight_of_emission(const RayQueue& rays, std::size_t ray, const PrimitiveRef& hit) const;
   [[nodiscard]] Color emission_of_lane(const RayQueue& rays, int lane) const;
   void add_emission(const RayQueue& rays);
   void apply_absorption(const RayQueue& rays);
