@@ -174,7 +174,7 @@ void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts)
 void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
   Random random(seed);
   Counts counts;
-  const std::uint64_t shapes = effort::cases(kind == kind_of<UnitTorus> ? 150 : 1400);  // its oracle is slow
+  const std::uint64_t shapes = effort::cases(kind == kind_of<UnitTorus> ? 40 : 1400);  // its oracle is slow
   for (std::uint64_t shape = 0; shape < shapes; ++shape) {
     const Quadric q = random_quadric(random, kind, mapped);
     const Map map({q.render_from_shape, q.origin});
