@@ -3,8 +3,10 @@ import copy
 import pathlib
 import tempfile
 import unittest
+from unittest import mock
 
-from tests.bench.peers import bench_scenes, document, povray, povray_radiosity, ppm, tachyon
+from tests.bench import agreement
+from tests.bench.peers import bench_scenes, document, povray, povray_radiosity, ppm, programs, tachyon, tessellate
 from tests.support.whittle import scene, whittle
 
 EQUAL_WORK = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}
@@ -151,6 +153,20 @@ class Radiosity(unittest.TestCase):
                 source = copy.deepcopy(scene("cornell_box"))
                 change(source)
                 self.export(source)
+
+
+class SceneOfMeshes(unittest.TestCase):
+    @mock.patch.multiple(tessellate, AROUND=128, ALONG=64)
+    def test_has_the_image_of_the_exact_shapes(self):
+        for name, of in agreement.SCENES.items():
+            exact = {"version": 1, **of(), "image": {"width": 96, "height": 96}, "ambient": 0.5, "accuracy": {"samples": 16}}
+            with self.subTest(name), tempfile.TemporaryDirectory() as directory:
+                images = []
+                for source in (exact, tessellate.scene_of_meshes(exact)):
+                    images.append(pathlib.Path(directory, f"{len(images)}.png"))
+                    done = whittle("render", "-", "-o", images[-1], document=source)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertLess(programs.difference(*images)["rmse"], 2)
 
 
 class Ppm(unittest.TestCase):

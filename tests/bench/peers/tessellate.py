@@ -103,8 +103,9 @@ def meshes(objects, prototypes, placed=numpy.eye(4)):
             yield from meshes(prototypes[value["of"]], prototypes, matrix)
             continue
         positions, triangles, uvs = SHAPES[value["type"]](value)
-        yield {"positions": (positions @ matrix[:3, :3].T + matrix[:3, 3]).tolist(), "uvs": uvs.tolist(),
-               "triangles": numpy.asarray(triangles).tolist(), "material": value["material"], "smooth": value["type"] in CURVED}
+        yield {"type": "mesh", "positions": (positions @ matrix[:3, :3].T + matrix[:3, 3]).tolist(), "uvs": uvs.tolist(),
+               "triangles": numpy.asarray(triangles).tolist(), "material": value["material"],
+               "smooth": value["type"] in CURVED}
 
 
 def scene_of_meshes(scene):
