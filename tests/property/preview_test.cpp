@@ -116,16 +116,20 @@ TEST(Preview, OfAdaptiveSamplingConvergesToTheImage) {
   scene.accuracy.adaptive->target_error = 0.15;
   const Rendered rendered = scenes::render(scene, 2);
   double first = -1, last = -1;
-  render_watched(scene, side, [&](const Image& image) {
-    if (known(image) < image.alpha.size()) return;
-    double squares = 0;
-    for (std::size_t i = 0; i < image.rgb.size(); ++i) {
-      ASSERT_TRUE(std::isfinite(image.rgb[i]));
-      squares += std::pow(std::min(1.0f, image.rgb[i]) - std::min(1.0f, rendered.image.rgb[i]), 2);
-    }
-    last = squares;
-    if (first < 0) first = squares;
-  });
+  // A busy machine may show the end alone, which has no error.
+  for (int attempt = 0; attempt < 20 && first <= 0; ++attempt) {
+    first = -1;
+    render_watched(scene, side, [&](const Image& image) {
+      if (known(image) < image.alpha.size()) return;
+      double squares = 0;
+      for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+        ASSERT_TRUE(std::isfinite(image.rgb[i]));
+        squares += std::pow(std::min(1.0f, image.rgb[i]) - std::min(1.0f, rendered.image.rgb[i]), 2);
+      }
+      last = squares;
+      if (first < 0) first = squares;
+    });
+  }
   ASSERT_GE(first, 0) << "every pixel has its pilot long before the end";
   EXPECT_LT(last, first);
 }
