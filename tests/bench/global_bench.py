@@ -56,19 +56,6 @@ class Whittle(programs.Whittle):
         return super().run(THREADS)
 
 
-class Cycles:
-    def __init__(self, scene, directory):
-        self.directory = directory
-        (directory / "scene.json").write_text(json.dumps(scene))
-
-    def run(self, setting):
-        settings = {"seed": 1, "clamp": 0, "bounces": 1024, "threads": THREADS, **setting}
-        costs, text = programs.timed(
-            ["blender", "--background", "--factory-startup", "--python", pathlib.Path(__file__).parent / "peers/cycles_scene.py",
-             "--", "scene.json", "cycles.ppm", json.dumps(settings)], self.directory)
-        return programs.Run(programs.number(r"render ([\d.]+)", text), *costs, self.directory / "cycles.ppm", text)
-
-
 class Radiosity:
     """POV-Ray with its radiosity."""
 
@@ -123,7 +110,7 @@ def programs_to_run(words, scene, directory):
     known = [("whittle paths", Whittle, EXACT, None)]
     known += [(f"whittle {by}", Whittle, curves, EXACT[0][0]) for by, curves in BY_PATCHES.items()]
     if shutil.which("blender"):
-        known.append(("cycles", Cycles, CYCLES, None))
+        known.append(("cycles", programs.Cycles, CYCLES, None))
     if shutil.which("povray"):
         known.append(("povray radiosity", Radiosity, [[setting] for setting in povray_radiosity.SETTINGS], None))
     return [Program(name, program, curves, scene, directory, idle) for name, program, curves, idle in known

@@ -142,7 +142,6 @@ def settle(scene, document, settings, image):
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1
     cycles.blur_glossy = 0  # mirrors stay sharp after diffuse bounces
-    cycles.light_sampling_threshold = 0
 
 
 def write_ppm(scene, image):

@@ -1,4 +1,4 @@
-"""Runs Whittle, POV-Ray and Tachyon on a scene and reports time, memory and the image."""
+"""Runs Whittle, POV-Ray, Tachyon and Cycles on a scene and reports time, memory and the image."""
 import json
 import os
 import pathlib
@@ -93,6 +93,21 @@ class Tachyon:
         costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", threads,
                              *self.options, *sampling], self.directory)
         return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.directory / "tachyon.ppm", text)
+
+
+class Cycles:
+    """Blender's Cycles with a scene of triangle meshes (cycles_scene.py); `setting` has the settings that differ."""
+
+    def __init__(self, scene, directory):
+        self.directory = directory
+        (directory / "scene.json").write_text(json.dumps(scene))
+
+    def run(self, setting):
+        settings = {"seed": 1, "clamp": 0, "bounces": 1024, "threads": os.cpu_count(), **setting}
+        costs, text = timed(
+            ["blender", "--background", "--factory-startup", "--python", pathlib.Path(__file__).with_name("cycles_scene.py"),
+             "--", "scene.json", "cycles.ppm", json.dumps(settings)], self.directory)
+        return Run(number(r"render ([\d.]+)", text), *costs, self.directory / "cycles.ppm", text)
 
 
 def export(program, scene, directory, **options):
