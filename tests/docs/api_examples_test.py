@@ -81,7 +81,7 @@ class ApiExamples(unittest.TestCase):
             cls.daemon.request("POST", f"/v1/jobs/{job}/cancel")
             return {"JOB": job}
         if operation == "getPreviewPng":
-            return {"JOB": cls.daemon.job_with_last_preview(lambda: cls.daemon.cancel_in_work(long_scene()))["id"]}
+            return {"JOB": cls.daemon.cancel_in_work(long_scene())["id"]}
         if operation == "retryBatch":
             batch = cls.batch(waiting, end=False)
             cls.daemon.request("POST", f"/v1/batches/{batch}/cancel")

@@ -110,22 +110,17 @@ class Served:
             return job if job["state"] in states else None
         return wait_until(job_in_state, f"job {job_id} to be {' or '.join(states)}; {self.job(job_id)}")
 
-    def job_with_last_preview(self, stop):
-        """Returns a job that `stop()` has stopped and named, with its last preview. On a busy machine a worker is killed before it
-        has sent one; then another job is stopped."""
-        def kept():
-            job_id, end = stop(), time.monotonic() + 5
-            while time.monotonic() < end and not self.job(job_id)["artifacts"]:
-                time.sleep(0.05)
-            return self.job(job_id) if self.job(job_id)["artifacts"] else None
-        return wait_until(kept, "the last preview")
+    def last_preview(self, job_id):
+        """Waits until a job that was stopped has its last preview, and returns the job."""
+        wait_until(lambda: self.job(job_id)["artifacts"], "the last preview")
+        return self.job(job_id)
 
     def cancel_in_work(self, document):
-        """Cancels a job that has shown a preview; returns its id."""
+        """Cancels a job that has shown a preview; returns the job with its last preview."""
         job_id = self.submit(document)
         wait_until(lambda: self.get(f"/v1/jobs/{job_id}/preview").status == 200, "a preview")
         self.request("POST", f"/v1/jobs/{job_id}/cancel")
-        return job_id
+        return self.last_preview(job_id)
 
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
@@ -211,7 +206,7 @@ class Daemon(Served):
         return int(started[-1]) if started else None
 
     def worker_pids(self):
-        """PIDs of the worker in use and of the standby worker."""
+        """PIDs of the child processes: the worker, and before its end a killed one."""
         children = [pid for task in self.threads() for pid in (task / "children").read_text().split()]
         return [int(pid) for pid in children]
 

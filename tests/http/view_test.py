@@ -46,14 +46,10 @@ class Views(OneDaemon):
         self.assertLessEqual(numpy.abs(image - expected).max(), 0.51)
 
     def test_waits_for_a_worker_that_starts(self):
-        def ended(pid, event):
-            return any(row["event"] == event and row["pid"] == str(pid) for row in self.daemon.log_rows())
-
         worker = self.daemon.worker()
-        # Without a standby, which would replace the worker at once.
-        for pid, event in [*((pid, "standby_ended") for pid in self.daemon.worker_pids() if pid != worker), (worker, "worker_ended")]:
-            os.kill(pid, signal.SIGKILL)
-            wait_until(lambda pid=pid, event=event: ended(pid, event), event)
+        os.kill(worker, signal.SIGKILL)
+        wait_until(lambda: any(row["event"] == "worker_ended" and row["pid"] == str(worker) for row in self.daemon.log_rows()),
+                   "its end")
         self.assert_codes(self.viewed("?exposure=0.5"), srgb(self.values("color") * 2**0.5))
 
     def test_is_repeated_if_its_worker_is_ended_for_a_cancelled_job(self):

@@ -76,7 +76,7 @@ class SupervisorTest : public testing::Test {
     result.executable = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "fake_worker";
     result.slots = slots;
     result.heartbeat_timeout = std::chrono::seconds(30);  // shortened by tests of the heartbeat
-    result.cancel_answer = result.cancel_replace = result.cancel_grace = std::chrono::seconds(30);
+    result.cancel_answer = result.cancel_grace = std::chrono::seconds(30);
     result.restart_pause = std::chrono::milliseconds(1);
     result.restart_pause_max = std::chrono::milliseconds(20);
     result.store_pause = std::chrono::milliseconds(1);
@@ -86,7 +86,7 @@ class SupervisorTest : public testing::Test {
   /// Reports a cancel without waiting for the worker.
   static worker::SupervisorSettings impatient() {
     worker::SupervisorSettings result = settings();
-    result.cancel_answer = result.cancel_replace = std::chrono::milliseconds(1);
+    result.cancel_answer = std::chrono::milliseconds(1);
     result.cancel_grace = std::chrono::hours(1);
     return result;
   }

@@ -74,8 +74,8 @@ TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
 
 TEST_F(SupervisorTest, ReplacesTheWorkerInEachAttemptOfAHangingJob) {
   auto hurried = impatient();
-  hurried.wall_time = std::chrono::milliseconds(50);
-  start(hurried);  // each worker has a standby
+  hurried.wall_time = hurried.cancel_grace = std::chrono::milliseconds(50);
+  start(hurried);
   const std::string id = submit("hang " + path("never"), 2);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
@@ -106,17 +106,14 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAtNoCostOfOther
 }
 
 TEST_F(SupervisorTest, DelaysARetryUntilTheLastAttemptHasStopped) {
-  auto with_slots = impatient();
-  with_slots.slots = 3;
-  start(with_slots);
-  submit("wait " + path("never"));  // keeps the worker alive
+  start(impatient());
   const std::string id = submit("hang " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_EQ(queue.lifecycle.retry(id), queue::RetryOutcome::queued);
   ASSERT_TRUE(eventually([&] { return log.count("job_released") >= 2; }));
-  EXPECT_EQ(supervisor->running(), 2);
+  EXPECT_EQ(supervisor->running(), 1);
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(find(id).attempt, 1);

@@ -155,19 +155,15 @@ TEST_F(SupervisorTest, CancelsAtAnyTimeBetweenClaimAndEnd) {
 
 TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
   start(impatient());
-  const std::string other = submit("wait " + path("other"));
   const std::string id = submit("hang " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   queue.lifecycle.cancel(id);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_EQ(supervisor->running(), 2) << "reported, although it still runs";
+  EXPECT_EQ(supervisor->running(), 1) << "reported, although it still runs";
   create("go");
-  EXPECT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
   EXPECT_EQ(state(id), JobState::cancelled) << "its result is late";
   EXPECT_TRUE(find(id).artifacts.empty());
-  create("other");
-  EXPECT_TRUE(reaches(other, JobState::succeeded));
-  EXPECT_EQ(find(other).attempt, 1);
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
@@ -175,98 +171,47 @@ TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobThatDoesNotStop) {
   worker::SupervisorSettings reporting = impatient();
   reporting.cancel_answer = std::chrono::milliseconds(50);
   start(reporting);
-  const std::string other = submit("wait " + path("other"));
   for (const char* const delay_ms : {"0", "200"}) {  // before and after the end is reported
     const std::string id = submit(std::string("show ") + delay_ms + " " + path("go"));
-    ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+    ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
     queue.lifecycle.cancel(id);
     EXPECT_TRUE(reaches(id, JobState::cancelled));
     EXPECT_TRUE(eventually([&] { return find(id).artifacts.size() == 1; })) << delay_ms;
     EXPECT_EQ(find(id).artifacts.at(0).name, "preview.png");
     create("go");
-    EXPECT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+    EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
     std::filesystem::remove(path("go"));
   }
-  create("other");
-  EXPECT_TRUE(reaches(other, JobState::succeeded));
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopItsOnlyJob) {
-  start(impatient());
+  auto hurried = impatient();
+  hurried.cancel_grace = std::chrono::milliseconds(50);
+  start(hurried);
   for (int round = 1; round <= 3; ++round) {
     const std::string id = submit("hang " + path("never"));
     ASSERT_TRUE(eventually([&] { return log.count("job_assigned") == 2 * round - 1; }));  // else it never begins
     queue.lifecycle.cancel(id);
     EXPECT_TRUE(reaches(id, JobState::cancelled));
-    EXPECT_TRUE(reaches(submit(""), JobState::succeeded)) << "long before cancel_grace";
-    EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == round; }));  // it may have run the other job, too
+    EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == round; }));
+    EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
     EXPECT_EQ(state(id), JobState::cancelled);
   }
 }
 
-TEST_F(SupervisorTest, ReplacesAWorkerOnceOnlyAHangingJobIsLeft) {
-  start(impatient());
-  const std::string other = submit("wait " + path("other"));
-  const std::string hang = submit("hang " + path("never"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.lifecycle.cancel(hang);
-  ASSERT_TRUE(reaches(hang, JobState::cancelled));
-  EXPECT_EQ(log.count("worker_ended"), 0);
-  create("other");
-  EXPECT_TRUE(reaches(other, JobState::succeeded));
-  EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
-  EXPECT_EQ(find(other).attempt, 1);
-}
-
-TEST_F(SupervisorTest, ReplacesAWorkerByItsStandby) {
+TEST_F(SupervisorTest, HasOneWorkerUntilItIsDrained) {
   start();
-  ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
+  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
   const int first = supervisor->worker_pid();
-  std::set<int> standby = children();
-  standby.erase(first);
+  EXPECT_EQ(children(), std::set<int>{first});
   kill(first, SIGKILL);
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first && supervisor->worker_pid() != 0; }));
-  EXPECT_EQ(supervisor->worker_pid(), *standby.begin());
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
-  EXPECT_TRUE(eventually([&] { return children().size() == 2; })) << "a new standby is started";
+  EXPECT_EQ(children(), std::set<int>{supervisor->worker_pid()});
   supervisor->drain(std::chrono::milliseconds(0));
   supervisor.reset();
   EXPECT_TRUE(children().empty());
-}
-
-TEST_F(SupervisorTest, ReplacesAStandbyThatDies) {
-  auto quick = settings();
-  quick.restart_pause_max = std::chrono::milliseconds(1);
-  start(quick);
-  const std::string id = submit("wait " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1 && children().size() == 2; }));
-  std::set<int> standby = children();
-  standby.erase(supervisor->worker_pid());
-  kill(*standby.begin(), SIGKILL);
-  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*standby.begin()); }));
-  EXPECT_EQ(log.count("standby_ended"), 1);
-  create("go");
-  EXPECT_TRUE(reaches(id, JobState::succeeded));
-  EXPECT_EQ(find(id).attempt, 1);
-}
-
-TEST_F(SupervisorTest, ReplacesAStandbyThatHangsBesideAWorker) {
-  setenv("FAKE_WORKER_HANGS", path("hangs").c_str(), 1);
-  worker::SupervisorSettings with = settings();
-  with.start_timeout = std::chrono::seconds(2);
-  with.restart_pause_max = std::chrono::milliseconds(1);
-  start(with);
-  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
-  ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
-  create("hangs");
-  std::set<int> standby = children();
-  standby.erase(supervisor->worker_pid());
-  kill(*standby.begin(), SIGKILL);
-  EXPECT_TRUE(eventually([&] { return log.count("standby_ended") >= 2; })) << "the killed one and the one that hangs";
-  std::filesystem::remove(path("hangs"));
-  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
-  unsetenv("FAKE_WORKER_HANGS");
 }
 
 TEST_F(SupervisorTest, CountsNoAttemptOfOtherJobsForACrashOfACancelledOne) {

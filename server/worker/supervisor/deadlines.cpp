@@ -41,7 +41,6 @@ bool Deadlines::stop(const std::string& id, Time now) {
   JobTimes& times = jobs_[id];
   times.report_at = now + settings_.cancel_answer;
   if (times.kill_at) return false;
-  times.replace_at = now + settings_.cancel_replace;
   times.kill_at = now + settings_.cancel_grace;
   return true;
 }
@@ -62,14 +61,9 @@ bool Deadlines::is_reported(const std::string& id) const {
   return found != jobs_.end() && found->second.reported;
 }
 
-/// Without a standby the start of the next worker takes longer than waiting for this one.
-bool Deadlines::worker_must_end(Time now, bool standby_ready) const {
-  const auto is_killable = [now](const auto& entry) { return entry.second.kill_at && now >= *entry.second.kill_at; };
-  const auto is_replaceable = [now](const auto& entry) {
-    return entry.second.reported && now >= entry.second.replace_at;
-  };
-  return std::any_of(jobs_.begin(), jobs_.end(), is_killable) ||
-         (standby_ready && !jobs_.empty() && std::all_of(jobs_.begin(), jobs_.end(), is_replaceable));
+bool Deadlines::worker_must_end(Time now) const {
+  return std::any_of(jobs_.begin(), jobs_.end(),
+                     [now](const auto& entry) { return entry.second.kill_at && now >= *entry.second.kill_at; });
 }
 
 void Deadlines::start_drain(Time end) { drain_end_ = end; }
@@ -79,7 +73,7 @@ bool Deadlines::take_drain_end(Time now) {
   return drain_ended_ = true;
 }
 
-Deadlines::Time Deadlines::next(Time now, bool worker_ready) const {
+Deadlines::Time Deadlines::next(bool worker_ready) const {
   Time next = Time::max();
   const auto consider = [&next](const std::optional<Time>& time) {
     if (time) next = std::min(next, *time);
@@ -87,7 +81,6 @@ Deadlines::Time Deadlines::next(Time now, bool worker_ready) const {
   if (!drain_ended_) consider(drain_end_);
   for (const auto& [id, times] : jobs_) {
     consider(times.report_at);
-    if (times.reported && times.replace_at > now) consider(times.replace_at);
     if (!worker_ready) continue;
     consider(times.stop_at);
     consider(times.slow_at);

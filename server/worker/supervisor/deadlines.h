@@ -40,8 +40,8 @@ class Deadlines {
   std::vector<std::string> take_reportable(Time now);
   [[nodiscard]] bool is_reported(const std::string& id) const;
 
-  /// True if a job has not been stopped within cancel_grace, or no job within cancel_replace and all are reported.
-  [[nodiscard]] bool worker_must_end(Time now, bool standby_ready) const;
+  /// True if a job has not been stopped within cancel_grace.
+  [[nodiscard]] bool worker_must_end(Time now) const;
 
   void start_drain(Time end);
   [[nodiscard]] bool draining() const { return drain_end_.has_value(); }
@@ -49,14 +49,13 @@ class Deadlines {
   bool take_drain_end(Time now);  ///< true once, at the end of the drain
 
   /// The earliest of all these times.
-  [[nodiscard]] Time next(Time now, bool worker_ready) const;
+  [[nodiscard]] Time next(bool worker_ready) const;
 
  private:
   struct JobTimes {
     std::optional<Time> stop_at, slow_at;
     queue::Problem overdue;  ///< the reason if stop_at is reached
     std::optional<Time> report_at, kill_at;
-    Time replace_at{};
     bool reported = false;
   };
 

@@ -207,9 +207,8 @@ void JobDispatcher::check_deadlines(Time now) {
     stop(overdue.job_id);
   }
   for (const std::string& id : deadlines_.take_reportable(now)) report_stopped(id, slots_.running.at(id));
-  if (process_.state() == WorkerState::ready && deadlines_.worker_must_end(now, process_.standby_ready())) {
+  if (process_.state() == WorkerState::ready && deadlines_.worker_must_end(now))
     process_.end("did not stop a job", true);
-  }
 }
 
 void JobDispatcher::report_stopped(const std::string& id, RunningJob& job) {

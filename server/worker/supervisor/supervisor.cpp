@@ -215,7 +215,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   [[nodiscard]] Deadlines::Time next_deadline() const {
     const auto now = Clock::now();
     return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_claim(now),
-                     task_dispatcher_.next(now), deadlines_.next(now, process_.state() == WorkerState::ready)});
+                     task_dispatcher_.next(now), deadlines_.next(process_.state() == WorkerState::ready)});
   }
 
   const SupervisorSettings settings_;

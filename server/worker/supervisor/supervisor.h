@@ -11,9 +11,7 @@
 /// If the worker crashes while it runs one job, the job loses the attempt, and after its last one fails as
 /// "worker_crashed" with the signal. If it runs several, they become suspects at no cost: each then runs alone, before
 /// all other jobs, so that the crashing one is found (failure_policy.h). A worker that is killed because it did not
-/// stop a job, or by drain, costs no attempt.
-///
-/// A second worker process is kept ready, so that the replacement needs no start-up time.
+/// stop a job, or by drain, costs no attempt. The next worker is ready in about 0.6 s.
 
 #include <chrono>
 #include <cstdint>
@@ -58,16 +56,10 @@ struct SupervisorSettings {
   std::chrono::milliseconds heartbeat_timeout{10'000};
   /// Loading Embree and the image library takes 0.2 s, on a cold disk seconds.
   std::chrono::milliseconds start_timeout{60'000};
-  /// A standby that replaces the worker before it is ready has this time from its start, so that one that hangs costs
-  /// no more.
-  std::chrono::milliseconds standby_start_timeout{10'000};
   /// A cancelled or overdue job is reported as ended after this, even if the worker has not stopped it yet (100 ms are
   /// promised; a commit fits into the rest). A large file or BVH may take a second or two to stop.
   std::chrono::milliseconds cancel_answer{10};
-  /// After this a worker that has not stopped the job and runs no other is replaced by the standby, if that is ready.
-  /// The last preview of a large image takes some tens of milliseconds.
-  std::chrono::milliseconds cancel_replace{250};
-  /// After this a worker that has not stopped the job is killed in any case.
+  /// After this a worker that has not stopped the job is killed.
   std::chrono::milliseconds cancel_grace{5'000};
   /// Pause before a crashed worker is started again; doubles with each crash until a job finishes.
   std::chrono::milliseconds restart_pause{50};

@@ -32,37 +32,25 @@ std::uint64_t resident_bytes(int pid) {
 
 // ---- start
 
-WorkerProcess::Instance::Instance(const std::string& executable, const Options& options, const OpenUpload& open_upload)
-    : child(executable) {
+WorkerProcess::Instance::Instance(const SupervisorSettings& settings) : child(settings.executable) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
     throw std::system_error(errno, std::generic_category(), "socketpair");
   Descriptor workers(ends[1]);
-  files = std::make_unique<FileServer>(Descriptor(ends[0]), options.files, open_upload);
+  files = std::make_unique<FileServer>(Descriptor(ends[0]), settings.files, settings.open_upload);
+  const Options options{settings.slots,
+                        settings.threads,
+                        settings.job_memory_bytes,
+                        settings.scene_cache_bytes,
+                        static_cast<std::uint64_t>(settings.cache_idle.count()),
+                        settings.files};
   child.send(pack(Configure{options, std::move(workers)}));
 }
 
-std::unique_ptr<WorkerProcess::Instance> WorkerProcess::start_instance() const {
-  auto instance = std::make_unique<Instance>(
-      settings_.executable,
-      Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
-              static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files},
-      settings_.open_upload);
-  instance->ready_by = instance->started_at + settings_.start_timeout;
-  return instance;
-}
-
 void WorkerProcess::start_if_due(Time now) {
-  if (!may_start_) return;
-  if (state_ == WorkerState::absent && now >= restart_at_) start_worker(now);
-  // Only beside a worker that is ready: a program that cannot start is not started twice.
-  if (state_ == WorkerState::ready && standby_ == nullptr && now >= standby_at_) start_standby(now);
-}
-
-void WorkerProcess::start_worker(Time now) {
+  if (!may_start_ || state_ != WorkerState::absent || now < restart_at_) return;
   try {
-    if (standby_ != nullptr) standby_->ready_by = standby_->started_at + settings_.standby_start_timeout;
-    worker_ = standby_ != nullptr ? std::move(standby_) : start_instance();
+    worker_ = std::make_unique<Instance>(settings_);
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     set_not_ready(std::string("worker: ") + failure.what());
@@ -73,39 +61,24 @@ void WorkerProcess::start_worker(Time now) {
   last_message_at_ = now;
   pid_ = worker_->child.pid();
   log_(LogLevel::info, "worker_started", {{"pid", std::to_string(pid_)}, {"slots", std::to_string(settings_.slots)}});
-  if (worker_->ready) on_ready();
 }
 
-void WorkerProcess::start_standby(Time now) {
-  try {
-    standby_ = start_instance();
-  } catch (const std::exception& failure) {
-    log_(LogLevel::warning, "standby_not_started", {{"detail", failure.what()}});
-    standby_at_ = now + settings_.restart_pause_max;
-  }
-}
-
-void WorkerProcess::stop_starting() {
-  may_start_ = false;
-  standby_.reset();
-}
-
-void WorkerProcess::on_ready() {
+void WorkerProcess::on_ready(const Ready& ready) {
   state_ = WorkerState::ready;
   base_memory_bytes_ = resident_bytes(pid_);
   set_not_ready("");
   {
     const std::lock_guard lock(status_mutex_);
-    sandbox_ = worker_->ready->sandbox;
+    sandbox_ = ready.sandbox;
   }
   const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Time::clock::now() - worker_->started_at);
   log_(LogLevel::info, "worker_ready",
        {{"pid", std::to_string(pid_)},
-        {"build", worker_->ready->build},
-        {"sandbox", worker_->ready->sandbox},
+        {"build", ready.build},
+        {"sandbox", ready.sandbox},
         {"start_ms", std::to_string(start_ms.count())}});
-  if (worker_->ready->sandbox != full_sandbox)
-    log_(LogLevel::warning, "sandbox_incomplete", {{"sandbox", worker_->ready->sandbox}, {"full", full_sandbox}});
+  if (ready.sandbox != full_sandbox)
+    log_(LogLevel::warning, "sandbox_incomplete", {{"sandbox", ready.sandbox}, {"full", full_sandbox}});
 }
 
 // ---- messages and output
@@ -119,8 +92,6 @@ void WorkerProcess::wait(int event_descriptor, Time until) {
       {connected ? worker_->child.socket() : -1, static_cast<short>(POLLIN | writable), 0},
       {worker_ != nullptr ? worker_->child.pid_descriptor() : -1, POLLIN, 0},
       {worker_ != nullptr ? worker_->child.output().descriptor() : -1, POLLIN, 0},
-      {standby_ != nullptr ? standby_->child.socket() : -1, POLLIN, 0},
-      {standby_ != nullptr ? standby_->child.output().descriptor() : -1, POLLIN, 0},
   };
   for (const auto& instance : killed_) descriptors.push_back({instance->child.pid_descriptor(), POLLIN, 0});
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Time::clock::now()).count();
@@ -135,8 +106,6 @@ void WorkerProcess::wait(int event_descriptor, Time until) {
   if ((descriptors[1].revents & POLLOUT) != 0) worker_->child.flush();
   exited_ = (descriptors[2].revents & POLLIN) != 0;
   if (descriptors[3].revents != 0) log_output(worker_->child);
-  if (descriptors[5].revents != 0) log_output(standby_->child);
-  if (descriptors[4].revents != 0) read_standby();
 }
 
 std::optional<Message> WorkerProcess::receive(std::size_t job_count) {
@@ -149,9 +118,8 @@ std::optional<Message> WorkerProcess::receive(std::size_t job_count) {
       end(violation, false);
       return std::nullopt;
     }
-    if (auto* ready = std::get_if<Ready>(message)) {
-      worker_->ready = std::move(*ready);
-      if (state_ == WorkerState::starting) on_ready();
+    if (const auto* ready = std::get_if<Ready>(message)) {
+      if (state_ == WorkerState::starting) on_ready(*ready);
     } else if (const auto* heartbeat = std::get_if<Heartbeat>(message)) {
       on_heartbeat(*heartbeat, job_count);
     }
@@ -184,27 +152,6 @@ void WorkerProcess::on_heartbeat(const Heartbeat& heartbeat, std::size_t job_cou
   end("had " + std::to_string(used) + " bytes of memory, above the limit job_memory_bytes of " +
           std::to_string(settings_.job_memory_bytes) + " for each job,",
       false, "out_of_memory");
-}
-
-/// A standby only sends that it is ready and alive.
-void WorkerProcess::read_standby() {
-  for (;;) {
-    Received received = standby_->child.receive();
-    if (std::holds_alternative<Nothing>(received)) return;
-    auto* message = std::get_if<Message>(&received);
-    if (message != nullptr && !violation_of(*message).empty()) message = nullptr;
-    auto* ready = message == nullptr ? nullptr : std::get_if<Ready>(message);
-    if (ready != nullptr) standby_->ready = std::move(*ready);
-    if (message != nullptr && (ready != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;
-    return end_standby();
-  }
-}
-
-void WorkerProcess::end_standby() {
-  log_output(standby_->child);
-  log_(LogLevel::warning, "standby_ended", {{"pid", std::to_string(standby_->child.pid())}});
-  standby_.reset();
-  standby_at_ = Time::clock::now() + settings_.restart_pause_max;
 }
 
 /// Output consists mostly of messages of libraries.
@@ -247,26 +194,17 @@ void WorkerProcess::on_exit(const std::string& reason, bool planned_shutdown, co
 }
 
 void WorkerProcess::check_timeouts(Time now) {
-  if (state_ == WorkerState::starting && now >= worker_->ready_by) {
-    const auto time = std::chrono::duration_cast<std::chrono::milliseconds>(worker_->ready_by - worker_->started_at);
-    end("was not ready within " + std::to_string(time.count()) + " ms", false);
-  }
-  if (standby_ != nullptr && !standby_->ready && now >= standby_->ready_by) end_standby();
+  if (state_ == WorkerState::starting && now >= worker_->started_at + settings_.start_timeout)
+    end("was not ready within " + std::to_string(settings_.start_timeout.count()) + " ms", false);
   if (state_ == WorkerState::ready && now >= last_message_at_ + settings_.heartbeat_timeout) {
     end("sent no heartbeat within the heartbeat timeout", false);
   }
 }
 
 WorkerProcess::Time WorkerProcess::next_deadline() const {
-  Time next = Time::max();
-  if (state_ == WorkerState::absent && may_start_) next = restart_at_;
-  if (state_ == WorkerState::starting) next = worker_->ready_by;
-  if (state_ == WorkerState::ready) {
-    next = last_message_at_ + settings_.heartbeat_timeout;
-    if (standby_ == nullptr && may_start_) next = std::min(next, standby_at_);
-  }
-  if (standby_ != nullptr && !standby_->ready) next = std::min(next, standby_->ready_by);
-  return next;
+  if (state_ == WorkerState::absent && may_start_) return restart_at_;
+  if (state_ == WorkerState::starting) return worker_->started_at + settings_.start_timeout;
+  return state_ == WorkerState::ready ? last_message_at_ + settings_.heartbeat_timeout : Time::max();
 }
 
 std::string WorkerProcess::sandbox() const {

@@ -1,5 +1,5 @@
 #pragma once
-/// The worker process of the supervisor and its standby: start, messages, time limits, memory limit and exit.
+/// The worker process of the supervisor: start, messages, time limits, memory limit and exit.
 
 #include <atomic>
 #include <chrono>
@@ -35,11 +35,10 @@ class WorkerProcess {
   WorkerProcess(const SupervisorSettings& settings, queue::Log log)
       : settings_(settings), log_(std::move(log)), restart_pause_(settings.restart_pause) {}
 
-  /// Starts the worker, or its standby once the worker is ready. A program that cannot be started is logged and tried
-  /// again later.
+  /// Starts the worker if there is none. A program that cannot be started is logged and tried again later.
   void start_if_due(Time now);
-  /// Starts no process any more and ends the standby.
-  void stop_starting();
+  /// Starts no process any more.
+  void stop_starting() { may_start_ = false; }
 
   /// Waits until `until`, until `event_descriptor` is readable or until a process needs attention; logs output.
   void wait(int event_descriptor, Time until);
@@ -61,7 +60,6 @@ class WorkerProcess {
   [[nodiscard]] Time next_deadline() const;
 
   [[nodiscard]] WorkerState state() const { return state_; }
-  [[nodiscard]] bool standby_ready() const { return standby_ != nullptr && standby_->ready; }
   void reset_restart_pause() { restart_pause_ = settings_.restart_pause; }
 
   // Any thread.
@@ -72,21 +70,14 @@ class WorkerProcess {
 
  private:
   struct Instance {
-    Instance(const std::string& executable, const Options& options, const OpenUpload& open_upload);
+    explicit Instance(const SupervisorSettings& settings);
     std::unique_ptr<FileServer> files;
     ChildProcess child;  ///< after `files`: its end closes the other end of their socket
     Time started_at = Time::clock::now();
-    Time ready_by{};
-    std::optional<Ready> ready;
   };
 
-  [[nodiscard]] std::unique_ptr<Instance> start_instance() const;
-  void start_worker(Time now);
-  void start_standby(Time now);
-  void on_ready();
+  void on_ready(const Ready& ready);
   void on_heartbeat(const Heartbeat& heartbeat, std::size_t job_count);
-  void read_standby();
-  void end_standby();
   void on_exit(const std::string& reason, bool planned_shutdown, const char* code);
   void log_output(ChildProcess& child) const;
   void set_not_ready(std::string reason);
@@ -94,11 +85,10 @@ class WorkerProcess {
   const SupervisorSettings& settings_;
   const queue::Log log_;
   std::unique_ptr<Instance> worker_;
-  std::unique_ptr<Instance> standby_;              ///< replaces the worker as soon as that ends
   std::vector<std::unique_ptr<Instance>> killed_;  ///< a large process takes its time to exit
   WorkerState state_ = WorkerState::absent;
   bool may_start_ = true, exited_ = false;
-  Time last_message_at_, restart_at_{}, standby_at_{};  ///< nothing is started before the last two
+  Time last_message_at_, restart_at_{};  ///< no worker is started before the second
   std::chrono::milliseconds restart_pause_;
   std::uint64_t base_memory_bytes_ = 0;  ///< before the first job
   std::optional<WorkerExit> exit_;
