@@ -36,6 +36,7 @@ Scene panorama(const Vec3& up, const Vec3& ahead) {
   scene.image = {128, 64, {}};
   scene.camera = {.position = {1, 2, 3}, .look_at = Vec3{1, 2, 3} + ahead, .up = up};
   scene.camera.type = Camera::Type::panorama;
+  scene.background.up = up;
   return scene;
 }
 
@@ -159,6 +160,36 @@ TEST(CubeMap, GivesTheColorOfEachFace) {
     for (std::size_t i = 0; i < image.rgb.size(); i += 3)
       ASSERT_EQ((Color{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}), colors[face]) << face;
   }
+}
+
+/// A gradient, an environment and a cube, each with another color in every direction.
+std::vector<Scene> scenes_of_each_sky() {
+  std::vector<Scene> all(3, scenes::empty(9));
+  const GradientTexture gradient{{Color{0.1, 0.2, 0.9}, Color{0.9, 0.8, 0.3}}};
+  for (Scene& scene : all) scene.textures = std::vector<Texture>(6, Texture{gradient, {1, 1}, {0, 0}, "/textures/a"});
+  all[0].background.gradient = Gradient{{0.2, 0.4, 1}, {1, 0.5, 0}};
+  all[1].background.environment = Environment{{0}, 30};
+  all[2].background.cube = CubeMap{{{{0}, {1}, {2}, {3}, {4}, {5}}}};
+  return all;
+}
+
+TEST(Background, StaysWhereItIsWhenTheCameraBanks) {
+  for (const Vec3& ahead : {Vec3{0, 0.3, -1}, Vec3{2, -0.4, 1}, Vec3{0.1, 1, 0.2}})
+    for (Scene level : scenes_of_each_sky()) {
+      level.image = {9, 9, {}};
+      level.camera = {.position = {1, 2, 3}, .look_at = Vec3{1, 2, 3} + ahead, .fov_deg = 20};
+      Scene banked = level;
+      const Vec3 right = cross(ahead, level.camera.up);
+      banked.camera.up = right + level.camera.up * 0.001;  // by a quarter of a turn
+      const Image one = scenes::render(level).image, other = scenes::render(banked).image;
+      const auto center_of = [](const Image& image) { return image.pixel(4, 4)[2]; };
+      EXPECT_NEAR(center_of(other), center_of(one), 1e-6);
+      banked.background.up.reset();
+      const Image turned = scenes::render(banked).image;
+      banked.background.up = banked.camera.up * 3;
+      EXPECT_EQ(scenes::render(banked).image.rgb, turned.rgb) << "the same direction, written out";
+      EXPECT_NE(turned.rgb, other.rgb);
+    }
 }
 
 TEST(Environment, OfAFileThatIsNoImageFailsWithBadAsset) {

@@ -35,6 +35,7 @@ TEST(GlobalLight, OfASkyWithASunHasItsIrradianceAndASmallVariance) {
   }
   const Assets assets{{encode(sky, Format::exr)->bytes}};
   Scene scene = view_of({0, 0, 0}, {0, -8, 1}, 64);
+  scene.background.up = {0, 0, 1};
   scene.camera.up = {0, 0, 1};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(0.8));
   scene.textures.emplace_back().pattern = ImageTexture{};

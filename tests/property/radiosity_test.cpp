@@ -234,6 +234,7 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   EXPECT_GT(cache.memory_bytes().radiosity, 0u);
   Scene moved = scenes::room();
   moved.camera.position = {0.5, 0.25, 2};
+  moved.camera.up = {0.5, 1, 0.25};
   moved.image = {24, 16, {}};
   const Cached again = compiled_with(cache, moved, "a");
   EXPECT_TRUE(again.reused);
@@ -244,8 +245,12 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   EXPECT_FALSE(compiled_with(cache, scenes::room(), "b").reused) << "another scene";
   EXPECT_FALSE(compiled_with(cache, scenes::room(), "").reused) << "of unknown content";
   Scene turned = scenes::room();
-  turned.camera.up = {1, 0, 0};  // and with it an environment
-  EXPECT_FALSE(compiled_with(cache, turned, "a").reused);
+  turned.background.up = {1, 0, 0};
+  EXPECT_FALSE(compiled_with(cache, turned, "a").reused) << "another zenith";
+  turned.background.up.reset();
+  EXPECT_TRUE(compiled_with(cache, turned, "a").reused) << "the camera's, which is y";
+  turned.camera.up = {0.5, 1, 0.25};
+  EXPECT_FALSE(compiled_with(cache, turned, "a").reused) << "the sky turns with the camera";
   Scene with_file = scenes::room();
   with_file.assets.push_back({"image.png", "/textures/wood/file"});
   EXPECT_FALSE(compiled_with(cache, with_file, "a").reused) << "of a file of unknown content";

@@ -38,6 +38,7 @@ TEST(DefaultValues, OfSceneMatchTheSceneHeader) {
   EXPECT_EQ(scene.camera.up, (Vec3{0, 1, 0}));
   EXPECT_EQ(scene.camera.fov_deg, 45);
   EXPECT_EQ(scene.background.color, Color{});
+  EXPECT_EQ(scene.background.up, (Vec3{0, 1, 0}));
   EXPECT_EQ(scene.ambient, Color{});
   EXPECT_TRUE(scene.lights.empty() && scene.textures.empty() && scene.materials.empty() && scene.objects.empty());
   EXPECT_EQ(scene.accuracy.max_depth, tracer::default_max_depth(true));

@@ -44,6 +44,7 @@ TEST(SceneReader, ReadsCropOrthographicCameraAndDepthCue) {
   ASSERT_TRUE(scene.background.gradient && scene.depth_cue);
   EXPECT_EQ(scene.background.gradient->zenith, (Color{0, 0.5, 1}));
   EXPECT_EQ(scene.background.gradient->nadir, (Color{0.25, 0.25, 0.25}));
+  EXPECT_EQ(scene.background.up, (Vec3{0, 0, 2}));
   EXPECT_EQ(scene.depth_cue->front, 1);
   EXPECT_EQ(scene.depth_cue->back, 9);
   EXPECT_EQ(scene.depth_cue->front_scale, 0.75);

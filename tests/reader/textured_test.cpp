@@ -21,12 +21,14 @@ TEST(SceneReader, ReadsEnvironmentsBeforeTheirTextures) {
   ASSERT_TRUE(scene.background.environment);
   EXPECT_EQ(scene.background.environment->texture.index, 1u);
   EXPECT_EQ(scene.background.environment->rotation_deg, -30);
+  EXPECT_EQ(scene.background.up, (tracer::Vec3{1, 0, 2}));
   EXPECT_FALSE(scene.background.gradient || scene.background.cube);
 }
 
 TEST(SceneReader, ReadsCubeFacesInAnyOrder) {
   const tracer::Scene scene = scene_of("every_field_of_cubes.json");
   ASSERT_TRUE(scene.background.cube);
+  EXPECT_FALSE(scene.background.up) << "that of the camera";
   const auto& faces = scene.background.cube->faces;
   EXPECT_EQ(scene.textures[faces[0].index].path, "/background/cube/+x");
   for (std::uint32_t face = 1; face < 6; ++face) EXPECT_EQ(faces[face].index, face - 1) << "in the order of the faces";

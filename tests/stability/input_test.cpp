@@ -64,6 +64,7 @@ class Everything {
     number("/camera/aperture", camera.aperture);
     number("/camera/focus_distance", *camera.focus_distance);
     scene.background.gradient = Gradient{{0.1, 0.2, 0.3}, {0.3, 0.2, 0.1}};
+    vector("/background/up", *scene.background.up);
     color("/background/zenith", scene.background.gradient->zenith);
     color("/background/nadir", scene.background.gradient->nadir);
     scene.depth_cue = DepthCue{3, 20, 0.9, 0.2, {0.5, 0.5, 0.5}};

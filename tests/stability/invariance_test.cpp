@@ -30,6 +30,7 @@ Scene mapped(Scene scene, const Point& point, const Direction& direction, double
   scene.camera.position = point(scene.camera.position);
   scene.camera.look_at = point(scene.camera.look_at);
   scene.camera.up = direction(scene.camera.up);
+  scene.background.up = direction(*scene.background.up);
   for (Light& light : scene.lights) {
     if (auto* p = std::get_if<PointLight>(&light.source)) p->position = point(p->position);
     if (auto* d = std::get_if<DirectionalLight>(&light.source)) d->direction = direction(d->direction);

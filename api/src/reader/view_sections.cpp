@@ -214,6 +214,13 @@ void read_background(Reading& reading, const Cursor& at) {
     fields.optional("color", background.color);
     for (const std::string_view other : {"zenith", "nadir", "environment"}) fields.take(other);
   }
+  const bool has_zenith = background.environment || background.cube || background.gradient;
+  constexpr Word<std::optional<tracer::Vec3>> of_the_camera[] = {{"camera", std::nullopt}};
+  if (const auto up = has_zenith ? fields.take("up") : std::nullopt; up && up->node->kind == json::Kind::string) {
+    read(reading, *up, OneOf<std::optional<tracer::Vec3>>{background.up, of_the_camera});
+  } else if (up) {
+    read(reading, *up, background.up);
+  }
   fields.finish();
 }
 

@@ -104,7 +104,7 @@ TEST(Emitters, AreSelectedInProportionToTheirPower) {
 /// A checkered sky without black, turned about an inclined axis.
 Scene under_checkered_sky() {
   Scene scene = scenes::empty(1);
-  scene.camera.up = {1, 2, 3};
+  scene.background.up = {1, 2, 3};
   scene.textures = {Texture{CheckerTexture{{Color{1, 1, 1}, Color{9, 5, 1}}}, {8, 6}, {}, "/background/environment"}};
   scene.textures.back().wrap = Texture::Wrap::repeat;
   scene.background.environment = Environment{{}, 20};

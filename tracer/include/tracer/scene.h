@@ -71,22 +71,22 @@ struct Camera {
   double eye_separation = 0;       ///< world, >= 0; without effect on a single eye
 };
 
-/// nadir for directions opposite to the camera's `up`, zenith along it, linear in the cosine between.
+/// nadir for directions opposite to the background's `up`, zenith along it, linear in the cosine between.
 struct Gradient {
   Color zenith{}, nadir{};
 };
 
 /// Equirectangular texture of all directions, as a panorama camera renders it: u = 1/2 is world -z projected across the
-/// camera's `up` (+x if up is along z) and grows to the right; v = 0 is straight down, 1 straight up. With a texture
-/// scale of 1, u is periodic and v is clamped at the poles for every `wrap`.
+/// background's `up` (+x if up is along z) and grows to the right; v = 0 is straight down, 1 straight up. With a
+/// texture scale of 1, u is periodic and v is clamped at the poles for every `wrap`.
 struct Environment {
   TextureId texture{};
   double rotation_deg = 0;  ///< about up, counter-clockwise seen from the tip of up; any finite angle
 };
 
 /// One texture per face of a cube at infinity, seen from inside with u to the right and v up. On the side faces, up is
-/// the world axis closest to the camera's `up`; the top and bottom faces are oriented as seen by pitching up and down
-/// from the -z face (+x if up is z). Order: +x, -x, +y, -y, +z, -z.
+/// the world axis closest to the background's `up`; the top and bottom faces are oriented as seen by pitching up and
+/// down from the -z face (+x if up is z). Order: +x, -x, +y, -y, +z, -z.
 struct CubeMap {
   std::array<TextureId, 6> faces{};
 };
@@ -97,6 +97,7 @@ struct Background {
   std::optional<Gradient> gradient{};
   std::optional<Environment> environment{};
   std::optional<CubeMap> cube{};
+  std::optional<Vec3> up{Vec3{0, 1, 0}};  ///< any length > 0; unset: the camera's, with which the sky turns
 };
 
 /// I' = S I + (1-S) color for the radiance I of a camera ray. S depends on the distance z of the hit along the viewing

@@ -213,7 +213,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto images = texture_images(compiled->textures, scene.assets, assets, control, cache_entry, compiled->cache_hits);
     if (!images) return images.error();
     compiled->images = std::move(*images);
-    compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
+    compiled->background.emplace(scene.background, scene.background.up.value_or(scene.camera.up), compiled->textures,
+                                 compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
     // Also needed with a cached accelerator: it assigns the materials and axes of objects.
     GeometrySet geometry = build_geometry(scene, *compiled, taken, control);

@@ -113,7 +113,7 @@ std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<s
   return writer.end();
 }
 
-/// Empty if the content of a file is unknown. An environment turns with the camera's `up`.
+/// Empty if the content of a file is unknown. A background may turn with the camera.
 std::string radiosity_key(const Scene& scene, const std::vector<std::string>& contents,
                           const std::string& everything_but_the_view) {
   if (everything_but_the_view.empty()) return {};
@@ -129,7 +129,8 @@ std::string radiosity_key(const Scene& scene, const std::vector<std::string>& co
     add(contents[i]);
   }
   static_assert(is_plain<Vec3>);
-  hash.add(&scene.camera.up, sizeof scene.camera.up);
+  const Vec3 up = scene.background.up.value_or(scene.camera.up);
+  hash.add(&up, sizeof up);
   return hash.digest();
 }
 

@@ -98,6 +98,7 @@ bool check_texture(Checks& checks, const DocumentPath& where, TextureId texture,
 void check_background(Checks& checks, const Background& background, std::size_t texture_count) {
   const DocumentPath where("/background");
   checks.color({where, "color"}, background.color);
+  if (background.up) checks.direction({where, "up"}, *background.up);
   if (background.gradient) {
     checks.color({where, "zenith"}, background.gradient->zenith);
     checks.color({where, "nadir"}, background.gradient->nadir);
