@@ -108,7 +108,7 @@ TEST(Warnings, NameBlackImages) {
 TEST(Warnings, NameObjectsBehindTheCamera) {
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "1") + ", " + sphere_at("[0,1,19]", "1")),
             Lines{"/objects/1 behind_camera"});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "4")), Lines{});
+  EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "2.9")), Lines{}) << "its box is beside the camera, too";
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "1", R"({"reflection": 0.5})")), Lines{});
 }
 
@@ -116,12 +116,157 @@ TEST(Warnings, NameLightsWithinOpaqueSolids) {
   const std::string bulb = R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2})";
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25"), bulb), Lines{"/lights/1 light_enclosed"});
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.15"), bulb), Lines{});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25", R"({"transmission": 1})"), bulb), Lines{});
+  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25", R"({"color": 0, "transmission": 1})"), bulb),
+            Lines{});
   EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "90"), bulb), Lines{}) << "around the camera, too";
   EXPECT_EQ(warnings_with("", "", R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2, "visible": true})"),
             Lines{});
   const std::string box = R"(, {"type": "box", "min": [4,4,-1], "max": [6,6,1], "material": {}})";
   EXPECT_EQ(warnings_with("", box, bulb), Lines{"/lights/1 light_enclosed"});
+}
+
+/// Closed shapes, each the text before its material, with the camera of document_with() at [0,1,6] inside.
+const std::vector<std::string> shapes_around_the_camera{
+    R"("type": "sphere", "center": [0,1,6.3], "radius": 0.5)",
+    R"("type": "sphere", "radius": 1, "position": [0,0.2,6], "scale": [0.2,2,0.2])",
+    R"("type": "box", "min": [-0.5,0.6,5.7], "max": [0.4,1.3,6.2])",
+    R"("type": "box", "size": [1,2,3], "rotate": [10,20,30], "position": [0,1,6])",
+    R"("type": "cylinder", "from": [0,0.5,6], "to": [0.1,1.6,6], "radius": 0.4)",
+    R"("type": "cone", "base": [0,0.8,6], "apex": [0,2,6], "radius": 0.3)",
+    R"("type": "cone", "base": [0,0.8,6], "apex": [0,2,6], "radius": 0.1, "apex_radius": 0.7)",
+    R"("type": "torus", "center": [2,1,6], "axis": [0,1,0], "major_radius": 2, "minor_radius": 0.2)",
+    R"("type": "mesh", "positions": [[-1,0,5],[1,0,5],[0,0,7.5],[0,3,6]],
+        "triangles": [[0,1,2],[0,3,1],[1,3,2],[2,3,0]])"};
+
+Lines warnings_around_the_camera(const std::string& shape, const std::string& material = "{}",
+                                 const std::string& members = {}) {
+  return warnings_with(members, ", {" + shape + R"(, "material": )" + material + "}");
+}
+
+TEST(Warnings, NameACameraWithinAnOpaqueSolid) {
+  for (const std::string& shape : shapes_around_the_camera) {
+    EXPECT_EQ(warnings_around_the_camera(shape), Lines{"/camera/position camera_enclosed"}) << shape;
+    EXPECT_EQ(warnings_around_the_camera(shape, R"({"reflection": 0.5})"), Lines{"/camera/position camera_enclosed"});
+    for (const char* through : {R"({"color": 0, "transmission": 0.5})", R"({"opacity": 0.5})"})
+      EXPECT_EQ(warnings_around_the_camera(shape, through), Lines{}) << shape << through;
+  }
+}
+
+TEST(Warnings, LetTheCameraBeInRoomsDomesAndBesideSolids) {
+  for (const std::string& shape : shapes_around_the_camera) {
+    const std::string solid = ", {" + shape + R"(, "material": {}})";
+    EXPECT_EQ(warnings_with("", solid + ", " + sphere_at("[0,0.96,5.96]", "0.01")), Lines{})
+        << "an object in " << shape;
+    EXPECT_EQ(warnings_with("", solid, R"(, {"type": "point", "position": [0,0.96,5.96]})"), Lines{}) << "a light";
+    EXPECT_EQ(warnings_around_the_camera(shape, R"({"emission": 0.5})"), Lines{}) << "a glowing dome";
+    EXPECT_EQ(warnings_around_the_camera(shape, R"({"color": {"checker": [0, 1]}})", R"("ambient": 1)"), Lines{});
+  }
+  for (const char* beside :
+       {R"("type": "sphere", "center": [0.35,1.35,6.35], "radius": 0.6)",  // in its box only
+        R"("type": "box", "center": [0,1,8], "size": [1,1,3.9])",
+        R"("type": "cylinder", "from": [0,0.5,6], "to": [0,1.6,6], "radius": 0.4, "caps": false)",
+        R"("type": "cone", "base": [0,0.8,6], "apex": [0.6,2,6], "radius": 0.05)",
+        R"("type": "torus", "center": [0,1,6], "axis": [0,1,0], "major_radius": 1, "minor_radius": 0.2)",
+        R"("type": "mesh", "positions": [[-1,0,5],[1,0,5],[0,0,7.5],[0,3,6]], "triangles": [[0,1,2],[0,3,1],[1,3,2]])"})
+    EXPECT_EQ(warnings_around_the_camera(beside), Lines{}) << beside;
+}
+
+TEST(Warnings, NameLightsTooFaintToBeSeen) {
+  const auto with_light = [](const std::string& source, const std::string& attenuation = R"("inverse_square")") {
+    return ", {" + source + R"(, "attenuation": )" + attenuation + "}";
+  };
+  const Lines dim{"/lights/1/intensity light_too_faint"};
+  for (const std::string source :
+       {R"("type": "point", "position": [0,170,0])", R"("type": "sphere", "center": [170,0,0], "radius": 2)",
+        R"("type": "spot", "position": [0,0,170], "target": [0,0,0], "inner_angle": 9, "outer_angle": 20)",
+        R"("type": "rect", "corner": [0,170,0], "edge_u": [2,0,0], "edge_v": [0,0,2])",
+        R"("type": "disc", "center": [0,170,0], "normal": [0,1,0], "radius": 2)",
+        R"("type": "line", "from": [0,170,0], "to": [1,171,0])"}) {
+    EXPECT_EQ(warnings_with("", "", with_light(source)), dim) << source;
+    EXPECT_EQ(warnings_with("", "", with_light(source, "[0,0,1]")), dim) << source;
+    EXPECT_EQ(warnings_with("", "", with_light(source, R"("none")")), Lines{}) << source;
+    EXPECT_EQ(warnings_with("", "", with_light(source, "[1,0.01,0]")), Lines{}) << source;
+    EXPECT_EQ(warnings_with("", "", with_light(source + R"(, "intensity": 1e4)")), Lines{}) << source;
+    EXPECT_EQ(warnings_with("", "", with_light(source + R"(, "intensity": 0)")), Lines{}) << source;
+    EXPECT_EQ(warnings_with(R"("output": {"exposure": 3})", "", with_light(source)), Lines{}) << source;
+    EXPECT_EQ(warnings_with("", ", " + sphere_at("[60,60,60]", "90"), with_light(source)), Lines{}) << source;
+    EXPECT_EQ(warnings_with("", ", " + sphere_at("[60,60,60]", "90", R"({"diffuse": 0})"), with_light(source)), dim);
+  }
+  const std::string point = with_light(R"("type": "point", "position": [0,170,0])");
+  EXPECT_EQ(warnings_with("", R"(, {"type": "plane", "point": [0,150,0], "normal": [0,1,0], "material": {}})", point),
+            Lines{});
+  EXPECT_EQ(warnings_with("", R"(, {"type": "plane", "point": [0,-5,0], "normal": [0,1,0], "material": {}})", point),
+            dim);
+  EXPECT_EQ(warnings_with("", "", point + point).size(), 2u);
+  std::string many;
+  for (int i = 0; i < 20; ++i) many += point;
+  EXPECT_EQ(warnings_with("", "", many), Lines{}) << "bright together";
+}
+
+TEST(Warnings, NameEmissionThatIsMeantToLight) {
+  const auto lit = [](const std::string& emission, const std::string& members = {}, const std::string& other = "{}") {
+    return warnings_of(document_with(R"("objects": [)" + sphere_at("[0,0,0]", "1", other) + ", " +
+                                     sphere_at("[0,3,0]", "0.5", R"({"emission": )" + emission + "}") + "]" + members));
+  };
+  const auto lights = [](const std::string& light) { return R"(, "lights": [{)" + light + "}]"; };
+  const std::string near = R"("type": "point", "position": [0.5,2,0])", far = R"("type": "point", "position": [5,9,3])";
+  const Lines alone{"/objects/1/material/emission emission_lights_nothing"};
+  EXPECT_EQ(lit("0.5"), alone);
+  EXPECT_EQ(lit(R"({"checker": [0, 0.5]})"), alone);
+  EXPECT_EQ(lit("5", R"(, "ambient": 0.1)"), alone);
+  EXPECT_EQ(lit("5", lights(far)), alone);
+  EXPECT_EQ(lit("0.8", lights(far) + R"(, "output": {"exposure": 1})"), alone);
+  EXPECT_EQ(lit("0.5", lights(near + R"(, "intensity": 0)")), alone);
+  EXPECT_EQ(lit("0.5", R"(, "ambient": 0.1)"), Lines{}) << "a sign";
+  EXPECT_EQ(lit("0.5", lights(far)), Lines{});
+  EXPECT_EQ(lit("5", lights(far) + R"(, "output": {"exposure": -3})"), Lines{});
+  EXPECT_EQ(lit("5", lights(near)), Lines{}) << "its light";
+  EXPECT_EQ(lit("5", lights(R"("type": "directional", "direction": [0,-1,0])")), Lines{}) << "perhaps a sun";
+  EXPECT_EQ(lit("5", R"(, "accuracy": {"model": "global"})"), Lines{});
+  EXPECT_EQ(lit("5", "", R"({"color": 0, "reflection": 1})"), Lines{}) << "a mirror shows it";
+  EXPECT_EQ(lit("5", "", R"({"emission": 1})"), Lines{});
+  EXPECT_EQ(warnings_with("", "",
+                          R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2, "intensity": 9, "visible": true})"),
+            Lines{});
+}
+
+TEST(Warnings, NameHighlightsThatGlowingObjectsDoNotHave) {
+  const auto beside = [](const std::string& shiny, const std::string& lamp, const std::string& model = "global") {
+    return warnings_with(R"("accuracy": {"model": ")" + model + "\"}",
+                         ", " + sphere_at("[3,0,0]", "1", shiny) + ", " + sphere_at("[-3,8,3]", "1", lamp));
+  };
+  const std::string lamp = R"({"emission": 0.9})";
+  for (const char* model : {"phong", "blinn_phong"})
+    for (const char* field : {"specular", "specular_transmission"}) {
+      const std::string shiny = R"({"model": ")" + std::string(model) + R"(", ")" + field + R"(": 0.5)";
+      EXPECT_EQ(beside(shiny + "}", lamp), Lines{"/objects/1/material/" + std::string(field) + " highlight_omitted"});
+      EXPECT_EQ(beside(shiny + "}", "{}"), Lines{}) << "no lamp";
+      EXPECT_EQ(beside(shiny + "}", lamp, "whitted"), Lines{});
+      EXPECT_EQ(beside(shiny + R"(, "specular_color": 0})", lamp), Lines{});
+      EXPECT_EQ(beside("{}", shiny + R"(, "emission": 5})"), Lines{}) << "only the lamp itself shines";
+    }
+  EXPECT_EQ(beside(R"({"model": "lambert", "specular": 0.5})", lamp), Lines{});
+  EXPECT_EQ(beside(R"({"specular": 0})", lamp), Lines{});
+}
+
+TEST(Warnings, NameTransmissiveMaterialsThatMakeLight) {
+  const auto made_of = [](const std::string& members) {
+    return warnings_with(R"("materials": {"glass": {)" + members + "}}");
+  };
+  const Lines milky{"/materials/glass/diffuse energy_gain"};
+  for (const std::string transmission :
+       {R"("transmission": 1)", R"("transmission": 0.3)", R"("transmission": 0.5, "fresnel": false)",
+        R"("transmission": 0.5, "transparency": "filtered")"}) {
+    EXPECT_EQ(made_of(transmission), milky) << transmission;
+    EXPECT_EQ(made_of(transmission + R"(, "color": "#4060ff")"), milky) << transmission;
+    EXPECT_EQ(made_of(transmission + R"(, "color": {"checker": [0, 1]})"), milky) << transmission;
+    EXPECT_EQ(made_of(transmission + R"(, "color": 0)"), Lines{}) << transmission;
+    EXPECT_EQ(made_of(transmission + R"(, "diffuse": 0)"), Lines{}) << transmission;
+    EXPECT_EQ(made_of(transmission + R"(, "diffuse": 0.9)"), Lines{}) << "as it is written: " << transmission;
+  }
+  EXPECT_EQ(made_of(R"("transmission": 0.5, "transparency": "interpolated")"), Lines{}) << "0.5 of 0.8 + 0.5";
+  EXPECT_EQ(made_of(R"("transmission": 0.2, "fresnel": false)"), Lines{}) << "0.8 + 0.2";
+  EXPECT_EQ(made_of(R"("transmission": 0, "reflection": 1)"), Lines{}) << "opaque";
 }
 
 TEST(Warnings, NameObjectsThatDoublesDoNotResolve) {

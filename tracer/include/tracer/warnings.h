@@ -12,7 +12,8 @@ namespace tracer {
 inline constexpr std::size_t warnings_max = 100;
 
 /// The first `warnings_max` warnings, with the codes "color_above_1", "radians", "nothing_lit", "nothing_in_view",
-/// "behind_camera", "light_enclosed" and "beyond_precision" (api/docs/scene.md). Precondition: validate() accepts the
+/// "behind_camera", "light_enclosed", "camera_enclosed", "light_too_faint", "emission_lights_nothing",
+/// "highlight_omitted", "energy_gain" and "beyond_precision" (api/docs/scene.md). Precondition: validate() accepts the
 /// scene. The meshes of files may be empty: they count as visible. Time is linear in the placed objects and vertices.
 /// Never fails.
 std::vector<Issue> warnings(const Scene& scene);

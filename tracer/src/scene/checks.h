@@ -1,5 +1,6 @@
 #pragma once
-/// Rules for the values of a scene. Each violation is reported as an issue with its path. Used by validate*.cpp only.
+/// Rules for the values of a scene. Each violation is reported as an issue with its path. Used for validation and
+/// warnings.
 
 #include <array>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tracer/limits.h"
@@ -124,5 +126,13 @@ class FieldChecks {
 
 /// Checks objects, prototypes and their totals after instancing (validate_objects.cpp).
 void check_objects(Checks& checks, const Scene& scene);
+
+inline constexpr std::size_t compared_lights_max = 64;  ///< compared with every object
+
+/// The sphere around a light; unset for directional lights.
+std::optional<std::pair<Vec3, double>> extent(const LightSource& source);
+
+/// Warnings of light that a document seems to have and that its image lacks (light_analysis.cpp).
+std::vector<Issue> light_warnings(const Scene& scene);
 
 }  // namespace tracer

@@ -1,6 +1,7 @@
 #include "tracer/warnings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -57,24 +58,48 @@ class View {
   double angle_, radius_;
 };
 
-/// The sphere around a light; unset for directional lights.
-std::optional<std::pair<Vec3, double>> extent(const LightSource& source) {
-  using Sphere = std::pair<Vec3, double>;
-  if (const auto* point = std::get_if<PointLight>(&source)) return Sphere{point->position, 0};
-  if (const auto* spot = std::get_if<SpotLight>(&source)) return Sphere{spot->position, 0};
-  if (const auto* disc = std::get_if<DiscLight>(&source)) return Sphere{disc->center, disc->radius};
-  if (const auto* sphere = std::get_if<SphereLight>(&source)) return Sphere{sphere->center, sphere->radius};
-  if (const auto* line = std::get_if<LineLight>(&source))
-    return Sphere{(line->from + line->to) / 2, length(line->to - line->from) / 2};
-  if (const auto* rect = std::get_if<RectLight>(&source))
-    return Sphere{rect->corner + (rect->edge_u + rect->edge_v) / 2, (length(rect->edge_u) + length(rect->edge_v)) / 2};
-  return std::nullopt;
+/// Distance from the surface to a point in a closed standard shape, in the shape's space; not positive for a point
+/// outside, nor for any if there is no inside.
+double depth(const StandardImage<UnitSphere>& /*image*/, const Vec3& p) { return 1 - length(p); }
+double depth(const StandardImage<UnitCube>& /*image*/, const Vec3& p) {
+  return 0.5 - max_component(abs(p - Vec3{0.5, 0.5, 0.5}));
+}
+double depth(const StandardImage<UnitDisc>& /*image*/, const Vec3& /*p*/) { return -1; }
+double depth(const StandardImage<UnitTorus>& image, const Vec3& p) {
+  return image.radius_0 - std::hypot(std::hypot(p.x, p.y) - 1, p.z);
+}
+double depth(const StandardImage<Frustum>& image, const Vec3& p) {
+  const double slope = image.radius_1 - image.radius_0;
+  const double side = (image.radius_0 + slope * p.z - std::hypot(p.x, p.y)) / std::hypot(1, slope);
+  return image.caps ? std::min({p.z, 1 - p.z, side}) : -1;
+}
+
+/// True if a line through the point crosses a mesh an odd number of times at both ends: it is closed around the point.
+bool is_around(const Mesh& mesh, const Affine& world_from_object, const Vec3& point) {
+  constexpr Vec3 directions[] = {{0.37, 1, 0.21}, {0.21, 0.37, 1}, {1, 0.21, 0.37}};  // along no usual edge
+  return std::ranges::all_of(directions, [&](const Vec3& d) {
+    std::array<bool, 2> is_odd{};
+    for (const auto& triangle : mesh.triangles) {
+      std::array<Vec3, 3> at{};
+      for (std::size_t i = 0; i < 3; ++i) at[i] = world_from_object.point(mesh.positions[triangle[i]]) - point;
+      const auto& [a, b, c] = at;
+      const bool ab = dot(d, cross(a, b)) > 0, bc = dot(d, cross(b, c)) > 0, ca = dot(d, cross(c, a)) > 0;
+      const bool is_front = dot(a, cross(b, c)) > 0;
+      if (ab == bc && bc == ca) is_odd[ab == is_front ? 1 : 0] ^= true;
+    }
+    return is_odd[0] && is_odd[1];
+  });
+}
+
+bool is_in(const Bounds& box, const Vec3& p) {
+  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+         p.z <= box.high.z;
 }
 
 class WarningFinder {
  public:
   explicit WarningFinder(const Scene& scene) : scene_(scene), view_(scene) {
-    for (std::size_t i = 0; i < std::min(scene.lights.size(), lights_max); ++i)
+    for (std::size_t i = 0; i < std::min(scene.lights.size(), compared_lights_max); ++i)
       if (const auto light = extent(scene.lights[i].source); light && scene.lights[i].shadows)
         lights_.emplace_back(i, *light);
   }
@@ -89,15 +114,15 @@ class WarningFinder {
     check_radiance("/background/color", scene_.background.color);
     for (const Material& material : scene_.materials) check(material);
     for_each_placed(scene_, [&](const Placed& placed) { check(placed); });
+    check_around_camera();
+    for (const Issue& issue : light_warnings(scene_)) add(issue.pointer, issue.code, issue.detail);
     check_totals();
     return std::move(found_);
   }
 
  private:
-  static constexpr std::size_t lights_max = 64;  ///< compared with every solid
-
-  void add(std::string pointer, const char* code, std::string detail) {
-    if (found_.size() < warnings_max) found_.push_back({std::move(pointer), code, std::move(detail)});
+  void add(const std::string& pointer, const std::string& code, const std::string& detail) {
+    if (found_.size() < warnings_max) found_.push_back({pointer, code, detail});
   }
 
   void check_camera() {
@@ -165,8 +190,8 @@ class WarningFinder {
     } else if (!in_view_) {
       in_view_ = box.empty() || view_.may_hit(box);
     }
-    if (placed.shadow && !lets_light_pass(material) && has_light(box))
-      std::visit([&](const auto& shape) { check_inside(shape, placed); }, placed.shape);
+    if (!lets_light_pass(material) && ((placed.shadow && has_light(box)) || is_in(box, scene_.camera.position)))
+      std::visit([&](const auto& shape) { check_inside(shape, placed, box); }, placed.shape);
   }
 
   /// Coordinates are doubles: 53 binary digits, of which a shape needs some to have a form.
@@ -183,31 +208,54 @@ class WarningFinder {
 
   /// True if one of the lights that are compared with solids may be in one with this box.
   [[nodiscard]] bool has_light(const Bounds& box) const {
-    return std::any_of(lights_.begin(), lights_.end(), [&](const auto& light) {
-      const Vec3& p = light.second.first;
-      return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
-             p.z <= box.high.z;
-    });
+    return std::ranges::any_of(lights_, [&](const auto& light) { return is_in(box, light.second.first); });
   }
 
-  /// Lights in a closed opaque solid that does not contain the camera.
+  /// The camera, or else lights, in a closed opaque solid.
   template <class S>
-  void check_inside(const S& shape, const Placed& placed) {
-    if constexpr (std::is_same_v<S, Sphere> || std::is_same_v<S, Box>) {
-      const Affine map = placed.world_from_object * standard_image(shape).object_from_standard;
+  void check_inside(const S& shape, const Placed& placed, const Bounds& box) {
+    if constexpr (std::is_same_v<S, Mesh>) {
+      if (is_in(box, scene_.camera.position) && is_around(shape, placed.world_from_object, scene_.camera.position))
+        add_around_camera(placed, box);
+    } else if constexpr (Analytic<S>) {
+      const auto image = standard_image(shape);
+      const Affine map = placed.world_from_object * image.object_from_standard;
       const Linear inverse_map = inverse(map.linear), rows = transposed(inverse_map);
-      const auto contains = [&](const Vec3& center, double radius) {
-        const Vec3 p = inverse_map * (center - map.offset);
-        const Vec3 margin = Vec3{length(rows.x), length(rows.y), length(rows.z)} * radius;
-        if constexpr (std::is_same_v<S, Sphere>) return length(p) + max_component(margin) <= 1;
-        return max_component(abs(p - Vec3{0.5, 0.5, 0.5}) + margin) <= 0.5;
-      };
-      for (const auto& [i, light] : lights_) {
-        if (contains(light.first, light.second) && !contains(scene_.camera.position, 0))
+      const double scale = max_component(Vec3{length(rows.x), length(rows.y), length(rows.z)});
+      const auto depth_of = [&](const Vec3& p) { return depth(image, inverse_map * (p - map.offset)); };
+      if (depth_of(scene_.camera.position) > 0) return add_around_camera(placed, box);
+      for (const auto& [i, light] : lights_)
+        if (placed.shadow && depth_of(light.first) >= light.second * scale)
           add("/lights/" + std::to_string(i), "light_enclosed",
               "the opaque object " + pointer(placed) + " is around the light and hides it from everything else");
-      }
     }
+  }
+
+  /// A glowing dome, and a textured one in ambient light, are meant to be seen from inside.
+  void add_around_camera(const Placed& placed, const Bounds& box) {
+    const Material& material = scene_.materials[placed.material.index];
+    const auto* emission = std::get_if<Color>(&material.emission);
+    const bool is_dome = emission == nullptr || !is_black(*emission) ||
+                         (std::holds_alternative<TextureId>(material.color) && !is_black(scene_.ambient));
+    if (!around_camera_.empty() && length(box.high - box.low) >= length(around_camera_.high - around_camera_.low))
+      return;
+    around_camera_ = box;
+    camera_detail_ =
+        is_dome ? "" : "is inside the opaque object " + pointer(placed) + ", in which there is nothing else";
+  }
+
+  /// A room is the smallest solid around the camera, too, but has a light or an object in it.
+  void check_around_camera() {
+    if (camera_detail_.empty()) return;
+    std::size_t content = 0;
+    for (const Light& light : scene_.lights)
+      if (const auto sphere = extent(light.source); sphere && is_in(around_camera_, sphere->first)) ++content;
+    for_each_placed(scene_, [&](const Placed& placed) {
+      Bounds box;
+      include(box, placed);
+      if (!box.empty() && is_in(around_camera_, (box.low + box.high) / 2)) ++content;
+    });
+    if (content == 1) add("/camera/position", "camera_enclosed", camera_detail_);
   }
 
   void check_totals() {
@@ -234,6 +282,8 @@ class WarningFinder {
   bool is_lit_ = false, reflects_ = false, any_object_ = false, in_view_ = false;
   std::size_t behind_ = 0, too_small_ = 0;
   std::string first_behind_, first_too_small_, too_small_detail_;
+  Bounds around_camera_;  ///< box of the smallest opaque solid in which the camera is
+  std::string camera_detail_;
 };
 
 }  // namespace
