@@ -70,13 +70,14 @@ class Materials(unittest.TestCase):
                 "newmtl b\nKe 3 3 9\nmap_Ke oak.png\nd 0.5\nmap_d oak.png\n", encoding="utf-8")
             (target / "a.obj").write_text("mtllib tex/a.mtl\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n", encoding="utf-8")
             done = subprocess.run([sys.executable, TOOL, target / "a.obj"], capture_output=True, text=True, check=True)
-            self.assertEqual(done.stderr, "")
+            self.assertEqual(done.stderr.replace(f"{target}/", ""),
+                             "tex/a.mtl:7: map_d is the luminance of its image: the hue, in b, is not carried over\n")
             members = json.loads(done.stdout)
             a, b, textures = members["materials"]["a"], members["materials"]["b"], members["textures"]
             self.assertEqual((a["diffuse"], a["specular_color"], a["reflection_color"]), (0.5, "oak.png", "oak.png"))
             self.assertEqual(textures["a.0.Kd.hdr"], {"file": "tex/a.0.Kd.hdr", "scale": [2, 2]})
             for name, top, bottom in ((a["color"], [1, 0, 0], [0, 0, 0.5]), (b["emission"], [3, 0, 0], [0, 0, 9]),
-                                      (b["opacity"], [0.5, 0, 0], [0, 0, 0.5])):
+                                      (b["opacity"], [0.1063] * 3, [0.0361] * 3)):
                 image, _ = read_hdr((target / textures[name]["file"]).read_bytes())
                 for row, expected in ((0, top), (3, bottom)):
                     self.assertLess(numpy.abs(image[row] - expected).max(), max(expected) / 100, name)
@@ -100,7 +101,8 @@ class Materials(unittest.TestCase):
         self.assertEqual(json.loads(output)["materials"]["a"]["color"], "a.png")
         self.assertEqual(errors, [f"a.mtl:{line}: {what} is not carried over" for line, what in (
             (2, "map_Ns"), (3, "Ka spectral"), (4, "map_Kd -mm"), (4, "map_Kd -blendu"), (5, "d -halo"), (6, "bump"),
-            (1, "the hue of Kd beside map_Kd, in a,"), (1, "d beside map_d, in a,"))])
+            (1, "the hue of Kd beside map_Kd, in a,"),
+            (1, "map_d as one number instead of three, because its image cannot be read, in a,"), (1, "d beside map_d, in a,"))])
 
         for statements, what in (("illum 10\n", "illum 10"), ("d 0.5\nTf 1 0 0\n", "Tf of a surface that is no glass"),
                                  ("illum 7\nmap_d a.png\n", "map_d of glass"), ("map_Ks a.png\n", "map_Ks without Ks")):
@@ -144,6 +146,66 @@ class Materials(unittest.TestCase):
             done = whittle("render", target / "scene.json", "-o", target / "image.png")
             self.assertEqual(done.returncode, 1)
             self.assertIn("/objects/0/materials/blue", str(done.stderr))
+
+
+def luminance(*rgb):
+    """Of sRGB code values from 0 to 1, by IEC 61966-2-1 and ITU-R BT.709."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+class Opacity(gltf.Directory):
+    """map_d is one number: the image is rendered on a plane that glows white, over black."""
+
+    ALPHA = "map_d is the alpha of its image: the rest of it, in m,"
+    HUE = "map_d is the luminance of its image: the hue, in m,"
+    # An image of two texels, the opacities that it stands for, and what is listed.
+    CASES = {
+        "rgb": (png([[(255, 0, 0), (0, 0, 255)]]), (luminance(1, 0, 0), luminance(0, 0, 1)), [HUE]),
+        "rgb of 16 bits": (png([[(65535, 0, 0), (0, 65535, 0)]], 16), (luminance(1, 0, 0), luminance(0, 1, 0)), [HUE]),
+        "gray rgb": (png([[(51, 51, 51), (255, 255, 255)]]), (luminance(.2, .2, .2), 1), []),
+        "gray": (png([[(51,), (255,)]]), (luminance(.2, .2, .2), 1), []),
+        "gray of 16 bits": (png([[(13107,), (65535,)]], 16), (luminance(.2, .2, .2), 1), []),
+        "rgba": (png([[(255, 0, 0, 51), (0, 0, 255, 204)]]), (.2, .8), [ALPHA]),
+        "rgba of 16 bits": (png([[(65535, 0, 0, 13107), (0, 0, 65535, 52428)]], 16), (.2, .8), [ALPHA]),
+        "white rgba": (png([[(255, 255, 255, 51), (255, 255, 255, 204)]]), (.2, .8), []),
+        "rgba of constant alpha": (png([[(255, 0, 0, 51), (0, 0, 255, 51)]]), (.2, .2), [ALPHA]),
+        "opaque rgba": (png([[(255, 0, 0, 255), (0, 0, 255, 255)]]), (luminance(1, 0, 0), luminance(0, 0, 1)), [HUE]),
+        "gray and alpha": (png([[(128, 51), (0, 204)]]), (.2, .8), [ALPHA]),
+        "gray and alpha of 16 bits": (png([[(32768, 13107), (0, 52428)]], 16), (.2, .8), [ALPHA]),
+        "opaque gray and alpha": (png([[(51, 255), (255, 255)]]), (luminance(.2, .2, .2), 1), []),
+        "palette": (png([[(0,), (1,)]], palette=[(255, 0, 0), (0, 0, 255)]), (luminance(1, 0, 0), luminance(0, 0, 1)), [HUE]),
+        "palette with alpha": (png([[(0,), (1,)]], palette=[(255, 0, 0, 51), (0, 0, 255, 204)]), (.2, .8), [ALPHA])}
+
+    def test_is_alpha_or_else_luminance(self):
+        cases = [(name, *case, factor) for name, case in self.CASES.items() for factor in (1, 0.5)]
+        cases.append(("-imfchan m", self.CASES["rgba"][0], (.2, .8), [], 1))
+        statements, listed = [], []
+        for i, (name, image, _, omitted, factor) in enumerate(cases):
+            (self.directory / f"{i}.png").write_bytes(image)
+            option = name + " " if name.startswith("-") else ""
+            statements.append(f"newmtl m{i}\nillum 0\nKd 1 1 1\nd {factor}\nmap_d {option}{i}.png\n")
+            listed += [f"{self.directory}/a.mtl:{1 + 5 * i}: {what.replace('in m', f'in m{i}')} is not carried over" for what in omitted]
+        (self.directory / "a.mtl").write_text("".join(statements), encoding="utf-8")
+        done = subprocess.run([sys.executable, TOOL, self.directory / "a.mtl"], capture_output=True, text=True, check=True)
+        self.assertEqual(done.stderr.splitlines(), listed)
+        members = json.loads(done.stdout)
+        for texture in members["textures"].values():
+            texture["filter"] = "nearest"
+        squares_of = [{"type": "mesh", "positions": [[2 * i, 0, 0], [2 * i + 2, 0, 0], [2 * i + 2, 1, 0], [2 * i, 1, 0]],
+                       "faces": [[0, 1, 2, 3]], "uvs": [[0, 0], [1, 0], [1, 1], [0, 1]], "material": f"m{i}"}
+                      for i in range(len(cases))]
+        (self.directory / "a.json").write_text(json.dumps({
+            "version": 1, "image": {"width": 2 * len(cases), "height": 1}, "camera": {
+                "type": "orthographic", "position": [len(cases), .5, 5], "look_at": [len(cases), .5, 0], "height": 1},
+            "accuracy": {"samples": 1}, "output": {"formats": ["hdr"]}, "objects": squares_of, **members}), encoding="utf-8")
+        done = whittle("render", self.directory / "a.json", "-o", self.directory / "a.hdr")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pixels = read_hdr((self.directory / "a.hdr").read_bytes())[0][0]
+        for i, (name, _, opacities, _, factor) in enumerate(cases):
+            for pixel, opacity in zip(pixels[2 * i:2 * i + 2], opacities):
+                with self.subTest(name, factor=factor):
+                    self.assertLess(numpy.abs(pixel - opacity * factor).max(), opacity * factor / 60)
 
 
 METAL_OVER_MATT = png([[(0, 64, 255)] * 4, [(0, 128, 255)] * 4, [(255, 255, 0)] * 4, [(255, 255, 0)] * 4])

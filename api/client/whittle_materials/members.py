@@ -138,8 +138,11 @@ def read_texels(content):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(content)) as image:
-                if image.width * image.height > TEXELS_MAX or image.mode.startswith("I"):  # 16 bits of gray would be clipped
+                if image.width * image.height > TEXELS_MAX or (image.mode.startswith("I") and image.format != "PNG"):
                     return None
+                if image.mode.startswith("I"):  # 16 bits of gray, which convert() would clip
+                    gray = numpy.asarray(image, numpy.float32)[..., None] / 65535
+                    return numpy.concatenate([gray, gray, gray, numpy.ones_like(gray)], axis=2)
                 return numpy.asarray(image.convert("RGBA"), numpy.float32) / 255
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError):
         return None
@@ -148,6 +151,11 @@ def read_texels(content):
 def to_linear(srgb):
     """IEC 61966-2-1."""
     return numpy.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def luminance(linear):
+    """ITU-R BT.709."""
+    return linear @ numpy.array([[0.2126], [0.7152], [0.0722]])
 
 
 def of_equal_size(images):

@@ -2,7 +2,7 @@
 import math
 import os
 
-from whittle_materials.members import Invalid, factor_and_color, read_file, read_texels, to_linear
+from whittle_materials.members import Invalid, factor_and_color, luminance, read_file, read_texels, to_linear
 
 FILE_BYTES_MAX = 16_000_000
 COLORS = {"Kd", "Ka", "Ks", "Ke", "Tf"}
@@ -196,16 +196,35 @@ class Maps:
     def texture(self, keyword, texture, factor):
         """The texture, times the factor if that can be computed."""
         file = os.path.join(self.directory, texture["file"])
+        texels = self.texels(file) if factor != WHITE or keyword == "map_d" else None
+        if keyword == "map_d" and texels is not None:
+            texture, values, is_file = self.scalar(texture, texels)
+        elif texels is not None:
+            values, is_file = to_linear(texels[..., :3]), False
+        if texels is not None and not (is_file and factor == WHITE):
+            path = os.path.join(self.directory, f"{self.prefix}.{keyword.removeprefix('map_')}.hdr")
+            placing = {key: value for key, value in texture.items() if key not in ("file", "channel")}
+            return self.members.computed(self.place, self.root, path, values * factor, **placing)
+        if keyword == "map_d" and texture.get("channel") != "alpha" and texels is None:
+            self.members.omit(self.place, f"map_d as one number instead of three, because its image cannot be read, in {self.name},")
         if factor != WHITE:
-            texels = self.texels(file)
-            if texels is not None:
-                rgb = texels[..., 3:] if texture.get("channel") == "alpha" else to_linear(texels[..., :3])
-                path = os.path.join(self.directory, f"{self.prefix}.{keyword.removeprefix('map_')}.hdr")
-                placing = {key: value for key, value in texture.items() if key not in ("file", "channel")}
-                return self.members.computed(self.place, self.root, path, rgb * factor, **placing)
             what = "d" if keyword == "map_d" else "the hue of " + keyword.removeprefix("map_")
             self.members.omit(self.place, f"{what} beside {keyword}, in {self.name},")
         return self.members.texture({**texture, "file": file, **({"color_space": "linear"} if keyword == "norm" else {})})
+
+    def scalar(self, texture, texels):
+        """MTL's d is one number: alpha, or luminance where an image has none or only 1. The texture, its values, and
+        whether the values are those of the file."""
+        is_gray = (texels[..., :1] == texels[..., 1:3]).all()
+        if texture.get("channel") == "alpha":
+            return texture, texels[..., 3:], True
+        if texels[..., 3].min() < 1:
+            if texels[..., :3].min() < 1:
+                self.members.omit(self.place, f"map_d is the alpha of its image: the rest of it, in {self.name},")
+            return {**texture, "channel": "alpha"}, texels[..., 3:], True
+        if not is_gray:
+            self.members.omit(self.place, f"map_d is the luminance of its image: the hue, in {self.name},")
+        return texture, luminance(to_linear(texels[..., :3])), is_gray
 
     def texels(self, file):
         try:
