@@ -1,6 +1,8 @@
 """Faults of nodes, of the database and of the network, under load: no acknowledged job is lost, no result is written twice, no image
 is wrong."""
+import ipaddress
 import itertools
+import json
 import os
 import random
 import subprocess
@@ -10,6 +12,7 @@ import unittest
 from tests.cluster.load import Load, expected_images
 from tests.cluster.nodes import Cluster
 from tests.http.daemon import json_of, scene, wait_until
+from tests.support import leftovers
 from tests.support.whittle import BIN
 
 LEASE = ("--lease-s", "2")
@@ -120,13 +123,22 @@ def run(*words):
     subprocess.run(words, check=True, capture_output=True)
 
 
+def free_network():
+    """A network of two addresses that no interface has. The range is reserved for tests between networks (RFC 2544)."""
+    printed = subprocess.run(["ip", "-json", "address"], check=True, capture_output=True, text=True).stdout
+    used = [ipaddress.ip_network(f"{each['local']}/{each['prefixlen']}", strict=False)
+            for interface in json.loads(printed) for each in interface.get("addr_info", []) if each["family"] == "inet"]
+    candidates = list(ipaddress.ip_network("198.18.0.0/15").subnets(new_prefix=30))
+    return next(each for each in random.sample(candidates, len(candidates)) if not any(each.overlaps(other) for other in used))
+
+
 class Network:
     """A network namespace that is connected with this one. Use as a context manager."""
 
     def __init__(self):
-        self.name = f"whittle{os.getpid()}"
+        self.name = leftovers.name_of(os.getpid())
         self.outer, self.inner = f"wo{os.getpid()}"[:15], f"wi{os.getpid()}"[:15]
-        self.address, self.inner_address = "10.203.7.1", "10.203.7.2"
+        self.address, self.inner_address = map(str, free_network().hosts())
 
     def __enter__(self):
         run("ip", "netns", "add", self.name)

@@ -1,8 +1,10 @@
 /// submit_until_killed DIRECTORY ROUND: four threads submit jobs, claim one each time and end it
 /// with an image, and write "ID SHA256\n" to standard output once all is acknowledged, without end.
 
+#include <sys/prctl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "tests/conformance/test_store.h"
 
 int main(int, char** arguments) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // also if the test is killed
   const std::string directory = arguments[1], round = arguments[2];
   TestStore store(directory);
   storage::files::FileArtifactStore large(directory + "/artifacts");

@@ -16,6 +16,7 @@ import tempfile
 import time
 import unittest
 
+from tests.support.descendants import END_WITH_PARENT
 from tests.support.whittle import BIN
 
 SANITIZED = os.environ.get("WHITTLE_SANITIZED", "")
@@ -127,7 +128,7 @@ class Served:
 
 
 class Daemon(Served):
-    """whittled in its own process group. Use as a context manager."""
+    """whittled, which ends with the thread that starts it. Use as a context manager."""
 
     worker_may_speak = False  # its libraries, of what is wrong with a file
 
@@ -146,13 +147,16 @@ class Daemon(Served):
         """Starts the daemon again with the same data."""
         if self.process:
             self.process.stdout.close()
+        environment = {"WHITTLE_LOG_LEVEL": "debug", **self.environment}
+        library = environment.pop("LD_PRELOAD", None)  # for the daemon alone
+        preload = ("env", f"LD_PRELOAD={library}") if library else ()
         self.log_path = self.folder / f"log-{time.monotonic_ns()}"
         with open(self.log_path, "wb") as log:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
-                [*self.wrapper, BIN / "whittled", "--listen", self.listen, "--health-listen", "127.0.0.1:0", "--data", self.data,
-                 *self.options],
-                stdout=subprocess.PIPE, stderr=log, env={"WHITTLE_LOG_LEVEL": "debug", **self.environment})
+                [*END_WITH_PARENT, *self.wrapper, *preload, BIN / "whittled", "--listen", self.listen, "--health-listen", "127.0.0.1:0",
+                 "--data", self.data, *self.options],
+                stdout=subprocess.PIPE, stderr=log, env=environment)
         self.port = self.read_port("listening")
         self.health_port = self.read_port("health")
 

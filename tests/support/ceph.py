@@ -11,6 +11,7 @@ import uuid
 import botocore.session
 from botocore.config import Config
 
+from tests.support.descendants import END_WITH_PARENT
 from tests.support.s3 import ACCESS_KEY, BUCKET, REGION, SECRET_KEY
 
 PATIENCE_S = 120
@@ -84,7 +85,7 @@ class CephServer:
     def spawn(self, program, *words):
         with open(self.directory / f"{program}.out", "wb") as output:
             # pylint: disable-next=consider-using-with
-            self.processes.append(subprocess.Popen([program, "-c", self.configuration, *words], cwd=self.directory, stdout=output,
+            self.processes.append(subprocess.Popen([*END_WITH_PARENT, program, "-c", self.configuration, *words], cwd=self.directory, stdout=output,
                                                    stderr=output))
 
     def create_bucket(self):

@@ -18,6 +18,8 @@ import sys
 import tempfile
 import time
 
+# "Immediate", which ends the sessions too and frees shared memory.
+END_WITH_PARENT = ("setpriv", "--pdeathsig", "QUIT")
 ACCOUNT = "postgres"  # the server refuses to run as root
 
 
@@ -48,7 +50,7 @@ class PostgresServer:
     def start(self):
         options = [word for setting in self.settings for word in ("-c", setting)]
         with open(f"{self.directory}/log", "ab") as log:
-            self.process = subprocess.Popen([programs() / "postgres", "-D", self.data, *options], cwd=self.directory,
+            self.process = subprocess.Popen([*END_WITH_PARENT, programs() / "postgres", "-D", self.data, *options], cwd=self.directory,
                                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log, **self.account)
         end = time.monotonic() + 60
         while subprocess.run([programs() / "pg_isready", "-q", "-h", self.directory]).returncode != 0:
