@@ -1,6 +1,6 @@
 """clang-tidy with the rules of .clang-tidy finds nothing.
 
-$WHITTLE_ALL=yes checks every source that is built, which takes half an hour of processor time. Otherwise MAX_SOURCES are checked:
+$WHITTLE_TIDY_ALL=yes checks every source that is built, which takes half an hour of processor time. Otherwise MAX_SOURCES are checked:
 those of the product that the last commit or the working tree changes, and others, which differ from commit to commit.
 """
 import concurrent.futures
@@ -36,7 +36,7 @@ def compile_commands(directory):
 def selected(built):
     """The sources to check, relative to the root."""
     product = [path for path in tracked(".cpp") if str(SOURCE / path) in built]
-    if os.environ.get("WHITTLE_ALL"):
+    if os.environ.get("WHITTLE_TIDY_ALL"):
         return product
     product = [path for path in product if path.parts[0] != "tests"]
     changed = set(git("diff", "--name-only", "HEAD~1"))

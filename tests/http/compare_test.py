@@ -12,7 +12,7 @@ import numpy
 
 from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_png
-from tests.support.whittle import only_with_all
+from tests.support.whittle import only_in_long_runs
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 
@@ -101,7 +101,7 @@ class Compare(OneDaemon):
         self.assertEqual(numpy.argwhere(heat.any(axis=2)).tolist(), [[2, 1500]])
         self.assertEqual(heat[2, 1500].tolist(), [255, 255, 255])
 
-    @only_with_all
+    @only_in_long_runs
     def test_takes_more_than_64_megapixels(self):
         uploads = [self.upload(gray_png(8192, 8704, code)) for code in (100, 101)]
         found = self.compared(*uploads, tolerance=1.5, heat=True)

@@ -12,8 +12,8 @@ NOT_JSON = ("NaN", "Infinity", "-Infinity")
 VALUES = NOT_JSON + ("1e308", "-1e308", "1e309", "5e-324", "-0", "-0.0", "4294967296", "9223372036854775807",
                      "9223372036854775808", "-9223372036854775809", "18446744073709551616", "null", "true", '""',
                      '"\\u0000"', "[]", "{}")
-# A part that contains all fields and all values: smaller than their number and coprime to it. $WHITTLE_ALL tries each with each.
-STEP = 1 if os.environ.get("WHITTLE_ALL") else 13
+# A part that contains all fields and all values: smaller than their number and coprime to it. $WHITTLE_LONG tries each with each.
+STEP = 1 if os.environ.get("WHITTLE_LONG") else 13
 HERE = "the place of the value"
 
 

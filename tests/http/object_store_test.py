@@ -16,13 +16,13 @@ from tests.http.daemon import Daemon, json_of, scene, wait_until
 from tests.http.uploads_test import TILE, hash_of, put, textured
 from tests.support.postgres import PostgresServer, programs
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
-from tests.support.whittle import BIN, only_with_all
+from tests.support.whittle import BIN, only_in_long_runs
 
 SMALL = scene(32, 24)
 LARGE = scene(1200, 900, samples=1, output={"formats": ["png", "exr"]})  # its EXR has more than 1 MiB
 KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY}
-AWAY_S = 30 if os.environ.get("WHITTLE_ALL") else 3
-WAITING_JOBS = 20 if os.environ.get("WHITTLE_ALL") else 4
+AWAY_S = 30 if os.environ.get("WHITTLE_LONG") else 3
+WAITING_JOBS = 20 if os.environ.get("WHITTLE_LONG") else 4
 
 
 def artifact_of(job, name):
@@ -180,7 +180,7 @@ class BucketTest(SharedFilesTest):
         self.assertNotIn(SECRET_KEY, node.log())
 
 
-@only_with_all
+@only_in_long_runs
 class BackupTest(SharedFilesTest):
     def test_a_dump_and_then_a_copy_of_the_bucket_have_every_image(self):
         node = self.node()

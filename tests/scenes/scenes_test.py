@@ -9,7 +9,7 @@ import unittest
 import numpy
 
 from tests.support import images
-from tests.support.whittle import SCENES, scene, whittle
+from tests.support.whittle import QUICK, SCENES, scene, whittle
 
 NAMES = sorted(path.stem for path in SCENES.glob("*.json"))
 
@@ -56,7 +56,17 @@ class ExampleScenes(unittest.TestCase):
         self.assertLessEqual({"lambert", "phong", "blinn_phong"}, set(models))
 
 
+def of_half_the_size(image):
+    """The mean light of 2 x 2 pixels each, as 8-bit codes of sRGB."""
+    height, width = (side // 2 * 2 for side in image.shape[:2])
+    codes = image[:height, :width] / 255
+    light = numpy.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    light = light.reshape(height // 2, 2, width // 2, 2, -1).mean(axis=(1, 3))
+    return 255 * numpy.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
 class Gallery(unittest.TestCase):
+    @unittest.skipIf(QUICK, "renders all at their size")
     def test_images_equal_renders_of_the_scenes(self):
         with tempfile.TemporaryDirectory() as directory:
             for shown in sorted((SCENES / "images").glob("*.png")):
@@ -66,6 +76,21 @@ class Gallery(unittest.TestCase):
                 kept = images.read_png(shown.read_bytes()).astype(float)
                 # Another processor or C library may round differently, so that single rays pass another side of an edge.
                 self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: render it again")
+
+    @unittest.skipUnless(QUICK, "the images at their size are compared")
+    def test_images_are_like_renders_of_a_quarter_of_the_pixels(self):
+        with tempfile.TemporaryDirectory() as directory:
+            pathlib.Path(directory, "assets").symlink_to(SCENES / "assets")
+            for shown in sorted((SCENES / "images").glob("*.png")):
+                document = scene(shown.stem)
+                document["image"].update({side: document["image"][side] // 2 for side in ("width", "height")})
+                pathlib.Path(directory, "scene.json").write_text(json.dumps(document), encoding="utf-8")
+                done = whittle("render", f"{directory}/scene.json", "-o", f"{directory}/{shown.name}")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                now = images.read_png((pathlib.Path(directory) / shown.name).read_bytes()).astype(float)
+                kept = of_half_the_size(images.read_png(shown.read_bytes()).astype(float))
+                difference = numpy.sqrt(numpy.mean((now[..., :kept.shape[2]] - kept) ** 2))
+                self.assertLess(difference, 8.0, shown.name)
 
     def test_has_an_image_of_at_most_300_kilobytes_of_every_scene_but_tiny(self):
         shown = {path.stem: path.stat().st_size for path in (SCENES / "images").glob("*.png")}
@@ -96,6 +121,7 @@ class GalleryOfModels(unittest.TestCase):
                 self.assertGreaterEqual(error, stated - tolerance, model)
 
 
+@unittest.skipIf(QUICK, "its standard error takes a large image")
 class CornellBox(unittest.TestCase):
     def test_has_the_mean_radiance_that_another_path_tracer_finds(self):
         """One of 150 lines of its own, for this box: triangles one by one, light by points of the lamp alone. 39 million paths,

@@ -12,7 +12,8 @@ BIN = pathlib.Path(os.environ.get("WHITTLE_BIN") or SOURCE / "build/release/bin"
 SCENES = SOURCE / "scenes"
 
 # A test that takes long and repeats on more data what shorter ones show.
-only_with_all = unittest.skipUnless(os.environ.get("WHITTLE_ALL"), "tests/run --all")
+only_in_long_runs = unittest.skipUnless(os.environ.get("WHITTLE_LONG"), "tests/run --long")
+QUICK = bool(os.environ.get("WHITTLE_QUICK"))  # less effort, in tests/run without options
 
 
 def scene(name, **changes):
