@@ -1,7 +1,12 @@
 #pragma once
-/// Optics of the reference tracer, in long double.
+/// Optics and surfaces of the reference tracer, in long double.
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "tests/support/long_vec.h"
 
@@ -56,6 +61,39 @@ inline Real reflectance(Real cos_i, Real cos_t, Real n_from, Real n_to) {
   const Real s = (n_from * cos_i - n_to * cos_t) / (n_from * cos_i + n_to * cos_t);
   const Real p = (n_to * cos_i - n_from * cos_t) / (n_to * cos_i + n_from * cos_t);
   return (s * s + p * p) / 2;
+}
+
+/// The two axes perpendicular to `n`: e0 is `first` without its part along n, or z if that vanishes.
+inline std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
+  Vec e0 = first - dot(first, n) * n;
+  if (length(e0) < 1e-13L * length(first)) e0 = Vec(0, 0, 1) - n.z * n;
+  e0 = unit(e0);
+  return {e0, cross(n, e0)};
+}
+
+/// True if each edge has as many faces in one direction as in the other.
+template <class Face>
+bool is_closed(const std::vector<Face>& faces) {
+  using Corner = std::tuple<Real, Real, Real>;
+  std::map<std::pair<Corner, Corner>, int> directed;
+  for (const Face& face : faces) {
+    const Vec corners[] = {face.a, face.b, face.c};
+    for (int i = 0; i < 3; ++i) {
+      const Vec &p = corners[i], &q = corners[(i + 1) % 3];
+      ++directed[{{p.x, p.y, p.z}, {q.x, q.y, q.z}}];
+      --directed[{{q.x, q.y, q.z}, {p.x, p.y, p.z}}];
+    }
+  }
+  return std::all_of(directed.begin(), directed.end(), [](const auto& edge) { return edge.second == 0; });
+}
+
+/// True if a ray that enters the surface is in a medium of this material. Light passes straight through materials
+/// without refraction, which have a medium only where a solid absorbs.
+inline bool has_medium(const tracer::Material& material, bool closed) {
+  const bool refracts = material.transparency == tracer::Material::Transparency::refract;
+  const bool absorbs = !(material.absorption == tracer::Color{});
+  if (material.transmission == 0) return false;
+  return closed ? refracts || absorbs : refracts && (absorbs || material.ior != 1);
 }
 
 }  // namespace oracle

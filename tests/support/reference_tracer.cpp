@@ -14,14 +14,6 @@ namespace {
 constexpr Real pi = std::numbers::pi_v<Real>;
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
-/// The two axes perpendicular to `n`: e0 is `first` without its part along n, or z if that vanishes.
-std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
-  Vec e0 = first - dot(first, n) * n;
-  if (length(e0) < 1e-13L * length(first)) e0 = Vec(0, 0, 1) - n.z * n;
-  e0 = unit(e0);
-  return {e0, cross(n, e0)};
-}
-
 }  // namespace
 
 struct ReferenceTracer::Ray {
@@ -52,7 +44,7 @@ struct ReferenceTracer::Point {
 /// replaces a body that was never entered.
 ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& point) {
   const Body* body = point.hit.body;
-  if (body->material->transmission == 0) return inside;
+  if (!body->has_medium) return inside;
   if (!point.back) {
     inside.push_back(body);
     return inside;
@@ -68,10 +60,19 @@ ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& poin
 const ReferenceTracer::Body* ReferenceTracer::current_medium(const Inside& inside) {
   const Body* best = nullptr;
   for (const Body* body : inside) {
-    const auto rank = [](const Body* of) { return std::tuple(of->material->priority, -of->size, of->material, of); };
+    const auto rank = [](const Body* of) {
+      return std::tuple(of->material->priority, of->closed, -of->size, of->material, of);
+    };
     if (best == nullptr || rank(body) > rank(best)) best = body;  // elements of vectors
   }
   return best;
+}
+
+/// True if the surface of `body` between these media has no effect.
+bool ReferenceTracer::hides(const Inside& before, const Inside& after, const Body* body) {
+  const Body* medium = current_medium(before);
+  return before != after && medium == current_medium(after) && medium->closed &&
+         (body->closed || body->material->priority < medium->material->priority);
 }
 
 ReferenceTracer::Interface ReferenceTracer::interface_at(const Ray& ray, const Point& point) {
@@ -80,7 +81,8 @@ ReferenceTracer::Interface ReferenceTracer::interface_at(const Ray& ray, const P
   Interface found{beyond(ray.inside, point), index(current_medium(ray.inside)), material.ior};
   if (material.transmission == 0) return found;
   found.n_to = index(current_medium(found.after));
-  if (point.back && found.after == ray.inside) found.n_from = material.ior;  // the back of a body never entered
+  // The back of a body that was never entered is in its medium.
+  if (point.hit.body->has_medium && point.back && found.after == ray.inside) found.n_from = material.ior;
   return found;
 }
 
@@ -130,6 +132,8 @@ ReferenceTracer::ReferenceTracer(const tracer::Scene& scene) : scene_(scene) {
         }
       body.size = static_cast<float>(length(high - low));
     }
+    body.closed = is_closed(body.faces);
+    body.has_medium = has_medium(*body.material, body.closed);
     bodies_.push_back(std::move(body));
   }
   const Real half_height = std::tan(scene.camera.fov_deg * pi / 360);
@@ -283,7 +287,7 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
   if (hit.body == nullptr) return scene_.background.color;
   const Point point = point_at(ray, hit);
   const Inside after = beyond(ray.inside, point);
-  if (after != ray.inside && current_medium(after) == current_medium(ray.inside)) {  // a nested boundary: skipped
+  if (hides(ray.inside, after, hit.body)) {  // a nested boundary: skipped
     if (depth >= scene_.accuracy.max_depth) {
       ++path.counted.truncated_branches;
       return {};
@@ -337,7 +341,7 @@ Light3 ReferenceTracer::visible(Ray ray, Path& path) const {
     const Inside after = beyond(ray.inside, crossed);
     const Light3 passed = material.transmission * color_at(material.transmission_color, crossed, path) +
                           Light3{1, 1, 1} + -1 * color_at(material.opacity, crossed, path);
-    if (after == ray.inside || current_medium(after) != current_medium(ray.inside)) through = through * passed;
+    if (!hides(ray.inside, after, hit.body)) through = through * passed;
     ray = {ray.origin + hit.t * ray.direction, ray.direction, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;

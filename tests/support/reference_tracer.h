@@ -50,6 +50,8 @@ class ReferenceTracer {
     const tracer::Material* material;
     std::vector<Face> faces;  // of triangles and meshes
     float size = 0;           // diagonal of the bounding box
+    bool closed = true;       // encloses a volume
+    bool has_medium = false;  // a ray that enters it is in its medium
   };
 
   struct Interface {
@@ -60,6 +62,7 @@ class ReferenceTracer {
   [[nodiscard]] static Inside beyond(Inside inside, const Point& point);
   [[nodiscard]] static Interface interface_at(const Ray& ray, const Point& point);
   [[nodiscard]] static const Body* current_medium(const Inside& inside);
+  [[nodiscard]] static bool hides(const Inside& before, const Inside& after, const Body* body);
   [[nodiscard]] Inside around_camera(Path& path) const;
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
   [[nodiscard]] Point point_at(const Ray& ray, const Hit& hit) const;

@@ -226,8 +226,9 @@ struct Material {
   /// shadow rays pass likewise. Below 1 only where the surface neither refracts nor has `fresnel`.
   ColorOrTexture opacity = Color{1, 1, 1};
   double ior = 1.5;  ///< > 0; relative to the outside
-  /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals that of the object
-  /// with the smaller bounding box, by its diagonal; then that of the later material.
+  /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals that of a closed
+  /// object before an open one, then that of the object with the smaller bounding box, by its diagonal; then that of
+  /// the later material.
   int priority = 0;
   Color absorption{};  ///< per scene unit: radiance is multiplied by exp(-absorption s) along a length s inside
   /// smooth: interpolated normals if the mesh has them. flat: face normals. gouraud: local shading is evaluated at the

@@ -129,8 +129,8 @@ std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const R
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, GeometryMask::transmissive);
     if (!hit.primitive.hit()) break;
     const Surface surface = surface_at(scene, hit, origin, direction);
-    const bool transmits = scene.material_of(surface.object).transmission > 0;
-    if (transmits && visited.insert(surface.object).second && surface.back)
+    const bool has_medium = scene.objects.boundary[surface.object] != MediumBoundary::none;
+    if (has_medium && visited.insert(surface.object).second && surface.back)
       hits.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
@@ -264,7 +264,8 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
                         bytes_of(scene.terms) + bytes_of(scene.exact.terms) + bytes_of(scene.objects.material) +
                         bytes_of(scene.objects.shadowless) + bytes_of(scene.objects.uv_axes) +
-                        bytes_of(scene.objects.diagonal) + scene.objects.emitters.memory_bytes();
+                        bytes_of(scene.objects.boundary) + bytes_of(scene.objects.diagonal) +
+                        scene.objects.emitters.memory_bytes();
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   if (scene.objects.radiosity != nullptr) bytes += scene.objects.radiosity->memory_bytes();

@@ -30,6 +30,8 @@ class GeometryBuilder {
     if (transmissive_) {
       compiled_.objects.diagonal.resize(object_ + 1);
       compiled_.objects.diagonal.back() = diagonal_of(placed);
+      compiled_.objects.boundary.resize(object_ + 1);
+      compiled_.objects.boundary.back() = medium_boundary(placed.shape, compiled_.materials[placed.material.index]);
     }
     render_from_object_ = render_from_world_ * placed.world_from_object;
     world_from_object_ = placed.world_from_object;

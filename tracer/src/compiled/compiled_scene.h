@@ -14,6 +14,7 @@
 #include "tracer/src/lights/shadow_map.h"
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/radiosity/patches.h"
+#include "tracer/src/scene/medium_boundary.h"
 #include "tracer/src/scene/render_space.h"
 #include "tracer/src/textures/background.h"
 #include "tracer/src/textures/image_map.h"
@@ -29,7 +30,8 @@ struct ObjectTable {
   Emitters emitters;          ///< those that glow; empty unless the scene needs them
   std::shared_ptr<const Radiosity> radiosity;  ///< null unless patches approximate diffuse light
   RadiosityFigures radiosity_figures;          ///< rays of all stages of its refinement
-  std::vector<float> diagonal;  ///< diagonals of bounding boxes, world, up to the last transmissive object
+  std::vector<MediumBoundary> boundary;        ///< up to the last object that lets light or shadow rays pass
+  std::vector<float> diagonal;                 ///< diagonals of bounding boxes, world
 };
 
 class CompiledScene {

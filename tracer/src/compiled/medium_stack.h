@@ -20,7 +20,8 @@ class MediumStack {
   struct Crossing {
     List after = outside;                         ///< list behind the surface
     std::uint32_t near = nothing, far = nothing;  ///< media on the incident and the other side
-    bool hidden = false;  ///< nested boundary within a solid of higher priority: no effect on the ray
+    bool hidden = false;     ///< nested boundary within a solid of higher priority: no effect on the ray
+    bool unentered = false;  ///< leaves a medium that the ray never entered
   };
 
   explicit MediumStack(const CompiledScene& scene)
@@ -43,12 +44,21 @@ class MediumStack {
 
   /// Crosses a surface of `object`; `back`: at a back-face hit.
   [[nodiscard]] Crossing cross(List before, std::uint32_t object, bool back) {
+    const MediumBoundary boundary = scene_.objects.boundary[object];
+    if (boundary == MediumBoundary::none) {
+      const std::uint32_t medium = current_medium(before);
+      return {before, medium, medium};
+    }
     // Fast path: one solid at a time.
-    if (!back && before == outside) return {alone(object), nothing, object, false};
-    if (back && before == alone(object)) return {outside, object, nothing, false};
+    if (!back && before == outside) return {alone(object), nothing, object};
+    if (back && before == alone(object)) return {outside, object, nothing};
     const List after = back ? leave(before, object) : enter(before, object);
     const std::uint32_t near = current_medium(before), far = current_medium(after);
-    return {after, near, far, after != before && near == far};
+    if (after == before) return {after, near, far, false, true};
+    // Only solids hide boundaries, and those of open surfaces only by a higher priority.
+    const bool hidden = near == far && scene_.objects.boundary[near] == MediumBoundary::closed &&
+                        (boundary == MediumBoundary::closed || priority(near) > priority(object));
+    return {after, near, far, hidden};
   }
 
   /// The object of the list that fills the overlap of all, or `nothing`. It does not depend on the order in which they
@@ -91,11 +101,14 @@ class MediumStack {
     return (list & alone_bit) != 0 ? Node{outside, list & ~alone_bit} : nodes_[list];
   }
 
-  /// By priority, then the smaller object, which may be nested in the other, then the later material: not by the order
-  /// of objects, which must not change the image.
+  [[nodiscard]] int priority(std::uint32_t object) const { return scene_.material_of(object).priority; }
+
+  /// By priority, then solids before open surfaces, then the smaller object, which may be nested in the other, then the
+  /// later material: not by the order of objects, which must not change the image.
   [[nodiscard]] bool displaces(std::uint32_t object, std::uint32_t other) const {
-    const int own = scene_.material_of(object).priority, others = scene_.material_of(other).priority;
-    if (own != others) return own > others;
+    if (priority(object) != priority(other)) return priority(object) > priority(other);
+    const std::vector<MediumBoundary>& boundary = scene_.objects.boundary;
+    if (boundary[object] != boundary[other]) return boundary[object] == MediumBoundary::closed;
     const std::vector<float>& diagonal = scene_.objects.diagonal;
     if (diagonal[object] != diagonal[other]) return diagonal[object] < diagonal[other];
     const std::vector<std::uint32_t>& material = scene_.objects.material;

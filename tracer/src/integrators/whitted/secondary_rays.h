@@ -55,8 +55,7 @@ class SecondaryRays {
       const MediumStack::Crossing crossing = media.cross(before, hit.points.object[i], back);
       medium_after_[i] = crossing.after;
       // A back-face hit on a surface the ray never entered (an open mesh): treat its own medium as the incident one.
-      const bool never_entered = material.refracts && back && crossing.after == before;
-      interfaces_.n_from[i] = never_entered ? material.ior : media.ior(crossing.near);
+      interfaces_.n_from[i] = material.refracts && crossing.unentered ? material.ior : media.ior(crossing.near);
       interfaces_.n_to[i] = material.refracts ? media.ior(crossing.far) : material.ior;
       if (crossing.hidden && state_.template needs<&Requirements::overlapping_media>() &&
           state_.template needs<&Requirements::refraction>())
