@@ -58,13 +58,11 @@ class Queue(BrowserTest):
         self.open()
         self.browser.until(lambda: len(self.names()) > 10, "rows")
         self.assertEqual(self.names()[0], "frame 1999")
-        for _ in range(30):
+        def scrolled_to_the_end():
             self.browser.execute_script("const box = document.querySelector('.rows'); box.scrollTop = box.scrollHeight;")
             self.assertLessEqual(len(self.browser.all(".rows tbody tr[data-id]")), 60)
-            if "frame 0" in self.names():
-                break
-            time.sleep(0.1)
-        self.browser.until(lambda: "frame 0" in self.names(), "the last row")
+            return "frame 0" in self.names()
+        self.browser.until(scrolled_to_the_end, "the last row")
 
     def test_counts_many_submissions_with_few_requests(self):
         """Acceptance test 14."""
