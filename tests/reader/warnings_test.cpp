@@ -279,6 +279,18 @@ TEST(Warnings, NameObjectsThatDoublesDoNotResolve) {
   EXPECT_EQ(at_a_million("2.7e-7"), Lines{});
 }
 
+TEST(Warnings, NameNothingSmallThatIsAtTheOriginOfALargeScene) {
+  for (const std::string large : {"1e8", "1e12", "1e24"}) {
+    const std::string camera = R"("camera": {"position": [0,0,8e-6], "look_at": [0,0,0]})";
+    const auto warned = [&](const std::string& center) {
+      return warnings_of(R"({"version": 1, "ambient": 1, )" + camera + R"(, "objects": [)" + sphere_at(center, "1e-6") +
+                         "," + sphere_at("[0,0,0]", large) + "]}");
+    };
+    EXPECT_EQ(warned("[0,0,0]"), Lines{}) << large;
+    EXPECT_EQ(warned("[0,0,-" + large + "]"), Lines{"/objects/0 beyond_precision"}) << large;
+  }
+}
+
 TEST(Warnings, AreLimitedInNumber) {
   std::string materials;
   for (int i = 0; i < 150; ++i)

@@ -18,7 +18,7 @@ using oracle::Vec;
 
 /// In the world's own frame.
 RenderSpace world_frame() {
-  Bounds bounds;
+  FiniteBounds bounds;
   bounds.include({0, 0, 0});
   return RenderSpace(bounds);
 }
@@ -266,7 +266,7 @@ TEST(Camera, AimsManyRaysAsItAimsEach) {
     described.type = type;
     described.position = {1, 2, 3};
     described.look_at = {-4, 1, 0.5};
-    const CompiledCamera camera(described, {}, RenderSpace(Bounds{{-1, -1, -1}, {2, 3, 4}}));
+    const CompiledCamera camera(described, {}, RenderSpace(FiniteBounds{{{-1, -1, -1}, {2, 3, 4}}}));
     constexpr std::size_t count = 37;  // no multiple of what vectors hold
     oracle::Random random(5);
     double x[count], y[count], rays[6][count];

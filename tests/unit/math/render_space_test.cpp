@@ -5,6 +5,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tests/support/scenes.h"
 
 namespace tracer {
 namespace {
@@ -15,8 +16,8 @@ using oracle::Random;
 double coarse(Random& random) { return std::floor(random.in(-8, 8) * 0x1p22) * 0x1p-22; }
 Vec3 coarse_vector(Random& random) { return {coarse(random), coarse(random), coarse(random)}; }
 
-Bounds bounds_of(const std::vector<Vec3>& points) {
-  Bounds bounds;
+FiniteBounds bounds_of(const std::vector<Vec3>& points) {
+  FiniteBounds bounds;
   for (const Vec3& p : points) bounds.include(p);
   return bounds;
 }
@@ -64,6 +65,34 @@ TEST(RenderSpace, GivesTheSameBitsForATranslatedWorldWhoseCoordinatesAreExact) {
       for (const Vec3& p : points) ASSERT_EQ(moved.render_from_world(p + by), frame.render_from_world(p)) << far;
     }
   }
+}
+
+TEST(RenderSpace, RoundsNothingOfSmallPartsInALargeScene) {
+  Random random(5);
+  for (std::uint64_t i = 0; i < effort::cases(10'000); ++i) {
+    const Vec3 small = rounded(random.direction()) * std::exp(random.in(-60, 0));
+    const Vec3 large = rounded(random.direction()) * std::exp(random.in(20, 60));
+    FiniteBounds extent = bounds_of({small, large, {0, 0, 0}});
+    extent.smallest = 1;
+    const RenderSpace frame(extent);
+    const double scale = frame.render_from_world(1.0);
+    ASSERT_EQ(frame.render_from_world(small), small * scale);
+    ASSERT_LE(largest_component(frame.render_from_world(large)), 0.5);
+  }
+}
+
+TEST(RenderSpace, NotesTheSmallestObjectOrTriangle) {
+  Scene scene = scenes::empty(1);
+  scenes::add(scene, Sphere{{0, 0, 0}, 8}, scenes::matte({1, 1, 1}));
+  EXPECT_EQ(finite_bounds(scene).smallest, 16);
+  scenes::add(
+      scene,
+      Mesh{{{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {0, 2, 0}, {1, 0, 0}}, {{0, 1, 2}, {0, 3, 4}, {1, 1, 1}}, {}, {}, false},
+      MaterialId{0});
+  EXPECT_EQ(finite_bounds(scene).smallest, 2) << "without triangles that are points";
+  EXPECT_FALSE(finite_bounds(scene).is_mixed());
+  scenes::add(scene, Sphere{{0, 0, 1e9}, 1}, MaterialId{0});
+  EXPECT_TRUE(finite_bounds(scene).is_mixed());
 }
 
 TEST(RenderSpace, IsCenteredAtTheCameraWithoutFiniteShapes) {

@@ -155,7 +155,7 @@ std::vector<std::uint32_t> media_enclosing_camera(const CompiledScene& scene, co
 }
 
 /// Builds the accelerator of `geometry`, or returns the cached one.
-Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet geometry, const Bounds& bounds,
+Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet geometry, const FiniteBounds& bounds,
                                                                      RenderControl& control,
                                                                      SceneCacheEntry* cache_entry) {
   if (cache_entry != nullptr && cache_entry->geometry() != nullptr) return cache_entry->geometry()->accelerator;
@@ -206,7 +206,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     const CachedGeometry* const cached = cache_entry != nullptr ? cache_entry->geometry() : nullptr;
-    const Bounds bounds = cached != nullptr ? cached->bounds : finite_bounds(scene);
+    const FiniteBounds bounds = cached != nullptr ? cached->bounds : finite_bounds(scene);
     auto compiled = std::make_shared<CompiledScene>(scene, RenderSpace(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
     compiled->cache_hits.geometry = cached != nullptr;

@@ -83,7 +83,7 @@ class LruCache : public std::enable_shared_from_this<LruCache> {
 /// Accelerator and world-space bounds of cached geometry.
 struct CachedGeometry {
   std::shared_ptr<const Accelerator> accelerator;
-  Bounds bounds;
+  FiniteBounds bounds;
 };
 
 /// Used only by the thread that compiles the scene.

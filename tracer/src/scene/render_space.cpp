@@ -40,17 +40,39 @@ struct IncludeShape {
   void operator()(const Instance&) const {}  // for_each_placed has resolved them
 };
 
+/// Largest component of the edges of the smallest triangle, without those that are single points, scaled as the map
+/// scales most.
+double smallest_triangle(const Mesh& mesh, const Linear& map) {
+  double smallest = HUGE_VAL;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3 &corner = mesh.positions[a], ab = mesh.positions[b] - corner, ac = mesh.positions[c] - corner;
+    const double size = std::max(largest_component(ab), largest_component(ac));
+    if (size > 0 && size < smallest) smallest = size;
+  }
+  return smallest * max_component(ellipsoid_extent(map));
+}
+
 }  // namespace
 
 void include(Bounds& bounds, const Placed& placed) {
   std::visit(IncludeShape{bounds, placed.world_from_object}, placed.shape);
 }
 
-Bounds finite_bounds(const Scene& scene) {
-  Bounds bounds;
-  for_each_placed(scene, [&](const Placed& placed) { include(bounds, placed); });
-  if (bounds.empty()) bounds.include(scene.camera.position);
-  return bounds;
+FiniteBounds finite_bounds(const Scene& scene) {
+  FiniteBounds extent;
+  for_each_placed(scene, [&](const Placed& placed) {
+    Bounds box;
+    include(box, placed);
+    if (box.empty()) return;
+    extent.include(box.low);
+    extent.include(box.high);
+    const auto* mesh = std::get_if<Mesh>(&placed.shape);
+    const double size =
+        mesh == nullptr ? max_component(box.high - box.low) : smallest_triangle(*mesh, placed.world_from_object.linear);
+    if (size > 0) extent.smallest = std::min(extent.smallest, size);
+  });
+  if (extent.empty()) extent.include(scene.camera.position);
+  return extent;
 }
 
 float diagonal_of(const Placed& object) {
@@ -59,12 +81,18 @@ float diagonal_of(const Placed& object) {
   return bounds.empty() ? std::numeric_limits<float>::infinity() : static_cast<float>(length(bounds.high - bounds.low));
 }
 
-RenderSpace::RenderSpace(const Bounds& bounds) {
+RenderSpace::RenderSpace(const FiniteBounds& bounds) {
   const double extent = max_component(bounds.high - bounds.low);
   // A single point has no extent: any power of two is valid, and 1 preserves lengths.
-  const int exponent = extent > 0 ? std::ilogb(extent) + 1 : 0;
+  int exponent = extent > 0 ? std::ilogb(extent) + 1 : 0;
   const double half = std::ldexp(1.0, exponent - 1);
   origin_ = extent > 0 ? bounds.low + Vec3{half, half, half} : bounds.low;
+  if (bounds.is_mixed()) {
+    const auto nearest = [](double low, double high) { return std::clamp(0.0, low, high); };
+    origin_ = {nearest(bounds.low.x, bounds.high.x), nearest(bounds.low.y, bounds.high.y),
+               nearest(bounds.low.z, bounds.high.z)};
+    ++exponent;  // the scene may be on one side of it
+  }
   scale_ = std::ldexp(1.0, -exponent);
   inverse_scale_ = std::ldexp(1.0, exponent);
 }

@@ -198,12 +198,13 @@ class WarningFinder {
   void check_resolution(const Placed& placed, const Bounds& box) {
     constexpr double digits = 0x1p-40;
     if (box.empty()) return;
-    const double largest = std::max(max_component(abs(box.low)), max_component(abs(box.high)));
+    const double largest = std::max(
+        {largest_component(box.low), largest_component(box.high), largest_component(box.low - scene_.camera.position)});
     const double size = length(box.high - box.low);
     if (!(size > 0 && size < largest * digits) || too_small_++ > 0) return;
     first_too_small_ = pointer(placed);
-    too_small_detail_ = "spans " + text_of(size) + ", but coordinates of " + text_of(largest) + " are rounded to " +
-                        text_of(largest * 0x1p-53) + ": move the scene to the origin";
+    too_small_detail_ = "spans " + text_of(size) + ", but coordinates and distances of " + text_of(largest) +
+                        " are rounded to " + text_of(largest * 0x1p-53) + ": move it to the origin and the camera";
   }
 
   /// True if one of the lights that are compared with solids may be in one with this box.
