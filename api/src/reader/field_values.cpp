@@ -221,7 +221,7 @@ bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::s
   const std::string_view text = at.node->string();
   reading.issues.push_back({pointer(at), at.is_member && at.key == "type" ? "unknown_type" : "unknown_value",
                             (choices.size() > 1 ? "must be one of " : "must be ") + list_of(choices) + ", got " +
-                                quoted(text) + suggestion(text, {at.is_member ? at.key : ""}, choices)});
+                                quoted(text) + suggestion(text, "", at.is_member ? at.key : "", choices)});
   return false;
 }
 

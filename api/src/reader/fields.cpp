@@ -44,7 +44,7 @@ void Fields::finish() {
     if (is_duplicate) {
       detail += " is written twice";
     } else {
-      const std::string form = suggestion(member.key, {kind_, group_}, known);
+      const std::string form = suggestion(member.key, kind_, group_, known);
       detail +=
           " is not a field of " + std::string(kind_) + (form.empty() ? "; its fields are " + list_of(known) : form);
     }

@@ -79,12 +79,13 @@ std::string list_of(std::span<const std::string_view> words) {
 
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> names) {
   if (word.size() > word_bytes_max) return {};
-  std::size_t nearest = std::max<std::size_t>(1, word.size() / 3) + 1;
+  std::size_t nearest = 2 * std::max<std::size_t>(1, word.size() / 3) + 2;
   std::string_view suggestion;
   for (const std::string_view name : names.first(std::min(names.size(), suggestion_names_max))) {
     if (name.size() > word_bytes_max || name.size() >= word.size() + nearest || word.size() >= name.size() + nearest)
       continue;
-    if (const std::size_t d = distance(word, name); d < nearest) {
+    // Of two at the same distance the one of the same length.
+    if (const std::size_t d = 2 * distance(word, name) + (name.size() != word.size() ? 1 : 0); d < nearest) {
       nearest = d;
       suggestion = name;
     }
@@ -92,12 +93,15 @@ std::string did_you_mean(std::string_view word, std::span<const std::string_view
   return suggestion.empty() ? std::string() : "; did you mean \"" + std::string(suggestion) + "\"?";
 }
 
-std::string suggestion(std::string_view word, std::initializer_list<std::string_view> scopes,
+std::string suggestion(std::string_view word, std::string_view kind, std::string_view group,
                        std::span<const std::string_view> names) {
-  for (const std::string_view scope : scopes)
-    if (const std::string_view form = form_of_foreign_word(scope, word); !form.empty())
-      return "; write " + std::string(form);
-  return did_you_mean(word, names);
+  std::string_view form = form_of_foreign_word(kind, word);
+  if (form.empty() && group != kind) {
+    form = form_of_foreign_word(group, word);
+    const auto is_first_name = [&](std::string_view name) { return form.starts_with(quoted(name)); };
+    if (std::none_of(names.begin(), names.end(), is_first_name) && !form.ends_with("in the document")) form = {};
+  }
+  return form.empty() ? did_you_mean(word, names) : "; write " + std::string(form);
 }
 
 }  // namespace api

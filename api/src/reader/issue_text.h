@@ -2,7 +2,6 @@
 /// Parts of the messages of issues: values, and the name that a mistyped one probably stands for.
 
 #include <cstddef>
-#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,9 +22,9 @@ inline constexpr std::size_t suggestion_names_max = 1000;
 /// time for a document with many issues.
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> names);
 
-/// "; write \"reflection\": ..." for a name from another program (foreign_words.h) in one of the scopes, else
-/// did_you_mean().
-std::string suggestion(std::string_view word, std::initializer_list<std::string_view> scopes,
+/// "; write \"reflection\": ..." for a name from another program (foreign_words.h) in the scope `kind`, or in the more
+/// general `group` if the form begins with one of `names` or belongs in the document; else did_you_mean().
+std::string suggestion(std::string_view word, std::string_view kind, std::string_view group,
                        std::span<const std::string_view> names);
 
 }  // namespace api

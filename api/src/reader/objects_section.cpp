@@ -142,11 +142,12 @@ void read_part_materials(Reading& reading, const Cursor& at, std::map<std::strin
 
 /// The fields that the file contains must not be written in the document too.
 void read_file(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
+  fields.set_kind("a mesh with a file");
   if (tracer::AssetId asset; fields.optional("file", asset)) mesh.file = asset;
   if (const auto materials = fields.take("materials")) read_part_materials(reading, *materials, mesh.part_materials);
   for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"})
-    if (const auto field = fields.take(name))
-      add_issue(reading, *field, "conflict", "must not be written: the mesh's file contains it");
+    if (fields.has(name))
+      add_issue(reading, *fields.take(name), "conflict", "must not be written: the mesh's file contains it");
 }
 
 void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape) {
@@ -172,8 +173,8 @@ bool read_anchor(Fields& fields, std::string_view name, Vec3& point) {
 
 void refuse(Reading& reading, Fields& fields, std::initializer_list<std::string_view> names, std::string_view with) {
   for (const std::string_view name : names)
-    if (const auto field = fields.take(name))
-      add_issue(reading, *field, "conflict", "must not be combined with " + quoted(with));
+    if (fields.has(name))
+      add_issue(reading, *fields.take(name), "conflict", "must not be combined with " + quoted(with));
 }
 
 /// All fields, except `without`.
