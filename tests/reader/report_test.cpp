@@ -81,6 +81,7 @@ TEST(Report, HasEveryMember) {
   scene.image = {4, 2};
   scene.materials.resize(1);
   scene.materials[0].transmission = 1;
+  scene.materials[0].color = tracer::Color{};
   scene.materials[0].fresnel = true;
   scene.materials[0].path = "/materials/glass";
   scene.objects.push_back({tracer::Sphere{}, {0}, {}});
