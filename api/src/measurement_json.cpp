@@ -6,6 +6,7 @@
 #include <iterator>
 #include <locale>
 #include <sstream>
+#include <utility>
 
 #include "api/src/result_json.h"
 #include "tracer/version.h"
@@ -25,6 +26,7 @@ Json measured_json(const tracer::Measurement& measurement, const tracer::Measure
           {"settings", accuracy_json(setting.accuracy)},
           {"seconds", point.seconds},
           {"error", point.error},
+          {"upper_limits", point.upper_limits},
           {"broken", tracer::is_broken(measurement, point)},
           {"model", setting.model.empty() ? Json(nullptr) : Json(setting.model)},
           {"model_error", or_null(point.model_error)},
@@ -38,10 +40,12 @@ Json model_error_json(const tracer::Measurement& measurement) {
   if (measurement.not_measured) return {{"not_measured", *measurement.not_measured}};
   if (!measurement.model_error) return nullptr;
   const tracer::ModelError& error = *measurement.model_error;
-  Json fronts = Json::object();
+  Json fronts = Json::object(), upper_limits = Json::array();
+  for (const auto& [name, levels] : {std::pair{"levels", error.levels}, {"fitted_levels", error.fitted_levels}})
+    if (error.standard_error > 0 && levels <= error.standard_error) upper_limits.push_back(name);
   for (const std::string_view model : tracer::light_models)
     fronts[std::string(model)] = tracer::model_front(measurement, model);
-  return {{"levels", error.levels},
+  return {{"levels", std::max(error.levels, error.standard_error)},
           {"standard_error", error.standard_error},
           {"bias", error.bias},
           {"by",
@@ -50,7 +54,8 @@ Json model_error_json(const tracer::Measurement& measurement) {
             {"environment", color_json(error.by.environment)},
             {"ambient", color_json(error.by.ambient)}}},
           {"fitted_ambient", color_json(error.fitted_ambient)},
-          {"fitted_levels", error.fitted_levels},
+          {"fitted_levels", std::max(error.fitted_levels, error.standard_error)},
+          {"upper_limits", std::move(upper_limits)},
           {"fronts", std::move(fronts)}};
 }
 
@@ -88,6 +93,7 @@ tracer::MeasuredPoint point_of(const Json& json) {
   point.runs = json.value("runs", std::vector<double>());
   if (point.runs.empty()) point.runs = {point.seconds};  // earlier versions wrote no runs
   json.at("error").get_to(point.error);
+  point.upper_limits = json.value("upper_limits", point.upper_limits);
   point.claimed = error_of_json(json.at("claimed"));
   json.at("samples").at("mean").get_to(point.samples_mean);
   json.at("samples").at("total").get_to(point.samples);
@@ -120,6 +126,9 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
     line << ',';
     if (error) line << *error;
   }
+  for (const char* separator = ","; const std::string& name : point.upper_limits)
+    line << std::exchange(separator, " ") << name;
+  if (point.upper_limits.empty()) line << ',';
   line << '\n';
   return line.str();
 }
@@ -159,7 +168,7 @@ std::string write_measurement_csv(const tracer::Measurement& measurement) {
   std::string text =
       "parameter,value,preset,seconds,error,claimed,proven,confidence,met,worst_tile,sampling,depth,cutoff,"
       "approximation,tone,samples_mean,camera,shadow,reflection,refraction,diffuse,pareto_front,reference_error,broken,"
-      "runs,model,model_error,total_error\n";
+      "runs,model,model_error,total_error,upper_limits\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     text += csv_line(measurement, measurement.points[i], in_front);

@@ -8,7 +8,7 @@ import {words} from './words.js';
 const text = words.measure;
 const LEFT = 52, RIGHT = 20, TOP = 18, BOTTOM = 40, TARGET = 13;
 
-/** @typedef {{parameter: string, value: string, preset: string | null, settings: Record<string, any>, seconds: number, error: number, broken: boolean, claimed: number, model: string | null, model_error: number | null, total_error: number | null}} Point */
+/** @typedef {{parameter: string, value: string, preset: string | null, settings: Record<string, any>, seconds: number, error: number, upper_limits?: string[], broken: boolean, claimed: number, model: string | null, model_error: number | null, total_error: number | null}} Point */
 
 /** Outlines about the origin and colours, so that neither alone identifies the parameter. @type {Record<string, {mark: string, color: string}>} */
 const MARKS = {
@@ -30,17 +30,11 @@ export function nameOf({parameter, value, preset}) {
   return preset ? `${name} (${preset})` : name;
 }
 
-/** Smallest error of a model that the references show; 0 without models. @param {any} measurement */
-export const measurable = (measurement) => measurement.model_error?.standard_error || 0;
+/** One of the errors of a point, "≤ 0.5" for an upper limit; the model of paths is the rendering equation. @param {Point} point @param {'error' | 'model_error' | 'total_error'} name */
+export const errorText = (point, name) => name === 'model_error' && point.model === 'path' ? '0' : point[name] === null ? '' : `${point.upper_limits?.includes(name) ? '≤ ' : ''}${figure(/** @type {number} */ (point[name]))}`;
 
-/** "≤ 0.5" for an error that the references do not show. @param {number} error @param {number} least */
-export const bounded = (error, least) => error > least ? figure(error) : `≤ ${figure(least)}`;
-
-/** The model error of a point, 0 for paths, whose model is the rendering equation. @param {Point} point @param {number} least */
-export const modelErrorOf = ({model, model_error}, least) => model_error === null ? '' : model === 'path' ? '0' : bounded(model_error, least);
-
-/** The error of a point in the plot: that to the rendering equation if models are compared. @param {Point} point @param {number} least */
-const errorOf = ({error, total_error}, least) => total_error === null ? error : Math.max(total_error, least);
+/** The error of a point in the plot: that to the rendering equation if models are compared. @param {Point} point */
+const errorOf = ({error, total_error}) => total_error ?? error;
 
 /** A logarithmic axis. A value of 0 is drawn at its lower end. @param {number[]} values @param {number} from pixel of the lower end @param {number} to @param {number} apart least pixels between labels */
 function axisOf(values, from, to, apart) {
@@ -79,11 +73,10 @@ function Drawing({measurement, selected, select, width}) {
   const height = Math.round(Math.max(280, Math.min(460, width * 0.6)));
   const right = width - RIGHT, bottom = height - BOTTOM;
   const x = axisOf(points.map((each) => each.seconds), LEFT, right, 46);
-  const least = measurable(measurement);
-  const y = axisOf(points.flatMap((each) => [errorOf(each, least), each.claimed]), bottom, TOP, 22);
+  const y = axisOf(points.flatMap((each) => [errorOf(each), each.claimed]), bottom, TOP, 22);
   const front = measurement.pareto_front.map((/** @type {number} */ index) => points[index]);
   const order = points.map((_, index) => index).sort((a, b) => Number(a === selected) - Number(b === selected));
-  const noise = Math.max(measurement.reference.error, least);
+  const noise = Math.max(measurement.reference.error, measurement.model_error?.standard_error || 0);
   return html`<svg width=${width} height=${height} role="img" aria-label=${text.plot(points.length)}>
     ${x.ticks.map((tick) => html`<line class="grid" x1=${x.at(tick)} x2=${x.at(tick)} y1=${TOP} y2=${bottom} /><text x=${x.at(tick)} y=${bottom + 16} text-anchor="middle">${time(tick)}</text>`)}
     ${y.ticks.map((tick) => html`<line class="grid" x1=${LEFT} x2=${right} y1=${y.at(tick)} y2=${y.at(tick)} /><text x=${LEFT - 8} y=${y.at(tick) + 4} text-anchor="end">${figure(tick)}</text>`)}
@@ -91,9 +84,9 @@ function Drawing({measurement, selected, select, width}) {
     ${noise > 0 && y.at(noise) > TOP && y.at(noise) < bottom && html`<line class="noise" x1=${LEFT} x2=${right} y1=${y.at(noise)} y2=${y.at(noise)}><title>${text.noise(figure(noise))}</title></line>`}
     <polyline class="front" points=${front.map((/** @type {Point} */ each) => `${x.at(each.seconds)},${y.at(each.error)}`).join(' ')} />
     ${order.map((index) => {
-      const point = points[index], {mark, color} = MARKS[point.parameter] || MARKS.document, left = x.at(point.seconds), top = y.at(errorOf(point, least)), claimed = y.at(point.claimed);
+      const point = points[index], {mark, color} = MARKS[point.parameter] || MARKS.document, left = x.at(point.seconds), top = y.at(errorOf(point)), claimed = y.at(point.claimed);
       return html`<g key=${index} data-point=${index} data-selected=${index === selected} style=${{color: `var(${color})`}} onClick=${() => select(index)}>
-        <title>${`${nameOf(point)}: ${time(point.seconds)}, ${point.total_error === null ? text.levels(figure(point.error)) : text.totalIs(bounded(point.total_error, least))}, ${text.claims(figure(point.claimed))}`}</title>
+        <title>${`${nameOf(point)}: ${time(point.seconds)}, ${point.total_error === null ? text.levels(errorText(point, 'error')) : text.totalIs(errorText(point, 'total_error'))}, ${text.claims(figure(point.claimed))}`}</title>
         <path class="whisker" d=${`M${left} ${top}V${claimed}M${left - 4} ${claimed}H${left + 4}`} />
         ${index === selected && html`<circle class="ring" cx=${left} cy=${top} r="10" />`}
         <path class="mark" d=${mark} transform=${`translate(${left} ${top})`} />

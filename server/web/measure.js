@@ -7,7 +7,7 @@ import {documentDifference} from './document-difference.js';
 import {duration, figure} from './format.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
-import {bounded, measurable, modelErrorOf, nameOf, Plot, time} from './measure-plot.js';
+import {errorText, nameOf, Plot, time} from './measure-plot.js';
 import {attempt, Failure, State} from './parts.js';
 import {applied, changesTo} from './pointers.js';
 import {go, route, setQuery} from './routes.js';
@@ -19,9 +19,9 @@ const text = words.measure;
 /** @typedef {import('./measure-plot.js').Point} Point */
 /** @typedef {{width: number, height: number, alone: boolean, reference: {samples: number, error: number}, points: Point[], pareto_front: number[], model_error: {standard_error?: number} | null, advice: string[]}} Measurement */
 
-/** The point of the front that is best within a limit; -1: none is. @param {Measurement} measurement @param {'seconds' | 'error'} limited @param {number} limit */
+/** The point of the front that is best within a limit; -1: none is. Claims count, since a true error may be unknown. @param {Measurement} measurement @param {'seconds' | 'claimed'} limited @param {number} limit */
 export function cheapest({points, pareto_front}, limited, limit) {
-  const other = limited === 'seconds' ? 'error' : 'seconds';
+  const other = limited === 'seconds' ? 'claimed' : 'seconds';
   const within = pareto_front.filter((index) => points[index][limited] <= limit);
   return within.reduce((best, index) => best < 0 || points[index][other] < points[best][other] ? index : best, -1);
 }
@@ -55,14 +55,14 @@ export function Measure({id}) {
 function Result({job, measurement, scene}) {
   const named = Number(route.value.query.get('point') ?? NaN);
   const {points, pareto_front, reference, advice} = measurement;
-  const selected = points[named] ? named : cheapest(measurement, 'error', 1);
+  const selected = points[named] ? named : cheapest(measurement, 'claimed', 1);
   const select = (/** @type {number} */ index) => setQuery({point: String(index)});
   return html`<div class="measured">
     <section class="panel"><${Plot} measurement=${measurement} selected=${selected} select=${select} />
       <p class="dim">${text.of(points.length, measurement.width, measurement.height)} ${text.referenceIs(reference.samples, figure(reference.error))}</p></section>
     <section class="panel choice"><${Wishes} measurement=${measurement} select=${select} />
-      ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} least=${measurable(measurement)} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
-    <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} least=${measurable(measurement)} selected=${selected} select=${select} /></section>
+      ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
+    <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} selected=${selected} select=${select} /></section>
     ${advice.length > 0 && html`<section class="panel"><h2>${text.advice}</h2><ul class="advice">${advice.map((sentence) => html`<li>${sentence}</li>`)}</ul></section>`}
   </div>`;
 }
@@ -70,18 +70,18 @@ function Result({job, measurement, scene}) {
 /** What the user has or needs. @param {{measurement: Measurement, select: (index: number) => void}} properties */
 function Wishes({measurement, select}) {
   const answer = useSignal('');
-  const choose = (/** @type {'seconds' | 'error'} */ limited, /** @type {string} */ limit) => {
+  const choose = (/** @type {'seconds' | 'claimed'} */ limited, /** @type {string} */ limit) => {
     const index = cheapest(measurement, limited, Number(limit));
     answer.value = limit === '' || index >= 0 ? '' : text.none[limited];
     if (limit !== '' && index >= 0) select(index);
   };
-  const field = (/** @type {'seconds' | 'error'} */ limited) => html`<label>${text.wish[limited]} <input type="number" min="0" step="any" data-limit=${limited}
+  const field = (/** @type {'seconds' | 'claimed'} */ limited) => html`<label>${text.wish[limited]} <input type="number" min="0" step="any" data-limit=${limited}
     onInput=${(/** @type {any} */ event) => choose(limited, event.target.value)} /> ${text.unit[limited]}</label>`;
-  return html`<div class="wishes">${field('seconds')} ${field('error')}</div><p class="dim" role="status">${answer.value}</p>`;
+  return html`<div class="wishes">${field('seconds')} ${field('claimed')}</div><p class="dim" role="status">${answer.value}</p>`;
 }
 
-/** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, least: number, scene: string}} properties */
-function Chosen({job, point, least, scene}) {
+/** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, scene: string}} properties */
+function Chosen({job, point, scene}) {
   const parsed = scene ? JSON.parse(scene) : {};
   const rows = documentDifference({accuracy: parsed.accuracy ?? {}}, {accuracy: point.settings}).filter(({a, b}) => (a || '{}') !== (b || '{}'));
   const changed = (/** @type {string} */ document, /** @type {string[]} */ path, /** @type {any} */ to) => applied(document, changesTo(document, path, to));
@@ -92,10 +92,10 @@ function Chosen({job, point, least, scene}) {
     go(`#/compare?a=${job.id}/reference.exr&b=${(await postJson('/v1/jobs', document)).id}/image.exr`);
   });
   return html`<div class="chosen"><strong>${nameOf(point)}</strong>
-    <dl class="facts-list"><dt>${text.time}</dt><dd class="number">${time(point.seconds)}</dd><dt>${text.error}</dt><dd class="number">${text.levels(figure(point.error))}</dd>
+    <dl class="facts-list"><dt>${text.time}</dt><dd class="number">${time(point.seconds)}</dd><dt>${text.error}</dt><dd class="number">${text.levels(errorText(point, 'error'))}</dd>
       <dt>${text.claimed}</dt><dd class="number">${text.levels(figure(point.claimed))}${point.broken ? html` <span class="bad">${text.broken}</span>` : ''}</dd>
-      ${point.model_error !== null && point.total_error !== null && html`<dt>${text.modelError}</dt><dd class="number">${text.levels(modelErrorOf(point, least))}</dd>
-        <dt>${text.totalError}</dt><dd class="number">${text.levels(bounded(point.total_error, least))}</dd>`}</dl>
+      ${point.model_error !== null && point.total_error !== null && html`<dt>${text.modelError}</dt><dd class="number">${text.levels(errorText(point, 'model_error'))}</dd>
+        <dt>${text.totalError}</dt><dd class="number">${text.levels(errorText(point, 'total_error'))}</dd>`}</dl>
     <table class="plain"><thead><tr><th>${text.change}</th><th>${text.now}</th><th>${text.then}</th></tr></thead><tbody>
       ${rows.map(({pointer, a, b}) => html`<tr><td><code>${pointer}</code></td><td class="number">${a}</td><td class="number">${b}</td></tr>`)}
       ${rows.length === 0 && html`<tr><td colspan="3" class="dim">${text.same}</td></tr>`}</tbody></table>
@@ -104,8 +104,8 @@ function Chosen({job, point, least, scene}) {
       <a class="button" href=${`#/edit/${job.id}?accuracy=${encodeURIComponent(JSON.stringify(point.settings))}`}>${text.use}</a></div>`}</div>`;
 }
 
-/** The points of the plot as a table. @param {{points: Point[], front: number[], least: number, selected: number, select: (index: number) => void}} properties */
-function Table({points, front, least, selected, select}) {
+/** The points of the plot as a table. @param {{points: Point[], front: number[], selected: number, select: (index: number) => void}} properties */
+function Table({points, front, selected, select}) {
   const by = useSignal(/** @type {'name' | 'seconds' | 'error' | 'claimed' | 'model_error' | 'total_error'} */ ('seconds')), falls = useSignal(false);
   const hasModels = points.some(({model_error}) => model_error !== null);
   const keyOf = (/** @type {number} */ index) => by.value === 'name' ? index : points[index][by.value] ?? -1;
@@ -116,7 +116,7 @@ function Table({points, front, least, selected, select}) {
   return html`<table class="plain points"><thead><tr>${head('name', text.setting)}${head('seconds', text.time)}${head('error', text.error)}${head('claimed', text.claimed)}
     ${hasModels && html`${head('model_error', text.modelError)}${head('total_error', text.totalError)}`}</tr></thead><tbody>
     ${order.map((index) => html`<tr key=${index} data-point=${index} aria-current=${index === selected ? 'true' : undefined}><td><button class="link" onClick=${() => select(index)}>${nameOf(points[index])}</button>
-      ${front.includes(index) && html`<span class="chip">${text.onFront}</span>`}</td><td class="right number">${time(points[index].seconds)}</td><td class="right number">${figure(points[index].error)}</td>
+      ${front.includes(index) && html`<span class="chip">${text.onFront}</span>`}</td><td class="right number">${time(points[index].seconds)}</td><td class="right number">${errorText(points[index], 'error')}</td>
       <td class="right number">${figure(points[index].claimed)}${points[index].broken ? html` <span class="bad">!</span>` : ''}</td>
-      ${hasModels && html`<td class="right number">${modelErrorOf(points[index], least)}</td><td class="right number">${points[index].total_error === null ? '' : bounded(/** @type {number} */ (points[index].total_error), least)}</td>`}</tr>`)}</tbody></table>`;
+      ${hasModels && html`<td class="right number">${errorText(points[index], 'model_error')}</td><td class="right number">${errorText(points[index], 'total_error')}</td>`}</tr>`)}</tbody></table>`;
 }

@@ -209,21 +209,22 @@ std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOpti
   return std::nullopt;
 }
 
-/// One line of the table: * is on the Pareto front, ! has a broken claim, and is red on a terminal. `least`: smallest
-/// error of a model that the references show.
-void print_point(const tracer::MeasuredPoint& point, double least, char mark) {
+/// One line of the table: * is on the Pareto front, ! has a broken claim, and is red on a terminal, <= is an upper
+/// limit.
+void print_point(const tracer::MeasuredPoint& point, char mark) {
   const bool red = mark == '!' && ::isatty(STDOUT_FILENO) != 0;
-  std::printf("%s%c %-37s %9.4f %9.4f %9.4f %9.2f", red ? "\x1b[31m" : "", mark, title(point.setting).c_str(),
-              point.seconds, point.error, point.claimed.estimate, point.samples_mean);
-  const auto print_error = [&](double error) {
-    std::printf(error > least ? " %9.4f" : " <=%7.4f", std::max(error, least));
+  const auto print_error = [&](const char* name, double error) {
+    std::printf(is_upper_limit(point, name) ? " <=%7.4f" : " %9.4f", error);
   };
+  std::printf("%s%c %-37s %9.4f", red ? "\x1b[31m" : "", mark, title(point.setting).c_str(), point.seconds);
+  print_error("error", point.error);
+  std::printf(" %9.4f %9.2f", point.claimed.estimate, point.samples_mean);
   if (point.setting.model == "path") {
     std::printf(" %9d", 0);  // its model is the rendering equation
   } else if (point.model_error) {
-    print_error(*point.model_error);
+    print_error("model_error", *point.model_error);
   }
-  if (point.total_error) print_error(*point.total_error);
+  if (point.total_error) print_error("total_error", *point.total_error);
   std::puts(red ? "\x1b[0m" : "");
 }
 
@@ -232,7 +233,8 @@ void print_table(const tracer::Measurement& measurement) {
   std::printf("image      %u x %u\n", measurement.width, measurement.height);
   std::printf("reference  %u samples per pixel, standard error %.4f levels\n", measurement.reference_samples,
               measurement.reference_error);
-  std::printf("* fastest with at most its claimed error    ! true error above the claimed one\n\n");
+  std::printf("* fastest with at most its claimed error    ! true error above the claimed one\n");
+  std::printf("<= at most: the reference shows no smaller error\n\n");
   std::printf("  %-37s %9s %9s %9s %9s%s\n", "setting", "seconds", "error", "claimed", "samples",
               measurement.model_error ? "     model     total" : "");
   std::vector<std::size_t> front = tracer::pareto_front(measurement);
@@ -241,10 +243,7 @@ void print_table(const tracer::Measurement& measurement) {
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const tracer::MeasuredPoint& point = measurement.points[i];
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
-    print_point(point, tracer::measurable_error(measurement),
-                in_front                                ? '*'
-                : tracer::is_broken(measurement, point) ? '!'
-                                                        : ' ');
+    print_point(point, in_front ? '*' : tracer::is_broken(measurement, point) ? '!' : ' ');
   }
   if (measurement.not_measured)
     std::printf("  model, rendering equation             not measured: %s\n", measurement.not_measured->c_str());

@@ -126,12 +126,6 @@ std::optional<double> target_of(const RequestedAccuracy& requested) {
   return target_error_of(Preset::standard);
 }
 
-/// Maximum samples of a pixel: at least `least`, else at most `limit` in the whole image.
-std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pixels, std::uint64_t limit) {
-  const std::uint64_t bound = std::max<std::uint64_t>(least, limit / std::max<std::uint64_t>(pixels, 1));
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(most, bound));
-}
-
 }  // namespace
 
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
@@ -149,10 +143,9 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
     adaptive.time_budget_ms = requested.time_budget_ms;
     adaptive.samples_min = requested.samples.front();
     adaptive.samples_max = requested.samples.back();
-    // The default limit, not the limit in force: the image depends only on the document.
     if (adaptive.samples_min <= adaptive.samples_max)
-      adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min,
-                                     reading.scene().image.window().pixels(), tracer::Limits{}.samples_times_pixels);
+      adaptive.samples_max =
+          tracer::bounded_samples(adaptive.samples_max, adaptive.samples_min, reading.scene().image.window().pixels());
   }
   accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
   if (!requested.max_depth)

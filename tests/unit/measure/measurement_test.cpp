@@ -34,6 +34,11 @@ bool contains(const Measurement& measurement, const std::string& sentence) {
   return std::find(sentences.begin(), sentences.end(), sentence) != sentences.end();
 }
 
+bool contains_part(const Measurement& measurement, const std::string& part) {
+  return std::ranges::any_of(tracer::advice(measurement),
+                             [&](const std::string& sentence) { return sentence.find(part) != std::string::npos; });
+}
+
 std::vector<std::string> titles(const tracer::Scene& scene, std::vector<std::string> parameters = {}) {
   std::vector<std::string> titles;
   for (const tracer::Setting& setting : tracer::settings(scene, parameters)) titles.push_back(title(setting));
@@ -102,6 +107,63 @@ TEST(BrokenClaim, IsATrueErrorAboveTheClaimByMoreThanTheReferencesError) {
   EXPECT_FALSE(is_broken(measured, measured.points[0]));
   measured.points[0].error = 2.6;
   EXPECT_TRUE(is_broken(measured, measured.points[0]));
+}
+
+/// The point with upper limits of these errors.
+MeasuredPoint limited(MeasuredPoint measured, std::vector<std::string> errors = {"error"}) {
+  measured.upper_limits = std::move(errors);
+  return measured;
+}
+
+/// The point with an approximation; points without one have the accuracy of the exact render.
+MeasuredPoint approximate(MeasuredPoint measured) {
+  measured.setting.accuracy.approximate.shadows = tracer::Approximations::Shadows::none;
+  return measured;
+}
+
+TEST(ParetoFront, ContainsNoApproximationThatIsNotFasterForCertain) {
+  const MeasuredPoint exact = point("samples", "16", 1, 1, 2);
+  const auto front_with = [&](double seconds, double claimed, std::vector<double> runs) {
+    Measurement measured =
+        measurement({exact, approximate(point("approximate", "shadows: none", seconds, 1, claimed))});
+    if (!runs.empty()) measured.points[1].runs = std::move(runs);
+    return tracer::pareto_front(measured);
+  };
+  EXPECT_EQ(front_with(0.5, 3, {}), (std::vector<std::size_t>{1, 0}));
+  EXPECT_EQ(front_with(1.5, 1, {}), std::vector<std::size_t>{0}) << "slower, whatever it claims";
+  EXPECT_EQ(front_with(1, 1, {}), std::vector<std::size_t>{0});
+  EXPECT_EQ(front_with(0.9, 1, {0.9, 1.3, 1}), std::vector<std::size_t>{0}) << "an uncertain order";
+  Measurement alone = measurement({approximate(point("approximate", "shadows: none", 1, 1, 2))});
+  EXPECT_EQ(tracer::pareto_front(alone), std::vector<std::size_t>{0}) << "the exact render was not measured";
+}
+
+TEST(UpperLimit, IsNamedAndComparedWithNothing) {
+  Measurement measured =
+      measurement({limited(point("samples", "16", 2, 2, 5)), point("approximate", "shadows: map", 1, 4, 5),
+                   limited(point("approximate", "shadows: none", 0.5, 2, 6)), point("cutoff", "0.1", 3, 2.01, 6),
+                   limited(point("cutoff", "0.01", 3, 2, 6)), limited(point("cutoff", "0.001", 3, 2, 6))});
+  measured.reference_error = 2;
+  const auto sentences = tracer::advice(measured);
+  EXPECT_EQ(sentences[0],
+            "for 4 levels: no setting, the best is approximate shadows: map, 1.0 s, claimed error 5.0 levels")
+      << sentences[0];
+  EXPECT_TRUE(
+      contains(measured,
+               "the true error was within the claimed one in all 2 settings; the other errors are below that of "
+               "the reference and unknown"));
+  EXPECT_TRUE(contains(measured, "shadows: map saves 50 % and has a true error 4.0 levels"));
+  EXPECT_TRUE(contains(measured, "shadows: none saves 75 % and has a true error at most 2.0 levels"));
+  for (const std::string& sentence : sentences) EXPECT_FALSE(sentence.starts_with("cutoff")) << sentence;
+  EXPECT_TRUE(contains(measurement({limited(point("samples", "1", 1, 2, 2))}),
+                       "for 4 levels: samples 1, 1.0 s, true error at most 2.0 levels; for 1 level: no setting, the "
+                       "best is samples 1, 1.0 s, claimed error 2.0 levels"));
+  EXPECT_TRUE(contains(measurement({limited(point("samples", "1", 1, 2, 2))}),
+                       "all true errors are below that of the reference and unknown"));
+}
+
+TEST(Chart, MarksUpperLimits) {
+  const tracer::Plot plot = tracer::chart(measurement({limited(point("samples", "1", 1, 2, 2))}));
+  EXPECT_EQ(plot.series.back().points.at(0).label, "1 (at most)");
 }
 
 TEST(Chart, DrawsBrokenClaimsAsASeriesOfTheirOwn) {
@@ -289,13 +351,15 @@ TEST(ModelFront, IsDrawnForEachModel) {
                                              "error of the references"}));
 }
 
-TEST(ModelFront, IsDrawnAtTheErrorOfTheReferencesIfTheyAreLarger) {
+TEST(ModelFront, HasNoUpperLimits) {
   Measurement measured = measured_models();
-  measured.points = {model_point("path", "a", 1, 0.6, 0), model_point("path", "b", 2, 0.2, 0),
-                     model_point("path", "c", 3, 0, 0)};
+  measured.points = {model_point("path", "a", 2, 0.6, 0), limited(model_point("path", "b", 1, 0.5, 0), {"total_error"}),
+                     limited(model_point("path", "c", 3, 0.5, 0), {"total_error"})};
+  EXPECT_EQ(tracer::model_front(measured, "path"), std::vector<std::size_t>{0});
   const tracer::Plot plot = tracer::chart(measured);
   std::vector<std::pair<double, std::string>> drawn;
-  for (const tracer::PlotPoint& point : plot.series.at(0).points) drawn.emplace_back(point.y, point.label);
+  for (const std::size_t series : {0u, 1u})
+    for (const tracer::PlotPoint& point : plot.series.at(series).points) drawn.emplace_back(point.y, point.label);
   EXPECT_EQ(drawn,
             (std::vector<std::pair<double, std::string>>{{0.6, "a"}, {0.5, "b (at most)"}, {0.5, "c (at most)"}}));
 }
@@ -307,15 +371,24 @@ TEST(Advice, StatesTheDistanceOfEachModel) {
                        "0.007] would make it 13; below 13 levels only paths help"));
   MeasuredPoint radiosity = model_point("radiosity", "f", 1.25, 3, 1.9);
   radiosity.setting.accuracy.approximate.interreflection = tracer::Approximations::Interreflection::radiosity;
+  radiosity.setting.accuracy.model = tracer::Accuracy::Model::global;
   measured.points.push_back(radiosity);
   EXPECT_TRUE(contains(measured,
                        "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
                        "0.007] would make it 13; radiosity 1.9 for 0.25 s more; below 1.9 levels only paths help"));
-  measured.points.back().model_error = 0.2;  // below the error of the references
+  measured.points.back() = limited(measured.points.back(), {"model_error"});
+  measured.points.back().model_error = 0.5;
   EXPECT_TRUE(contains(measured,
                        "Whitted's image is 35 levels from the rendering equation and too dark; ambient [0.11, 0.035, "
                        "0.007] would make it 13; radiosity at most 0.50 for 0.25 s more; below 0.50 levels only paths "
                        "help"));
+  MeasuredPoint path = model_point("path", "g", 1, 3, 0);
+  path.setting.accuracy.model = tracer::Accuracy::Model::global;
+  measured.points.push_back(path);
+  EXPECT_FALSE(contains_part(measured, "radiosity")) << "paths are faster";
+  measured.points.pop_back();
+  measured.model_error->fitted_levels = 0.4;
+  EXPECT_TRUE(contains_part(measured, "would make it at most 0.50"));
   measured.model_error->levels = 0.4;
   EXPECT_TRUE(contains(measured,
                        "Whitted's image is that of the rendering equation, as far as references with an error of 0.50 "
@@ -344,6 +417,13 @@ TEST(Settings, IncludeThePresets) {
                                              "target_error 0.25 (reference)"}));
 }
 
+TEST(Settings, CompareTheApproximationsOfTheDocumentWithAllExact) {
+  tracer::Scene scene = sphere(0);
+  scene.accuracy.approximate.shadows = tracer::Approximations::Shadows::none;
+  EXPECT_EQ(titles(scene, {"approximate"}),
+            (std::vector<std::string>{"approximate all exact", "approximate shadows: map", "samples 16"}));
+}
+
 TEST(Settings, IncludeTheBaselineOfParametersThatVaryIt) {
   EXPECT_TRUE(has(titles(sphere(0), {"approximate"}), "samples 16"));
   EXPECT_FALSE(has(titles(sphere(0), {"target_error"}), "samples 16"));
@@ -354,6 +434,8 @@ TEST(Settings, IncludeTheDocumentsAccuracyUnlessItIsAnotherSetting) {
   EXPECT_TRUE(has(titles(scene), "document as it is"));
   scene.accuracy.samples = 64;
   EXPECT_FALSE(has(titles(scene), "document as it is"));
+  scene.accuracy.samples = 16;
+  EXPECT_EQ(titles(scene, {"approximate", "document"}).back(), "samples 16") << "the baseline";
 }
 
 }  // namespace

@@ -28,6 +28,13 @@ struct Limits {
   double value_max = 1e30;
 };
 
+/// Samples of a pixel, up to `most`, within the default limit of the image, but at least `least`: the default, not the
+/// limit in force, since the image depends only on the document.
+constexpr std::uint32_t bounded_samples(std::uint32_t most, std::uint32_t least, std::uint64_t pixels) {
+  const std::uint64_t bound = pixels == 0 ? most : Limits().samples_times_pixels / pixels;
+  return bound >= most ? most : bound <= least ? least : static_cast<std::uint32_t>(bound);
+}
+
 /// Limits of one texture image, checked against its header before decoding. They protect the process from decompression
 /// bombs and are therefore not part of Limits, which an operator may raise.
 struct TextureImageLimits {

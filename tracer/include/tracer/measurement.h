@@ -32,21 +32,22 @@ struct Setting {
 /// and gather: Approximations::Interreflection. path: the rendering equation.
 inline constexpr std::string_view light_models[] = {"whitted", "fitted ambient", "radiosity", "gather", "path"};
 
-/// Every parameter, in the order of measurement. target_error: 8 .. 0.25 levels, including the presets. samples: 1 ..
-/// 64 per pixel. The next three change one member of the baseline. max_depth: 1 .. 8, and cutoff: 0.1 .. 1e-4, in
-/// scenes that reflect or refract. approximate: each cheaper model that changes the scene. model: each of
-/// `light_models` with the samples of the baseline and target errors of 4, 1 and 0.5 levels. document: the accuracy of
+/// Every parameter, in the order of measurement. A setting is the document with nothing else changed. target_error: 8
+/// .. 0.25 levels, including the presets. samples: 1 .. 64 per pixel. The next three change one member of the baseline.
+/// max_depth: 1 .. 8, and cutoff: 0.1 .. 1e-4, in scenes that reflect or refract. approximate: each cheaper model that
+/// changes the scene, and "all exact" if the document has any. model: each of `light_models`, without other
+/// approximations, with the samples of the baseline and target errors of 4, 1 and 0.5 levels. document: the accuracy of
 /// the scene document, if no setting of another parameter than "model" equals it.
 inline constexpr std::string_view parameters[] = {"target_error", "samples", "max_depth", "cutoff",
                                                   "approximate",  "model",   "document"};
 
-/// Samples per pixel of the baseline, which has the defaults otherwise. Enough to make the effect of a parameter larger
+/// Samples per pixel of the baseline, which is the document otherwise. Enough to make the effect of a parameter larger
 /// than the noise.
 inline constexpr std::uint32_t baseline_samples = 16;
 
 /// Settings of the `selected` parameters (empty: all, but "model" only if the scene's model is global), without
 /// duplicates, plus the baseline if one of them varies it. Of the models only "whitted" if the rendering equation
-/// refuses the scene. All have the scene's seed. Precondition: `scene` passes `validate`, mesh files have been read.
+/// refuses the scene. Precondition: `scene` passes `validate`, mesh files have been read.
 std::vector<Setting> settings(const Scene& scene, std::span<const std::string> selected = {});
 
 /// The first reason why the scene cannot be rendered with Accuracy::Model::global: "/materials/glass gives back 1.02 of
@@ -63,7 +64,7 @@ struct MeasuredPoint {
   double seconds = 0;          ///< wall clock of compile() and render(); the fastest run
   std::vector<double> runs{};  ///< seconds of each run, in the order of measurement
   /// Levels; root mean square of the difference from the converged image: the difference from the reference minus the
-  /// reference's own error (as variances). 0 if the reference's error is larger.
+  /// reference's own error (as variances).
   double error = 0;
   ErrorEstimate claimed{};    ///< error estimate of the render
   double samples_mean = 0;    ///< per pixel, without holdout samples
@@ -74,7 +75,13 @@ struct MeasuredPoint {
   /// product of the errors of two renders with different seeds, which sampling does not change in the mean.
   std::optional<double> model_error{};
   std::optional<double> total_error{};  ///< levels; of this image from the rendering equation
+  /// Names of the errors that are upper limits: "error", "model_error", "total_error". What the reference (with models:
+  /// what both together) shows is not above its own error, which is given instead.
+  std::vector<std::string> upper_limits{};
 };
+
+/// Returns true if the named error is an upper limit.
+bool is_upper_limit(const MeasuredPoint& point, std::string_view error);
 
 /// Mean light of the image, linear RGB, that the rendering equation has more than Whitted's model. The sum is the
 /// difference of both images.
@@ -109,27 +116,30 @@ struct Measurement {
 /// broken, since they hold with their confidence.
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point);
 
-/// Smallest model or total error that the references show: an error below it is at most that. 0 without model errors.
+/// Error of both references together, a limit of what they show of models. 0 without model errors.
 double measurable_error(const Measurement& measurement);
 
 /// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster than
 /// all with at most its claim. The claimed error counts, since a user without a reference has no other. Points
 /// with broken claims are in no front. Of points with equal times as far as their runs show, that with the smallest
-/// claim; of equal claims, the first. Points of the parameter "model" are in no front of claims.
+/// claim; of equal claims, the first. Points of the parameter "model" are in no front of claims, nor approximations
+/// that are not faster for certain than the exact render that they replace.
 std::vector<std::size_t> pareto_front(const Measurement& measurement);
 
 /// Indices of the points of one of `light_models` that no other of them beats in time and total error, fastest first.
+/// Without points whose total error is an upper limit.
 std::vector<std::size_t> model_front(const Measurement& measurement, std::string_view model);
 
 /// Conclusions in sentences: the cheapest setting that claims at most 4, 1 and 0.5 levels, the broken claims, the
 /// settings whose order in time is uncertain, the value beyond which a parameter changes the true error by less than a
-/// twentieth, gain and cost of each approximation, the distance of each model from the rendering equation. Empty
-/// without points.
+/// twentieth, gain and cost of each approximation, the distance of each model from the rendering equation. Upper limits
+/// are named as such and compared with nothing. Empty without points.
 std::vector<std::string> advice(const Measurement& measurement);
 
 /// Seconds against error, both logarithmic: the true errors of each parameter, the claimed ones beside them, red if
-/// broken, and the Pareto front of the claims; for each model the front of its total errors, drawn at
-/// measurable_error() if they are smaller; the advice is its note.
+/// broken, and the Pareto front of the claims; for each model the front of its total errors; upper limits have the
+/// label
+/// "(at most)"; the advice is its note.
 Plot chart(const Measurement& measurement);
 
 }  // namespace tracer

@@ -35,6 +35,11 @@ std::string close_levels(double error) {
 
 std::string seconds(double time) { return text(time) + " s"; }
 
+/// "true error 3.1 levels", "true error at most 3.1 levels".
+std::string true_error(const MeasuredPoint& point) {
+  return std::string("true error ") + (is_upper_limit(point, "error") ? "at most " : "") + levels(point.error);
+}
+
 const MeasuredPoint* find(const Measurement& measurement, std::string_view parameter, std::string_view value) {
   for (const MeasuredPoint& point : measurement.points)
     if (point.setting.parameter == parameter && point.setting.value == value) return &point;
@@ -57,17 +62,19 @@ std::string cheapest(const Measurement& measurement) {
     if (!reached) sentence += "no setting, the best is ";
     sentence += title(point.setting) + ", " + seconds(point.seconds);
     if (!reached) return sentence + ", claimed error " + levels(point.claimed.estimate);
-    sentence += ", true error " + levels(point.error);
+    sentence += ", " + true_error(point);
   }
   return sentence;
 }
 
-/// Value beyond which a parameter, whose values are ordered from coarse to fine, has no significant effect.
+/// Value beyond which a parameter, whose values are ordered from coarse to fine, has no significant effect. Unset if
+/// one of the errors is an upper limit.
 std::optional<std::string> saturation(const Measurement& measurement, std::string_view parameter, const char* beyond) {
   std::vector<const MeasuredPoint*> series;
   for (const MeasuredPoint& point : measurement.points)
     if (point.setting.parameter == parameter) series.push_back(&point);
-  if (series.size() < 2) return std::nullopt;
+  const auto is_limit = [](const MeasuredPoint* point) { return is_upper_limit(*point, "error"); };
+  if (series.size() < 2 || std::ranges::any_of(series, is_limit)) return std::nullopt;
   const MeasuredPoint& last = *series.back();
   std::size_t enough = series.size() - 1;
   while (enough > 0 && series[enough - 1]->error <= (1 + significant) * last.error) --enough;
@@ -80,7 +87,8 @@ std::optional<std::string> saturation(const Measurement& measurement, std::strin
   return name + " " + beyond + " " + series[enough]->setting.value + " does not reduce the error";
 }
 
-/// "shadows: map saves 30 % and costs 3.1 levels"; without a percentage of times whose order is uncertain.
+/// "shadows: map saves 30 % and costs 3.1 levels"; without a percentage of times whose order is uncertain, and without
+/// a difference of errors of which one is an upper limit.
 std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) {
   const double saved = 1 - point.seconds / baseline.seconds;
   const double cost = point.error - baseline.error;
@@ -92,23 +100,30 @@ std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) 
   } else {
     sentence += saved > -significant ? " saves no time" : " takes " + text(-100 * saved) + " % longer";
   }
+  if (is_upper_limit(point, "error") || is_upper_limit(baseline, "error"))
+    return sentence + " and has a " + true_error(point);
   if (cost <= significant * baseline.error) return sentence + " and does not increase the error";
   return sentence + " and costs " + levels(cost);
 }
 
 std::string claims(const Measurement& measurement) {
   std::vector<const MeasuredPoint*> broken;
-  for (const MeasuredPoint& point : measurement.points)
+  std::size_t unknown = 0;
+  for (const MeasuredPoint& point : measurement.points) {
     if (is_broken(measurement, point)) broken.push_back(&point);
-  const std::string count = std::to_string(measurement.points.size());
-  if (broken.empty()) return "the true error was within the claimed one in all " + count + " settings";
+    if (is_upper_limit(point, "error")) ++unknown;
+  }
+  const std::string count = std::to_string(measurement.points.size() - unknown);
+  const std::string rest = unknown == 0 ? "" : "; the other errors are below that of the reference and unknown";
+  if (unknown == measurement.points.size()) return "all true errors are below that of the reference and unknown";
+  if (broken.empty()) return "the true error was within the claimed one in all " + count + " settings" + rest;
   const auto worse = [](const MeasuredPoint* one, const MeasuredPoint* other) {
     return one->error * other->claimed.estimate < other->error * one->claimed.estimate;
   };
   const MeasuredPoint& worst = **std::max_element(broken.begin(), broken.end(), worse);
   return "the true error was above the claimed one in " + std::to_string(broken.size()) + " of " + count +
          " settings, by the largest factor with " + title(worst.setting) + ": " + close_levels(worst.error) +
-         ", claimed " + close_levels(worst.claimed.estimate);
+         ", claimed " + close_levels(worst.claimed.estimate) + rest;
 }
 
 /// "the order in time is uncertain of samples 16, cutoff 0.001 and 2 other settings"; unset if all are ranked.
@@ -172,6 +187,10 @@ PlotSeries front_series(const Measurement& measurement) {
 
 }  // namespace
 
+bool is_upper_limit(const MeasuredPoint& point, std::string_view error) {
+  return std::ranges::find(point.upper_limits, error) != point.upper_limits.end();
+}
+
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point) {
   const bool has_both = !point.setting.model.empty() && measurement.model_error;
   const double slack = has_both ? measurement.model_error->standard_error : measurement.reference_error;
@@ -183,7 +202,8 @@ std::vector<std::size_t> pareto_front(const Measurement& measurement) {
   const auto claim = [&](std::size_t index) { return points[index].claimed.estimate; };
   std::vector<std::size_t> by_claim;
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (points[i].setting.model.empty() && !is_broken(measurement, points[i])) by_claim.push_back(i);
+    if (points[i].setting.model.empty() && !is_broken(measurement, points[i]) && !saves_no_time(points, points[i]))
+      by_claim.push_back(i);
   std::ranges::stable_sort(by_claim, {}, claim);
   std::vector<std::size_t> front;  // slowest first
   for (const std::size_t index : by_claim) {
@@ -229,8 +249,9 @@ Plot chart(const Measurement& measurement) {
     PlotSeries series{.name = std::string(parameters[i]), .points = {}, .mark = marks[i]};
     for (const MeasuredPoint& point : measurement.points)
       if (point.setting.parameter == parameters[i] && point.setting.model.empty())
-        series.points.push_back(
-            {point.seconds, point.error, point.setting.preset.empty() ? point.setting.value : title(point.setting)});
+        series.points.push_back({point.seconds, point.error,
+                                 (point.setting.preset.empty() ? point.setting.value : title(point.setting)) +
+                                     (is_upper_limit(point, "error") ? " (at most)" : "")});
     if (!series.points.empty()) plot.series.push_back(std::move(series));
   }
   std::ranges::move(model_series(measurement), std::back_inserter(plot.series));

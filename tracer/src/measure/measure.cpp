@@ -30,6 +30,12 @@ void add_run(MeasuredPoint& point, double seconds) {
   point.seconds = std::ranges::min(point.runs);
 }
 
+/// The error of a point that the references show. One that is not above their own error becomes that, and a limit.
+double shown_error(const char* name, double error, double reference_error, MeasuredPoint& point) {
+  if (reference_error > 0 && error <= reference_error) point.upper_limits.emplace_back(name);
+  return std::max(error, reference_error);
+}
+
 /// The setting of the model with the smallest expected error; null if there is none.
 const Setting* finest(const std::vector<Setting>& settings, Accuracy::Model model) {
   const auto coarser = [](const Setting& one, const Setting& other) {
@@ -222,8 +228,10 @@ Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, R
   const auto other = render_timed(again, control);
   if (!other) return other.error();
   const std::size_t global = reference_of(Accuracy::Model::global);
-  point.model_error = common_distance(mean_display(global), standard_error(references_[global], scene_.output), image,
-                                      to_display(other->rendered.image, scene_.output));
+  const double global_error = standard_error(references_[global], scene_.output);
+  const double common =
+      common_distance(mean_display(global), global_error, image, to_display(other->rendered.image, scene_.output));
+  point.model_error = shown_error("model_error", common, comparison_->error.standard_error, point);
   return point;
 }
 
@@ -238,11 +246,16 @@ void MeasurementRun::add_errors(const DisplayImage& image, MeasuredPoint& point)
   const std::size_t own = reference_of(setting.accuracy.model);
   const bool is_fitted = setting.model == fitted_ambient;
   const double own_error = standard_error(references_[own], scene_.output);
-  point.error = distance(is_fitted ? comparison_->fitted : mean_display(own), own_error, image);
-  if (setting.model.empty() || comparison_ == nullptr) return;
+  const double error = distance(is_fitted ? comparison_->fitted : mean_display(own), own_error, image);
+  const bool compares = !setting.model.empty() && comparison_ != nullptr;
+  const double least = compares ? comparison_->error.standard_error : own_error;
+  point.error = shown_error("error", error, least, point);
+  if (!compares) return;
   const std::size_t global = reference_of(Accuracy::Model::global);
-  point.total_error = distance(mean_display(global), standard_error(references_[global], scene_.output), image);
-  point.model_error = own == global ? 0 : is_fitted ? comparison_->error.fitted_levels : comparison_->error.levels;
+  const double total = distance(mean_display(global), standard_error(references_[global], scene_.output), image);
+  point.total_error = shown_error("total_error", total, least, point);
+  const double levels = is_fitted ? comparison_->error.fitted_levels : comparison_->error.levels;
+  point.model_error = own == global ? 0 : shown_error("model_error", levels, least, point);
 }
 
 std::optional<Failure> MeasurementRun::step(RenderControl& control) {

@@ -24,12 +24,33 @@ std::string text(double number) {
   return buffer.data();
 }
 
+/// The same accuracy with fixed samples (no `adaptive`) or adaptive ones. `max_depth` and `cutoff` are kept unless they
+/// are the defaults of documents, which differ with the kind of sampling.
+Accuracy with_sampling(Accuracy accuracy, const std::optional<Adaptive>& adaptive) {
+  const bool was_adaptive = accuracy.adaptive.has_value(), is_adaptive = adaptive.has_value();
+  const bool has_depth = accuracy.max_depth != default_max_depth(was_adaptive, accuracy.cutoff);
+  const bool has_cutoff = accuracy.cutoff != Accuracy().cutoff || accuracy.cutoff_by_chance != was_adaptive;
+  accuracy.samples = Accuracy().samples;
+  accuracy.target_error.reset();
+  accuracy.tile_error.reset();
+  accuracy.adaptive = adaptive;
+  accuracy.cutoff_by_chance = is_adaptive && !has_cutoff;
+  if (!has_depth) accuracy.max_depth = default_max_depth(is_adaptive, accuracy.cutoff);
+  return accuracy;
+}
+
 class SettingList {
  public:
-  explicit SettingList(const Scene& scene) : scene_(scene), needs_(exact_requirements(scene)) {
-    baseline_.model = scene.accuracy.model;
+  explicit SettingList(const Scene& scene)
+      : scene_(scene),
+        needs_(exact_requirements(scene)),
+        baseline_(with_sampling(scene.accuracy, std::nullopt)),
+        adaptive_(scene.accuracy.adaptive.value_or(Adaptive())) {
     baseline_.samples = baseline_samples;
-    baseline_.seed = scene.accuracy.seed;
+    if (scene.accuracy.adaptive) return;
+    adaptive_.tile_error = scene.accuracy.tile_error;
+    adaptive_.samples_max =
+        bounded_samples(adaptive_.samples_max, adaptive_.samples_min, scene.image.window().pixels());
   }
 
   void add(std::string_view parameter) {
@@ -40,18 +61,24 @@ class SettingList {
     if (parameter == "cutoff" && branches) vary(parameter, &Accuracy::cutoff, {0.1, 0.01, 0.001, 0.0001});
     if (parameter == "approximate") approximations();
     if (parameter == "model") models();
+    if (parameter == "document") add_baseline();
     if (parameter == "document" && !has(scene_.accuracy))
       settings_.push_back({"document", "as it is", scene_.accuracy});
   }
 
   std::vector<Setting> take() {
-    const bool from_baseline = std::any_of(settings_.begin(), settings_.end(),
-                                           [](const Setting& setting) { return is_change(setting.parameter); });
-    if (from_baseline && !has(baseline_)) vary("samples", &Accuracy::samples, {baseline_samples});
+    add_baseline();
     return std::move(settings_);
   }
 
  private:
+  /// Adds the baseline if a setting varies it.
+  void add_baseline() {
+    const bool from_baseline = std::any_of(settings_.begin(), settings_.end(),
+                                           [](const Setting& setting) { return is_change(setting.parameter); });
+    if (from_baseline && !has(baseline_)) vary("samples", &Accuracy::samples, {baseline_samples});
+  }
+
   static bool is_change(std::string_view parameter) {
     return parameter == "max_depth" || parameter == "cutoff" || parameter == "approximate";
   }
@@ -61,14 +88,11 @@ class SettingList {
                        [&](const Setting& setting) { return setting.model.empty() && setting.accuracy == accuracy; });
   }
 
-  /// The accuracy of a document that contains only this target error, and its model.
-  [[nodiscard]] Accuracy with_target(double target, Accuracy::Model model) const {
-    Accuracy accuracy;
-    accuracy.model = model;
-    accuracy.seed = baseline_.seed;
-    accuracy.cutoff_by_chance = true;
-    accuracy.adaptive.emplace().target_error = target;
-    return accuracy;
+  /// The accuracy of the document with this target error.
+  [[nodiscard]] Accuracy with_target(double target) const {
+    Adaptive adaptive = adaptive_;
+    adaptive.target_error = target;
+    return with_sampling(scene_.accuracy, adaptive);
   }
 
   void targets() {
@@ -77,7 +101,7 @@ class SettingList {
     std::sort(selected.begin(), selected.end(), std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
-      Setting setting{"target_error", text(target), with_target(target, baseline_.model)};
+      Setting setting{"target_error", text(target), with_target(target)};
       for (const auto& [name, preset] : presets)
         if (target_error_of(preset) == target) setting.preset = name;
       settings_.push_back(std::move(setting));
@@ -103,48 +127,55 @@ class SettingList {
       const auto kind = is_whitted ? Accuracy::Model::whitted : Accuracy::Model::global;
       const std::string name(model);
       const auto add = [&](const std::string& value, Accuracy accuracy) {
+        accuracy.model = kind;
+        accuracy.approximate = {};
         if (model == "radiosity") accuracy.approximate.interreflection = Interreflection::radiosity;
         if (model == "gather") accuracy.approximate.interreflection = Interreflection::gather;
         std::string label = name;
         label.append(": ").append(value);
         settings_.push_back({"model", std::move(label), accuracy, {}, name});
       };
-      Accuracy uniform = baseline_;
-      uniform.model = kind;
-      add(std::to_string(baseline_samples) + " samples", uniform);
-      for (const double target : {4.0, 1.0, 0.5}) add("target " + text(target), with_target(target, kind));
+      add(std::to_string(baseline_samples) + " samples", baseline_);
+      for (const double target : {4.0, 1.0, 0.5}) add("target " + text(target), with_target(target));
     }
   }
 
-  void approximate(const std::string& value, const Approximations& by) {
+  /// The baseline with one approximation changed, unless it has that already.
+  template <class Value>
+  void approximate(const std::string& value, Value Approximations::*member, Value by) {
+    if (baseline_.approximate.*member == by) return;
     settings_.push_back({"approximate", value, baseline_});
-    settings_.back().accuracy.approximate = by;
+    settings_.back().accuracy.approximate.*member = by;
   }
 
   void approximations() {
     using A = Approximations;
+    if (baseline_.approximate.any()) {
+      settings_.push_back({"approximate", "all exact", baseline_});
+      settings_.back().accuracy.approximate = {};
+    }
     if (needs_.shadows) {
-      approximate("shadows: map", {.shadows = A::Shadows::map});
-      approximate("shadows: none", {.shadows = A::Shadows::none});
+      approximate("shadows: map", &A::shadows, A::Shadows::map);
+      approximate("shadows: none", &A::shadows, A::Shadows::none);
     }
     if (needs_.reflection || needs_.refraction) {
-      if (has_background()) approximate("reflections: environment", {.reflections = A::Reflections::environment});
-      approximate("reflections: none", {.reflections = A::Reflections::none});
+      if (has_background()) approximate("reflections: environment", &A::reflections, A::Reflections::environment);
+      approximate("reflections: none", &A::reflections, A::Reflections::none);
     }
-    if (needs_.triangles) approximate("shading: gouraud", {.shading = A::Shading::gouraud});
-    if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", {.shading = A::Shading::flat});
+    if (needs_.triangles) approximate("shading: gouraud", &A::shading, A::Shading::gouraud);
+    if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", &A::shading, A::Shading::flat);
     if (needs_.global_light) {
-      approximate("interreflection: gather", {.interreflection = A::Interreflection::gather});
-      approximate("interreflection: radiosity", {.interreflection = A::Interreflection::radiosity});
-      approximate("interreflection: ambient", {.interreflection = A::Interreflection::ambient});
-      approximate("interreflection: none", {.interreflection = A::Interreflection::none});
+      using enum A::Interreflection;
+      for (const auto& [name, by] :
+           {std::pair{"gather", gather}, {"radiosity", radiosity}, {"ambient", ambient}, {"none", none}})
+        approximate(std::string("interreflection: ") + name, &A::interreflection, by);
     }
     const auto somewhere = std::count_if(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
       return !std::holds_alternative<DirectionalLight>(light.source);
     });
     for (const std::uint32_t count : {1u, 4u, 16u, 64u})
       if (std::cmp_less(count, somewhere))
-        approximate("lights: nearest-" + std::to_string(count), {.nearest_lights = count});
+        approximate("lights: nearest-" + std::to_string(count), &A::nearest_lights, count);
   }
 
   /// False for a black background, which gives the same image as no reflections.
@@ -156,6 +187,7 @@ class SettingList {
   const Scene& scene_;
   Requirements needs_;
   Accuracy baseline_;
+  Adaptive adaptive_;  ///< base of the settings with a target error
   std::vector<Setting> settings_;
 };
 

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "tracer/src/measure/time_ranking.h"
+
 namespace tracer {
 namespace {
 
@@ -34,23 +36,27 @@ std::string distances(const Measurement& measurement) {
   if (error.levels <= error.standard_error)
     return "Whitted's image is that of the rendering equation, as far as references with an error of " +
            levels(error.standard_error) + " show";
+  const double fitted = std::max(error.fitted_levels, error.standard_error);
   std::string sentence = "Whitted's image is " + levels(error.levels) + " from the rendering equation";
   if (std::abs(error.bias) > significant * error.levels)
     sentence += error.bias < 0 ? " and too dark" : " and too bright";
   if (error.fitted_levels < (1 - significant) * error.levels)
-    sentence +=
-        "; ambient " + text_of_color(error.fitted_ambient) + " would make it " + text_of_number(error.fitted_levels);
+    sentence += "; ambient " + text_of_color(error.fitted_ambient) + " would make it " +
+                (error.fitted_levels > error.standard_error ? "" : "at most ") + text_of_number(fitted);
   const MeasuredPoint* const whitted = baseline(measurement, "whitted");
-  double least = std::min(error.levels, error.fitted_levels);
+  double least = std::min(error.levels, fitted);
   for (const std::string_view model : light_models) {
     const MeasuredPoint* const point = baseline(measurement, model);
     if (point == nullptr || whitted == nullptr || !point->setting.accuracy.approximate.any()) continue;
-    const bool significant_error = *point->model_error > error.standard_error;
-    sentence += "; " + std::string(model) + (significant_error ? " " : " at most ") +
-                text_of_number(std::max(*point->model_error, error.standard_error));
+    const auto is_slower = [&](const MeasuredPoint& other) {
+      return other.setting.model != model || saves_no_time(measurement.points, other);
+    };
+    if (std::ranges::all_of(measurement.points, is_slower)) continue;
+    sentence += "; " + std::string(model) + (is_upper_limit(*point, "model_error") ? " at most " : " ") +
+                text_of_number(*point->model_error);
     const double more = point->seconds - whitted->seconds;
     if (more > 0) sentence += " for " + text_of_number(more) + " s more";
-    least = std::min(least, std::max(*point->model_error, error.standard_error));
+    least = std::min(least, *point->model_error);
   }
   return sentence + "; below " + levels(least) + " only paths help";
 }
@@ -92,7 +98,8 @@ std::vector<std::size_t> model_front(const Measurement& measurement, std::string
   const std::vector<MeasuredPoint>& points = measurement.points;
   std::vector<std::size_t> front;
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (points[i].setting.model == model && points[i].total_error) front.push_back(i);
+    if (points[i].setting.model == model && points[i].total_error && !is_upper_limit(points[i], "total_error"))
+      front.push_back(i);
   std::ranges::stable_sort(front, {}, [&](std::size_t index) { return points[index].seconds; });
   double least = std::numeric_limits<double>::infinity();
   std::erase_if(front, [&](std::size_t index) {
@@ -121,15 +128,19 @@ std::vector<PlotSeries> model_series(const Measurement& measurement) {
                       .points = {},
                       .mark = marks[m % marks.size()],
                       .join = PlotJoin::steps};
+    PlotSeries limits{.name = "", .points = {}, .mark = series.mark, .color = 0x767676};
     for (const std::size_t index : model_front(measurement, light_models[m])) {
       const MeasuredPoint& point = measurement.points[index];
-      const double total = *point.total_error;
-      const std::string at_most = total > least ? "" : " (at most)";
-      series.points.push_back({point.seconds, std::max(total, least), point.setting.value + at_most});
-      times.first = std::min(times.first, point.seconds);
-      times.second = std::max(times.second, point.seconds);
+      series.points.push_back({point.seconds, *point.total_error, point.setting.value});
     }
-    if (!series.points.empty()) all.push_back(std::move(series));
+    for (const MeasuredPoint& point : measurement.points)
+      if (point.setting.model == light_models[m] && is_upper_limit(point, "total_error"))
+        limits.points.push_back({point.seconds, *point.total_error, point.setting.value + " (at most)"});
+    for (PlotSeries* drawn : {&series, &limits}) {
+      for (const PlotPoint& point : drawn->points)
+        times = {std::min(times.first, point.x), std::max(times.second, point.x)};
+      if (!drawn->points.empty()) all.push_back(std::move(*drawn));
+    }
   }
   if (!all.empty() && least > 0) {
     PlotSeries& line = all.emplace_back(PlotSeries{.name = "error of the references",

@@ -15,7 +15,7 @@ std::string text_of_number(double number);
 /// if models were not measured.
 std::vector<std::string> model_advice(const Measurement& measurement);
 
-/// Seconds against total error: the front of each model, and the points that are in none.
+/// Seconds against total error: the front of each model, and its points with upper limits.
 std::vector<PlotSeries> model_series(const Measurement& measurement);
 
 }  // namespace tracer

@@ -19,6 +19,16 @@ double relative_difference(double one, double other) {
   return sum > 0 ? 2 * (one - other) / sum : 0;
 }
 
+/// The render that an approximation replaces; null for other points, and if it was not measured.
+const MeasuredPoint* exact_render(std::span<const MeasuredPoint> points, const MeasuredPoint& approximation) {
+  if (!approximation.setting.accuracy.approximate.any()) return nullptr;
+  Accuracy exact = approximation.setting.accuracy;
+  exact.approximate = {};
+  const auto found =
+      std::ranges::find(points, exact, [](const MeasuredPoint& point) { return point.setting.accuracy; });
+  return found == points.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 TimeOrder compare_times(std::span<const double> one, std::span<const double> other) {
@@ -35,6 +45,12 @@ TimeOrder compare_times(std::span<const double> one, std::span<const double> oth
   return std::abs(mean) + half_width <= equal_share ? TimeOrder::equal : TimeOrder::uncertain;
 }
 
+bool saves_no_time(std::span<const MeasuredPoint> points, const MeasuredPoint& approximation) {
+  const MeasuredPoint* const exact = exact_render(points, approximation);
+  return exact != nullptr && (approximation.seconds >= exact->seconds ||
+                              compare_times(approximation.runs, exact->runs) != TimeOrder::different);
+}
+
 std::vector<std::size_t> unranked_points(std::span<const MeasuredPoint> points) {
   std::vector<std::size_t> by_time(points.size());
   std::iota(by_time.begin(), by_time.end(), std::size_t{0});
@@ -46,6 +62,11 @@ std::vector<std::size_t> unranked_points(std::span<const MeasuredPoint> points) 
     const std::size_t one = by_time[i - 1], other = by_time[i];
     if (compare_times(points[one].runs, points[other].runs) != TimeOrder::uncertain) continue;
     unranked[one] = unranked[other] = true;
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const MeasuredPoint* const exact = exact_render(points, points[i]);
+    if (exact == nullptr || compare_times(points[i].runs, exact->runs) != TimeOrder::uncertain) continue;
+    unranked[i] = unranked[static_cast<std::size_t>(exact - points.data())] = true;
   }
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < unranked.size(); ++i)

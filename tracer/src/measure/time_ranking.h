@@ -19,8 +19,12 @@ enum class TimeOrder { different, equal, uncertain };
 /// with fewer than two pairs, and if the fastest runs are in the other order than the mean.
 TimeOrder compare_times(std::span<const double> one, std::span<const double> other);
 
+/// Returns true for an approximation that is not faster for certain than the exact render of the same accuracy
+/// otherwise. False if that was not measured.
+bool saves_no_time(std::span<const MeasuredPoint> points, const MeasuredPoint& approximation);
+
 /// Indices of the points, ascending, that are to be timed again: those with a single run, which includes the costs of a
-/// first one, and those whose order relative to a neighbor in time is uncertain.
+/// first one, and those whose order relative to a neighbor in time, or to the exact render, is uncertain.
 std::vector<std::size_t> unranked_points(std::span<const MeasuredPoint> points);
 
 }  // namespace tracer
