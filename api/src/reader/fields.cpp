@@ -18,6 +18,7 @@ std::optional<Cursor> Fields::take(std::string_view name) {
 
 std::optional<Cursor> Fields::take_required(std::string_view name, std::string_view form) {
   const auto field = take(name);
+  if (!field) missing_.push_back(name);
   if (!field && is_object_ && reading_.can_add_issue())
     reading_.issues.push_back(
         {pointer_to_member(at_, name), "missing_field",
@@ -44,7 +45,10 @@ void Fields::finish() {
     if (is_duplicate) {
       detail += " is written twice";
     } else {
-      const std::string form = suggestion(member.key, kind_, group_, known);
+      std::string form = suggestion(member.key, kind_, group_, known);
+      // Of similar names that of a missing field is probably meant.
+      if (form.starts_with("; did you mean"))
+        if (std::string missing = did_you_mean(member.key, missing_); !missing.empty()) form = std::move(missing);
       detail +=
           " is not a field of " + std::string(kind_) + (form.empty() ? "; its fields are " + list_of(known) : form);
     }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "api/src/reader/cursor.h"
 #include "api/src/reader/field_values.h"
@@ -70,6 +71,7 @@ class Fields {
   bool is_object_;
   std::array<std::string_view, 24> known_{};  ///< more than any object of the format has
   std::size_t known_count_ = 0;
+  std::vector<std::string_view> missing_;  ///< required
 };
 
 // ---- alternatives of a variant (shapes, lights), by their lists of fields (tracer/document_fields.h)
