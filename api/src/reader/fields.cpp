@@ -46,7 +46,7 @@ void Fields::finish() {
       detail += " is written twice";
     } else {
       std::string form = suggestion(member.key, kind_, group_, known);
-      // Of similar names that of a missing field is probably meant.
+      // A missing field is the likelier of similar names.
       if (form.starts_with("; did you mean"))
         if (std::string missing = did_you_mean(member.key, missing_); !missing.empty()) form = std::move(missing);
       detail +=

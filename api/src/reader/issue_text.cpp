@@ -84,7 +84,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string_view
   for (const std::string_view name : names.first(std::min(names.size(), suggestion_names_max))) {
     if (name.size() > word_bytes_max || name.size() >= word.size() + nearest || word.size() >= name.size() + nearest)
       continue;
-    // Of two at the same distance the one of the same length.
+    // A name of the same length is the likelier of two at the same distance.
     if (const std::size_t d = 2 * distance(word, name) + (name.size() != word.size() ? 1 : 0); d < nearest) {
       nearest = d;
       suggestion = name;
