@@ -15,15 +15,15 @@ std::string joined(const std::vector<std::string>& words, const std::string& aft
   return text;
 }
 
-std::vector<std::string> names_of(const std::vector<sql::Column>& columns) {
+std::vector<std::string> names_of(const std::vector<Column>& columns) {
   std::vector<std::string> names;
-  for (const sql::Column& column : columns) names.push_back(column.name);
+  for (const Column& column : columns) names.push_back(column.name);
   return names;
 }
 
 std::string marks(std::size_t count) { return joined(std::vector<std::string>(count, "?")); }
 
-Row read_row(const sql::Query& query, const std::vector<sql::Column>& columns) {
+Row read_row(const sql::Query& query, const std::vector<Column>& columns) {
   Row row;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const int column = static_cast<int>(i);
@@ -48,27 +48,27 @@ void bind_value(sql::Query& query, int position, const Value& value, sql::Column
   query.bind(position, *text);
 }
 
-std::vector<sql::Column> key_columns(const sql::Table& table) {
-  std::vector<sql::Column> columns;
+std::vector<Column> key_columns(const Table& table) {
+  std::vector<Column> columns;
   for (const std::string& name : table.key) {
     columns.push_back(*std::find_if(table.columns.begin(), table.columns.end(),
-                                    [&](const sql::Column& column) { return column.name == name; }));
+                                    [&](const Column& column) { return column.name == name; }));
   }
   return columns;
 }
 
-Row key_of(const Row& row, const sql::Table& table) {
+Row key_of(const Row& row, const Table& table) {
   Row key;
   for (const std::string& name : table.key) {
-    const auto column = std::find_if(table.columns.begin(), table.columns.end(),
-                                     [&](const sql::Column& each) { return each.name == name; });
+    const auto column =
+        std::find_if(table.columns.begin(), table.columns.end(), [&](const Column& each) { return each.name == name; });
     key.push_back(row[static_cast<std::size_t>(column - table.columns.begin())]);
   }
   return key;
 }
 
 /// The greatest key; empty where there are no rows.
-Row last_key(sql::Transactions& database, const sql::Table& table) {
+Row last_key(sql::Transactions& database, const Table& table) {
   return database.read([&](sql::Database& connection) {
     sql::Query query = connection.query("SELECT " + joined(table.key) + " FROM " + table.name + " ORDER BY " +
                                         joined(table.key, " DESC") + " LIMIT 1");
@@ -76,7 +76,7 @@ Row last_key(sql::Transactions& database, const sql::Table& table) {
   });
 }
 
-void insert_rows(sql::Transactions& database, const sql::Table& table, const std::vector<Row>& rows) {
+void insert_rows(sql::Transactions& database, const Table& table, const std::vector<Row>& rows) {
   const std::string insert = "INSERT INTO " + table.name + " (" + joined(names_of(table.columns)) + ") VALUES (" +
                              marks(table.columns.size()) + ")";
   database.write([&](sql::Database& connection) {
@@ -100,19 +100,19 @@ void add(const Value& value, tracer::Sha256& hash) {
 
 }  // namespace
 
-int page_rows_of(const sql::Table& table) {
+int page_rows_of(const Table& table) {
   const bool has_blobs = std::any_of(table.columns.begin(), table.columns.end(),
-                                     [](const sql::Column& column) { return column.type == sql::ColumnType::blob; });
+                                     [](const Column& column) { return column.type == sql::ColumnType::blob; });
   return has_blobs || table.name == "reports" ? 16 : 1000;
 }
 
-void for_each_page(sql::Transactions& database, const sql::Table& table, Row after, int page_rows,
+void for_each_page(sql::Transactions& database, const Table& table, Row after, int page_rows,
                    const std::function<void(const std::vector<Row>&)>& each) {
   const std::string select = "SELECT " + joined(names_of(table.columns)) + " FROM " + table.name;
   const std::string order = " ORDER BY " + joined(table.key) + " LIMIT " + std::to_string(page_rows);
   const std::string first = select + order;
   const std::string next = select + " WHERE (" + joined(table.key) + ") > (" + marks(table.key.size()) + ")" + order;
-  const std::vector<sql::Column> key = key_columns(table);
+  const std::vector<Column> key = key_columns(table);
   for (;;) {
     const std::vector<Row> rows = database.read([&](sql::Database& connection) {
       sql::Query query = connection.query(after.empty() ? first : next);
@@ -127,7 +127,7 @@ void for_each_page(sql::Transactions& database, const sql::Table& table, Row aft
   }
 }
 
-std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const sql::Table& table) {
+std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const Table& table) {
   std::int64_t copied = 0;
   for_each_page(from, table, last_key(to, table), page_rows_of(table), [&](const std::vector<Row>& rows) {
     insert_rows(to, table, rows);
@@ -136,7 +136,7 @@ std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const sql
   return copied;
 }
 
-Digest digest_of(sql::Transactions& database, const sql::Table& table) {
+Digest digest_of(sql::Transactions& database, const Table& table) {
   Digest digest;
   tracer::Sha256 hash;
   for_each_page(database, table, {}, page_rows_of(table), [&](const std::vector<Row>& rows) {

@@ -8,28 +8,37 @@
 #include <vector>
 
 #include "server/storage/sql/sql_database.h"
-#include "server/storage/sql/tables.h"
 
 namespace storage::copy {
 
 using Value = std::variant<std::monostate, std::int64_t, std::string>;  ///< NULL, INTEGER, TEXT or BLOB
 using Row = std::vector<Value>;
 
+struct Column {
+  std::string name;
+  sql::ColumnType type = sql::ColumnType::integer;
+};
+struct Table {
+  std::string name;
+  std::vector<Column> columns;
+  std::vector<std::string> key;  ///< columns of the primary key
+};
+
 /// Calls `each` for all rows from a key on (empty: from the first), a page of at most `page_rows` at a time.
-void for_each_page(sql::Transactions& database, const sql::Table& table, Row after, int page_rows,
+void for_each_page(sql::Transactions& database, const Table& table, Row after, int page_rows,
                    const std::function<void(const std::vector<Row>&)>& each);
 
 /// Number of rows to read at once: few of tables with large values.
-int page_rows_of(const sql::Table& table);
+int page_rows_of(const Table& table);
 
 /// Copies the rows after the last one of `to`; returns their number.
-std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const sql::Table& table);
+std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const Table& table);
 
 struct Digest {
   std::int64_t rows = 0;
   std::string sha256;  ///< over all values
   bool operator==(const Digest&) const = default;
 };
-Digest digest_of(sql::Transactions& database, const sql::Table& table);
+Digest digest_of(sql::Transactions& database, const Table& table);
 
 }  // namespace storage::copy

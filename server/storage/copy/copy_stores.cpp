@@ -18,6 +18,7 @@
 
 #include "server/storage/copy/copy_rows.h"
 #include "server/storage/sql/tables.h"
+#include "server/storage/sqlite/database.h"
 #include "server/support/descriptor.h"
 #include "tracer/sha256.h"
 
@@ -30,21 +31,36 @@ using Reader = std::unique_ptr<queue::ArtifactReader>;
   throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, what);
 }
 
-std::vector<sql::Table> tables_with_rows(const char* script) {
-  std::vector<sql::Table> tables = sql::tables_of(script);
-  std::erase_if(tables, [](const sql::Table& table) { return table.key.empty(); });  // counters of the process itself
+/// The tables of a script in its order, in which each comes after those that it refers to; without those of one row,
+/// which are counters of the process itself.
+std::vector<Table> tables_of(const char* script) {
+  sqlite::SqliteDatabase memory(":memory:", sqlite::SqliteDatabase::Access::read_write);
+  memory.script(script);
+  std::vector<Table> tables;
+  for (const std::string& name :
+       memory.query("SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY rowid").texts()) {
+    const std::string info = " FROM pragma_table_info(?) ";
+    Table table{name, {}, memory.query("SELECT name" + info + "WHERE pk > 0 ORDER BY pk", name).texts()};
+    sql::Query columns = memory.query("SELECT name, type" + info + "ORDER BY cid", name);
+    while (columns.row()) {
+      const std::string type = columns.text(1);
+      using enum sql::ColumnType;
+      table.columns.push_back({columns.text(0), type == "TEXT" ? text : type == "BLOB" ? blob : integer});
+    }
+    if (!table.key.empty()) tables.push_back(std::move(table));
+  }
   return tables;
 }
 
 void copy_tables(sql::Transactions& from, sql::Transactions& to, const char* script, const Report& report) {
-  for (const sql::Table& table : tables_with_rows(script)) {
+  for (const Table& table : tables_of(script)) {
     const std::int64_t copied = copy_rows(from, to, table);
     if (copied > 0) report(table.name + ": " + std::to_string(copied) + " rows copied");
   }
 }
 
 void compare_tables(sql::Transactions& from, sql::Transactions& to, const char* script) {
-  for (const sql::Table& table : tables_with_rows(script)) {
+  for (const Table& table : tables_of(script)) {
     const Digest source = digest_of(from, table), copy = digest_of(to, table);
     if (source == copy) continue;
     fail("the copy of the table " + table.name + " has " + std::to_string(copy.rows) + " rows and the source " +

@@ -8,27 +8,10 @@
 /// artifacts count once); the table `owner_usage` (owner, pass) with a row for each owner of a job; and triggers that
 /// write `moves`, and delete batches with their last job and scenes with their last document.
 
-#include <string>
-#include <vector>
-
-#include "server/storage/sql/sql_database.h"
-
 namespace storage::sql {
 
 extern const char* const jobs_tables;
 extern const char* const deliveries_tables;
 extern const char* const objects_tables;  ///< for objects::ObjectIndex; only where nodes share their files
-
-struct Column {
-  std::string name;
-  ColumnType type = ColumnType::integer;
-};
-struct Table {
-  std::string name;
-  std::vector<Column> columns;
-  std::vector<std::string> key;  ///< columns of the primary key; empty: a table with one row
-};
-/// The tables of a script in its order, in which each comes after those that it refers to.
-std::vector<Table> tables_of(const std::string& script);
 
 }  // namespace storage::sql
