@@ -195,12 +195,14 @@ tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape
   return std::move(reading.document);
 }
 
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests) {
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests,
+                                              DigestsOf wanted) {
   return read_request<Document>(bytes, limits.document, [&](json::Tape& tape, Document& document) {
     auto read = read_scene(tape, tape.root(), limits);
     if (!read) return std::move(read.error());
     document = std::move(*read);
-    if (digests != nullptr) *digests = digests_of(tape, tape.root());
+    if (digests != nullptr && (wanted == DigestsOf::all_scenes || document.scene.accuracy.uses_patches()))
+      *digests = digests_of(tape, tape.root());
     return std::vector<tracer::Issue>();
   });
 }

@@ -51,7 +51,7 @@ Json samples_json(const tracer::Scene& scene, const tracer::RenderStatistics& st
 
 Json artifacts_json(const std::vector<ReportedArtifact>& artifacts) {
   Json list = Json::array();
-  for (const auto& [name, error] : artifacts)
+  for (const auto& [name, error, bytes] : artifacts)
     list.push_back(object_of({{"name", name},
                               {"error", object_of({{"estimate", error.estimate},
                                                    {"proven", finite_or_null(error.proven)},

@@ -60,6 +60,17 @@ TEST(Digests, OmitOnlyTheJob) {
   EXPECT_NE(digests(R"({"version": 1, "ambient": [0, 0, 0], )" + camera + "}"), plain);
 }
 
+TEST(Digests, AreComputedOnlyForScenesWithPatchesIfTheseAreWanted) {
+  const auto count = [](const std::string& accuracy) {
+    api::Digests result;
+    EXPECT_TRUE(api::parse_scene(R"({"version": 1, "accuracy": )" + accuracy + ", " + camera + "}", api::Limits{},
+                                 &result, api::DigestsOf::scenes_with_patches));
+    return result.size();
+  };
+  EXPECT_EQ(count(R"({"model": "global"})"), 0u);
+  EXPECT_EQ(count(R"({"model": "global", "approximate": {"interreflection": "radiosity"}})"), 3u);
+}
+
 TEST(Digests, EscapeStringsAndDistinguishNeighboringDoubles) {
   EXPECT_EQ(digests(R"({"version": 1, "name": "a\"b\\c", )" + camera + "}").at("name"),
             tracer::sha256_hex(R"("a\"b\\c")"));

@@ -13,8 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/load_assets.h"
-
 namespace cli {
 namespace {
 
@@ -170,21 +168,20 @@ tracer::Result<std::string, FileError> read_document(const SceneSource& source) 
   return read_text(source.path, api::DocumentLimits{}.bytes);
 }
 
-tracer::Result<LoadedScene, api::Refusal> load_scene(const std::string& text, const SceneSource& source) {
+tracer::Result<std::monostate, api::Refusal> load_scene(api::DocumentRender& render, const std::string& text,
+                                                        const SceneSource& source) {
   api::Limits limits;
   limits.files = api::Files::anywhere;
   limits.uploads = true;
-  auto document = api::parse_scene(text, limits);
-  if (!document) return std::move(document.error());
+  if (auto parsed = render.parse(text, limits); !parsed) return parsed;
   const fs::path directory = source.path == "-" ? fs::path() : fs::path(source.path).parent_path();
   const auto read_asset = [&](const std::string& name) {
     return name.starts_with(api::upload_prefix) ? read_upload(source.assets_directory, name) : read(directory / name);
   };
-  auto assets = api::load_assets(document->scene, read_asset, limits.scene);
-  if (assets) return LoadedScene{std::move(*document), std::move(*assets)};
   api::Refusal refusal;
-  refusal.detail = "the scene cannot be rendered with its files";
-  refusal.issues = std::move(assets.error());
+  auto loaded = render.load(read_asset, limits.scene);
+  if (loaded) return std::monostate{};
+  refusal.issues = std::move(loaded.error());
   return refusal;
 }
 

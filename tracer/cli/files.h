@@ -4,16 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "api/document.h"
+#include "api/render_document.h"
 #include "tracer/cli/options.h"
 #include "tracer/result.h"
-#include "tracer/scene.h"
 
 namespace cli {
 
@@ -57,19 +55,14 @@ class PendingFile {
   std::string temporary_;  ///< path while it is not published; empty: unlinked
 };
 
-/// Ready for tracer::compile: meshes from files are part of the scene.
-struct LoadedScene {
-  api::Document document;
-  tracer::Assets assets;
-};
-
 /// Text of the document, at most one byte more than the limit of documents.
 tracer::Result<std::string, FileError> read_document(const SceneSource& source);
 
-/// `text` is the document. File names in it are relative to the directory of `source.path` (for "-": the working
-/// directory). A file named by its SHA-256 has that name in `source.assets_directory`, or the path that the daemon
-/// gives it in data/uploads. Regular files only, each at most api::asset_bytes_max. An asset that cannot be read is an
-/// issue "bad_asset" at its first use in the document.
-tracer::Result<LoadedScene, api::Refusal> load_scene(const std::string& text, const SceneSource& source);
+/// Parses `text` and loads its files. File names in it are relative to the directory of `source.path` (for "-": the
+/// working directory). A file named by its SHA-256 has that name in `source.assets_directory`, or the path that the
+/// daemon gives it in data/uploads. Regular files only, each at most api::asset_bytes_max. An asset that cannot be read
+/// is an issue "bad_asset" at its first use in the document.
+tracer::Result<std::monostate, api::Refusal> load_scene(api::DocumentRender& render, const std::string& text,
+                                                        const SceneSource& source);
 
 }  // namespace cli

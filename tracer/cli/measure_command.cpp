@@ -280,12 +280,12 @@ ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options,
 ExitCode run(const MeasureOptions& options) {
   const auto text = read_document(options.scene);
   if (!text) return fail(text.error().message);
-  auto loaded = load_scene(*text, options.scene);
-  if (!loaded) {
+  api::DocumentRender render;
+  if (const auto loaded = load_scene(render, *text, options.scene); !loaded) {
     print_issues(stderr, loaded.error());
     return invalid_scene;
   }
-  tracer::Scene& scene = loaded->document.scene;
+  tracer::Scene& scene = render.document.scene;
   resize(scene.image, options);
   const std::vector<tracer::Issue> issues = tracer::validate(scene, tracer::Limits());  // of the new size
   for (const tracer::Issue& issue : issues) print_issue(stderr, issue);
@@ -294,12 +294,12 @@ ExitCode run(const MeasureOptions& options) {
   // --threads bounds the thread pool that scene building uses.
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
-  tracer::MeasurementRun run(scene, loaded->assets,
+  tracer::MeasurementRun run(scene, render.assets,
                              {.parameters = options.parameters,
                               .reference_samples = options.reference_samples,
                               .threads = options.threads,
                               .seconds = steady_seconds});
-  return measure_all(run, options, fingerprint(*text, loaded->assets, options));
+  return measure_all(run, options, fingerprint(*text, render.assets, options));
 }
 
 }  // namespace cli

@@ -2,56 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "api/report.h"
+#include "api/render_document.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/messages.h"
 #include "tracer/cli/progress.h"
-#include "tracer/compile.h"
 #include "tracer/encode.h"
-#include "tracer/render.h"
 
 namespace cli {
 namespace {
-
-using std::chrono::steady_clock;
-
-/// Wall-clock time since the last lap or since construction.
-class Stopwatch {
- public:
-  [[nodiscard]] double elapsed_ms() const {
-    return std::chrono::duration<double, std::milli>(steady_clock::now() - last_).count();
-  }
-  double lap_ms() {
-    const auto now = steady_clock::now();
-    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
-  }
-
- private:
-  steady_clock::time_point last_ = steady_clock::now();
-};
-
-struct RenderSummary {
-  struct File {
-    std::string path;
-    std::size_t bytes = 0;
-    tracer::FileError error;
-  };
-  double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
-  std::optional<tracer::RadiosityFigures> radiosity;
-  std::uint64_t memory_bytes = 0;  ///< size of the compiled scene and the image
-  std::vector<File> files;
-};
 
 /// Rates are over the whole trace time, in which all kinds are traced together.
 void print_rays(const tracer::RayCounts& rays, double trace_ms) {
@@ -104,14 +71,15 @@ void print_error(const tracer::ErrorEstimate& error) {
   print_error_details(error);
 }
 
-void print_summary(const tracer::Rendered& rendered, const RenderSummary& summary) {
-  const tracer::RenderStatistics& statistics = rendered.statistics;
-  std::fprintf(stderr, "image      %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", rendered.image.width,
-               rendered.image.height, statistics.samples);
-  print_rays(statistics.rays, summary.trace_ms);
-  print_error(rendered.error);
-  std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", summary.parse_ms,
-               summary.build_ms, summary.trace_ms, summary.encode_ms);
+void print_summary(const api::DocumentRender& render) {
+  const tracer::RenderStatistics& statistics = render.rendered.statistics;
+  const api::StageTimes& times = render.times;
+  std::fprintf(stderr, "image      %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", render.rendered.image.width,
+               render.rendered.image.height, statistics.samples);
+  print_rays(statistics.rays, times.trace);
+  print_error(render.rendered.error);
+  std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", times.parse,
+               times.build, times.trace, times.encode);
   if (statistics.culled_shadow_rays != 0)
     std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
   if (statistics.duplicates != 0)
@@ -119,8 +87,8 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
                  statistics.duplicates);
   if (statistics.non_finite != 0)
     std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
-  for (const auto& [path, bytes, error] : summary.files) {
-    std::fprintf(stderr, "wrote      %s, %zu bytes", path.c_str(), bytes);
+  for (const auto& [path, error, bytes] : render.artifacts) {
+    std::fprintf(stderr, "wrote      %s, %" PRIu64 " bytes", path.c_str(), bytes);
     if (error.encoding >= 5e-4)
       std::fprintf(stderr, ", error at most %.3g levels, encoding %.3g", error.estimate, error.encoding);
     std::fputc('\n', stderr);
@@ -129,59 +97,28 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
 
 constexpr const char* nothing_written = "interrupted; nothing was written";
 
-/// Renders the image and sets the build and trace times of `summary`. Consumes the meshes of `scene`.
-tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, const tracer::Assets& assets,
-                                                        const RenderOptions& options, tracer::RenderControl& control,
-                                                        RenderSummary& summary) {
-  Stopwatch watch;
-  const Stopwatch whole;
+/// Compiles and traces the scene behind a progress bar.
+tracer::Result<std::monostate, tracer::Failure> trace(api::DocumentRender& render, const RenderOptions& options,
+                                                      tracer::RenderControl& control) {
   const ProgressBar bar(control, !options.quiet);
-  const std::function<double()> elapsed_ms = [&] { return whole.elapsed_ms(); };
-  const auto compiled = tracer::compile_taking_meshes(scene, control, assets, nullptr, elapsed_ms);
-  summary.build_ms = watch.lap_ms();
-  if (!compiled) return compiled.error();
-  auto rendered = tracer::render(**compiled, {.elapsed_ms = elapsed_ms, .threads = options.threads}, control);
-  summary.trace_ms = watch.lap_ms();
-  summary.memory_bytes = tracer::memory_bytes(**compiled);
-  summary.radiosity = tracer::radiosity_figures(**compiled);
-  if (rendered) summary.memory_bytes += rendered->image.rgb.size() * sizeof(float);
-  return rendered;
-}
-
-/// As the service reports a job, with the paths as names of the artifacts.
-std::string report_of(const tracer::Scene& scene, const tracer::Rendered& rendered, const RenderSummary& summary) {
-  std::vector<api::ReportedArtifact> artifacts;
-  std::uint64_t memory_bytes = summary.memory_bytes;
-  for (const auto& [path, bytes, error] : summary.files) {
-    artifacts.push_back({path, error});
-    memory_bytes += bytes;
-  }
-  api::StageTimes times;
-  times.parse = summary.parse_ms;
-  times.build = summary.build_ms;
-  times.trace = summary.trace_ms;
-  times.encode = summary.encode_ms;
-  times.radiosity = summary.radiosity;
-  return api::write_report(scene, rendered.error, artifacts, rendered.statistics, times, memory_bytes) + '\n';
+  if (auto compiled = render.compile(control); !compiled) return compiled;
+  auto traced = render.trace({.threads = options.threads}, control);
+  render.compiled = nullptr;  // frees it: the files need memory, too
+  return traced;
 }
 
 /// Writes all files, then publishes all of them: after a full disk no old file has been replaced. Returns an exit code
 /// on failure only. `files`: those of `outputs`, and that of the report if there is one.
-std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer::Scene& scene,
-                                  const std::vector<RenderOptions::Output>& outputs, std::vector<PendingFile>& files,
-                                  const tracer::RenderControl& control, RenderSummary& summary) {
+std::optional<ExitCode> write_all(api::DocumentRender& render, const std::vector<RenderOptions::Output>& outputs,
+                                  std::vector<PendingFile>& files, const tracer::RenderControl& control) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    Stopwatch watch;
-    const auto encoded = tracer::encode(rendered.image, outputs[i].format, scene.output);
-    summary.encode_ms += watch.lap_ms();
-    if (!encoded) return fail(encoded.error());
-    if (const auto written = files[i].write(encoded->bytes); !written) return fail(written.error().message);
-    summary.files.push_back(
-        {outputs[i].path, encoded->bytes.size(), tracer::file_error(rendered.error, encoded->error)});
+    const auto bytes = render.encode(outputs[i].format, outputs[i].path);
+    if (!bytes) return fail(bytes.error());
+    if (const auto written = files[i].write(*bytes); !written) return fail(written.error().message);
   }
   if (control.cancelled()) return fail(nothing_written, interrupted);
   if (files.size() > outputs.size()) {
-    const std::string report = report_of(scene, rendered, summary);
+    const std::string report = render.report() + '\n';
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(report.data()), report.size());
     if (const auto written = files.back().write(bytes); !written) return fail(written.error().message);
   }
@@ -194,17 +131,14 @@ std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer
 }  // namespace
 
 ExitCode run(const RenderOptions& options) {
-  RenderSummary summary;
-  Stopwatch watch;
+  api::DocumentRender render;
   const auto text = read_document(options.scene);
   if (!text) return fail(text.error().message);
-  auto loaded = load_scene(*text, options.scene);
-  if (!loaded) {
+  if (const auto loaded = load_scene(render, *text, options.scene); !loaded) {
     print_issues(stderr, loaded.error());
     return invalid_scene;
   }
-  tracer::Scene& scene = loaded->document.scene;
-  summary.parse_ms = watch.lap_ms();
+  const tracer::Scene& scene = render.document.scene;
   if (!options.quiet) print_warnings(stderr, scene);
   const tracer::PixelWindow window = scene.image.window();
   for (const RenderOptions::Output& output : options.outputs) {
@@ -233,11 +167,10 @@ ExitCode run(const RenderOptions& options) {
     files.push_back(std::move(*file));
   }
 
-  const auto rendered = trace(scene, loaded->assets, options, control, summary);
-  if (!rendered) return fail(rendered.error(), nothing_written);
-  if (const auto stopped = write_all(*rendered, scene, options.outputs, files, control, summary)) return *stopped;
-  if (prints_report) std::fputs(report_of(scene, *rendered, summary).c_str(), stdout);
-  if (!options.quiet) print_summary(*rendered, summary);
+  if (const auto done = trace(render, options, control); !done) return fail(done.error(), nothing_written);
+  if (const auto stopped = write_all(render, options.outputs, files, control)) return *stopped;
+  if (prints_report) std::puts(render.report().c_str());
+  if (!options.quiet) print_summary(render);
   return success;
 }
 

@@ -105,7 +105,9 @@ using Digests = std::map<std::string, std::string, std::less<>>;
 /// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and about 1 GB).
 /// Accepts any bytes and never throws: if memory runs out, the document is `too_large`. Thread-safe.
 ///
-/// If `digests` is given and the document is valid, it receives those of its members.
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests = nullptr);
+/// If `digests` is given and the document is valid and one of `digests_of`, it receives those of its members.
+enum class DigestsOf { all_scenes, scenes_with_patches };
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, Digests* digests = nullptr,
+                                              DigestsOf digests_of = DigestsOf::all_scenes);
 
 }  // namespace api

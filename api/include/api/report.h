@@ -35,6 +35,7 @@ struct Division {
 struct ReportedArtifact {
   std::string name;
   tracer::FileError error;
+  std::uint64_t bytes = 0;  ///< size of the file; not in the report
 };
 
 /// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,

@@ -1,5 +1,3 @@
-#include "server/worker/process/image_tasks.h"
-
 #include <oneapi/tbb/task_arena.h>
 #include <unistd.h>
 
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "api/measurement_json.h"
+#include "server/worker/process/jobs.h"
 #include "tracer/compare.h"
 #include "tracer/encode.h"
 #include "tracer/view.h"

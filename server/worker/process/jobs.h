@@ -63,12 +63,16 @@ Outcome render_job(Assign job, const JobFiles& files, JobControl& control, trace
 
 /// The compiled scene of a document, for tasks; null if it cannot be compiled here.
 std::shared_ptr<const tracer::CompiledScene> compile_document(const std::string& document, const JobFiles& files,
-                                                              JobControl& control, tracer::SceneCache* cache) noexcept;
+                                                              tracer::SceneCache* cache) noexcept;
 
 /// Renders the scene of an api::MeasureRequest with each value of its parameters, on the oneTBB arena of the calling
 /// thread. The report is that of api::write_measurement_summary; the images are those of measurement_files.
 /// Never throws: fails as render_job, and as "bad_scene" if no parameter changes anything in the scene.
 Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept;
+
+/// Works on finished images for clients that wait and sends the result on the socket. Any thread; one task runs at a
+/// time, with about `memory_bytes` at most: images with too many pixels for that are refused. Never throws.
+void run_image_task(ImageTask task, std::uint64_t memory_bytes, int socket) noexcept;
 
 /// Opens the fonts of plots before the sandbox prevents it. False if plots cannot be drawn.
 bool load_fonts();

@@ -47,8 +47,7 @@ std::shared_ptr<TaskTracer::Scene> TaskTracer::scene_of(const std::string& docum
 std::shared_ptr<const tracer::CompiledScene> TaskTracer::compiled(Scene& scene) {
   const std::lock_guard lock(scene.mutex);
   if (scene.compiled == nullptr && !scene.failed) {
-    JobControl control;
-    scene.compiled = compile_document(scene.document, files_, control, &cache_);
+    scene.compiled = compile_document(scene.document, files_, &cache_);
     scene.failed = scene.compiled == nullptr;
   }
   return scene.compiled;

@@ -19,7 +19,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/worker/process/image_tasks.h"
 #include "server/worker/process/jobs.h"
 #include "server/worker/process/render_executor.h"
 #include "server/worker/process/sandbox.h"
