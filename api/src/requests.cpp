@@ -18,10 +18,8 @@
 namespace api {
 
 template <>
-inline constexpr Word<BulkRequest::Action> words<BulkRequest::Action>[] = {{"cancel", BulkRequest::Action::cancel},
-                                                                           {"retry", BulkRequest::Action::retry},
-                                                                           {"remove", BulkRequest::Action::remove},
-                                                                           {"priority", BulkRequest::Action::priority}};
+inline constexpr auto words<BulkRequest::Action> = in_order(BulkRequest::Action::cancel,
+                                                            {"cancel", "retry", "remove", "priority"});
 
 namespace {
 

@@ -82,6 +82,27 @@ TEST(SceneReader, ReadsEveryShading) {
   }
 }
 
+TEST(SceneReader, ReadsTheWordsThatNoOtherTestReads) {
+  const auto material = [](const std::string& fields) {
+    return accepted(document_with(R"("materials": {"m": {)" + fields + "}}")).scene.materials.at(0);
+  };
+  using Model = tracer::Material::Model;
+  for (const auto& [word, model] : {std::pair{"lambert", Model::lambert}, {"blinn_phong", Model::blinn_phong}})
+    EXPECT_EQ(material(R"("model": ")" + std::string(word) + '"').model, model);
+  EXPECT_EQ(material(R"("transmission": 0.5, "transparency": "interpolated")").transparency,
+            tracer::Material::Transparency::interpolated);
+  using tracer::Preset;
+  for (const auto& [word, preset] :
+       {std::pair{"draft", Preset::draft}, {"fine", Preset::fine}, {"reference", Preset::reference}}) {
+    const tracer::Accuracy accuracy =
+        accepted(document_with(R"("accuracy": {"preset": ")" + std::string(word) + "\"}")).scene.accuracy;
+    EXPECT_EQ(accuracy.target(), tracer::target_error_of(preset)) << word;
+  }
+  EXPECT_EQ(accepted(document_with(R"("output": {"overflow": "scale"})")).scene.output.overflow,
+            tracer::Output::Overflow::scale);
+  EXPECT_EQ(accepted(document_with(R"("job": {"cache": "off"})")).job.cache, api::CacheUse::off);
+}
+
 TEST(SceneReader, ReadsOutput) {
   using enum tracer::Format;
   using tracer::Layer;

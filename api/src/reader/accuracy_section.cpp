@@ -15,26 +15,19 @@ using tracer::Approximations;
 using tracer::Preset;
 
 template <>
-inline constexpr Word<Preset> words<Preset>[] = {
-    {"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}, {"reference", Preset::reference}};
+inline constexpr auto words<Preset> = in_order(Preset::draft, {"draft", "standard", "fine", "reference"});
 template <>
-inline constexpr Word<Accuracy::Model> words<Accuracy::Model>[] = {{"whitted", Accuracy::Model::whitted},
-                                                                   {"global", Accuracy::Model::global}};
+inline constexpr auto words<Accuracy::Model> = in_order(Accuracy::Model::whitted, {"whitted", "global"});
 template <>
-inline constexpr Word<Approximations::Shadows> words<Approximations::Shadows>[] = {
-    {"none", Approximations::Shadows::none}, {"map", Approximations::Shadows::map}};
+inline constexpr auto words<Approximations::Shadows> = in_order(Approximations::Shadows::none, {"none", "map"});
 template <>
-inline constexpr Word<Approximations::Reflections> words<Approximations::Reflections>[] = {
-    {"environment", Approximations::Reflections::environment}, {"none", Approximations::Reflections::none}};
+inline constexpr auto words<Approximations::Reflections> = in_order(Approximations::Reflections::environment,
+                                                                    {"environment", "none"});
 template <>
-inline constexpr Word<Approximations::Shading> words<Approximations::Shading>[] = {
-    {"gouraud", Approximations::Shading::gouraud}, {"flat", Approximations::Shading::flat}};
+inline constexpr auto words<Approximations::Shading> = in_order(Approximations::Shading::gouraud, {"gouraud", "flat"});
 template <>
-inline constexpr Word<Approximations::Interreflection> words<Approximations::Interreflection>[] = {
-    {"gather", Approximations::Interreflection::gather},
-    {"radiosity", Approximations::Interreflection::radiosity},
-    {"ambient", Approximations::Interreflection::ambient},
-    {"none", Approximations::Interreflection::none}};
+inline constexpr auto words<Approximations::Interreflection> = in_order(Approximations::Interreflection::gather,
+                                                                        {"gather", "radiosity", "ambient", "none"});
 
 namespace {
 

@@ -205,12 +205,11 @@ bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::i
   if (std::isinf(number))
     return add_issue(reading, at, "not_finite", "must be an integer, got a number too large for a double");
   if (number != std::trunc(number)) return add_wrong_type(reading, at, "an integer");
-  if (number < static_cast<double>(least))
+  const bool is_less = number < static_cast<double>(least);
+  if (is_less || number > static_cast<double>(most))
     return add_issue(reading, at, "out_of_range",
-                     "must be >= " + std::to_string(least) + ", got " + number_text(number));
-  if (number > static_cast<double>(most))
-    return add_issue(reading, at, "out_of_range",
-                     "must be <= " + std::to_string(most) + ", got " + number_text(number));
+                     "must be " + (is_less ? ">= " + std::to_string(least) : "<= " + std::to_string(most)) + ", got " +
+                         number_text(number));
   value = static_cast<std::int64_t>(number);
   return true;
 }

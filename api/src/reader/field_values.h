@@ -54,6 +54,14 @@ using Word = std::pair<std::string_view, T>;
 template <class Enum>
 inline constexpr auto words = nullptr;
 
+/// The words of the values of an enumeration in their order, from `first` on.
+template <class Enum, std::size_t size>
+constexpr std::array<Word<Enum>, size> in_order(Enum first, const std::string_view (&texts)[size]) {
+  std::array<Word<Enum>, size> all;
+  for (std::size_t i = 0; i < size; ++i) all[i] = {texts[i], static_cast<Enum>(static_cast<std::size_t>(first) + i)};
+  return all;
+}
+
 template <class T>
 struct OneOf {
   T& value;

@@ -11,8 +11,7 @@
 namespace api {
 
 template <>
-inline constexpr Word<CacheUse> words<CacheUse>[] = {
-    {"use", CacheUse::use}, {"refresh", CacheUse::refresh}, {"off", CacheUse::off}};
+inline constexpr auto words<CacheUse> = in_order(CacheUse::use, {"use", "refresh", "off"});
 
 namespace {
 

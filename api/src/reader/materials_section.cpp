@@ -19,34 +19,26 @@ using Filter = tracer::Texture::Filter;
 using ColorSpace = tracer::ColorSpace;
 
 template <>
-inline constexpr Word<Wrap> words<Wrap>[] = {
-    {"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}, {"mirror", Wrap::mirror}};
+inline constexpr auto words<Wrap> = in_order(Wrap::repeat, {"repeat", "clamp", "mirror"});
 template <>
-inline constexpr Word<Filter> words<Filter>[] = {
-    {"nearest", Filter::nearest}, {"bilinear", Filter::bilinear}, {"mipmap", Filter::mipmap}};
+inline constexpr auto words<Filter> = in_order(Filter::nearest, {"nearest", "bilinear", "mipmap"});
 template <>
 inline constexpr Word<ColorSpace> words<ColorSpace>[] = {{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}};
 
 using Channel = tracer::ImageTexture::Channel;
 template <>
-inline constexpr Word<Channel> words<Channel>[] = {{"color", Channel::color}, {"alpha", Channel::alpha}};
+inline constexpr auto words<Channel> = in_order(Channel::color, {"color", "alpha"});
 
 using Model = tracer::Material::Model;
 using Transparency = tracer::Material::Transparency;
 using Shading = tracer::Material::Shading;
 
 template <>
-inline constexpr Word<Model> words<Model>[] = {
-    {"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}};
+inline constexpr auto words<Model> = in_order(Model::lambert, {"lambert", "phong", "blinn_phong"});
 template <>
-inline constexpr Word<Transparency> words<Transparency>[] = {{"refract", Transparency::refract},
-                                                             {"interpolated", Transparency::interpolated},
-                                                             {"filtered", Transparency::filtered}};
+inline constexpr auto words<Transparency> = in_order(Transparency::refract, {"refract", "interpolated", "filtered"});
 template <>
-inline constexpr Word<Shading> words<Shading>[] = {{"smooth", Shading::smooth},
-                                                   {"flat", Shading::flat},
-                                                   {"gouraud", Shading::gouraud},
-                                                   {"flat_polygon", Shading::flat_polygon}};
+inline constexpr auto words<Shading> = in_order(Shading::smooth, {"smooth", "flat", "gouraud", "flat_polygon"});
 
 namespace {
 
@@ -241,12 +233,13 @@ bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
 
 void read_textures(Reading& reading, const Cursor& at) {
   reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
-  if (reading.textures.complete) read_names(reading, at, reading.textures, add_texture);
+  if (reading.textures.complete) reading.textures.complete = read_names(reading, at, reading.textures.ids, add_texture);
 }
 
 void read_materials(Reading& reading, const Cursor& at) {
   reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);
-  if (reading.materials.complete) read_names(reading, at, reading.materials, add_material);
+  if (reading.materials.complete)
+    reading.materials.complete = read_names(reading, at, reading.materials.ids, add_material);
 }
 
 bool read(Reading& reading, const Cursor& at, tracer::MaterialId& material) {

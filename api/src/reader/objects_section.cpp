@@ -126,25 +126,19 @@ void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   }
 }
 
-void read_part_materials(Reading& reading, const Cursor& at, std::map<std::string, tracer::MaterialId>& materials) {
-  for_each_member(
-      reading, at,
-      [&](const Cursor& member) {
-        const auto [place, is_new] = materials.emplace(member.key, tracer::MaterialId{});
-        if (is_new) {
-          read(reading, member, place->second);
-        } else {
-          add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
-        }
-      },
-      R"(an object of materials by their names in the file: {"NAME": MATERIAL})");
+tracer::MaterialId read_material(Reading& reading, const Cursor& at) {
+  tracer::MaterialId material{};
+  read(reading, at, material);
+  return material;
 }
 
 /// The fields that the file contains must not be written in the document too.
 void read_file(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   fields.set_kind("a mesh with a file");
   if (tracer::AssetId asset; fields.optional("file", asset)) mesh.file = asset;
-  if (const auto materials = fields.take("materials")) read_part_materials(reading, *materials, mesh.part_materials);
+  if (const auto materials = fields.take("materials"))
+    read_names(reading, *materials, mesh.part_materials, read_material,
+               "an object of materials by their names in the file: {\"NAME\": MATERIAL}");
   for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"})
     if (fields.has(name))
       add_issue(reading, *fields.take(name), "conflict", "must not be written: the mesh's file contains it");
@@ -299,7 +293,7 @@ void read_prototypes(Reading& reading, const Cursor& at) {
   // All names first, because an instance may stand before the prototype that it places; then the lists.
   reading.prototypes.complete = within_limit(reading, at, "objects", reading.limits.scene.objects);
   if (!reading.prototypes.complete) return;
-  read_names(reading, at, reading.prototypes, add_prototype);
+  reading.prototypes.complete = read_names(reading, at, reading.prototypes.ids, add_prototype);
   if (!reading.prototypes.complete) return;
   std::vector<tracer::Prototype>& prototypes = reading.scene().prototypes;
   for_each_member(reading, at, [&](const Cursor& member) {

@@ -73,20 +73,20 @@ inline bool has_capacity(Reading& reading, const Cursor& at, std::size_t count, 
   return false;
 }
 
-/// Adds each member of a map under its name. A duplicate name is an issue, and its member is not read.
-template <class Id>
-void read_names(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
-  names.complete = for_each_member(
-      reading, at,
-      [&](const Cursor& member) {
-        const auto [place, is_new] = names.ids.emplace(member.key, Id{});
-        if (is_new) {
-          place->second = add(reading, member);
-        } else {
-          add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
-        }
-      },
-      R"(an object of definitions by name: {"NAME": ...})");
+/// Adds the value of each member, as `add` reads it, under its name. A duplicate name is an issue, and its member is
+/// not read. Returns false, with an issue that names the form `expected`, if the value is not an object.
+template <class Values, class Value>
+bool read_names(Reading& reading, const Cursor& at, Values& values, Value (*add)(Reading&, const Cursor&),
+                std::string_view expected = R"(an object of definitions by name: {"NAME": ...})") {
+  const auto read_member = [&](const Cursor& member) {
+    const auto [place, is_new] = values.emplace(member.key, Value{});
+    if (is_new) {
+      place->second = add(reading, member);
+    } else {
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+    }
+  };
+  return for_each_member(reading, at, read_member, expected);
 }
 
 template <class Id>

@@ -14,24 +14,18 @@ using Layer = tracer::Layer;
 using Overflow = tracer::Output::Overflow;
 
 template <>
-inline constexpr Word<Camera::Type> words<Camera::Type>[] = {{"perspective", Camera::Type::perspective},
-                                                             {"orthographic", Camera::Type::orthographic},
-                                                             {"panorama", Camera::Type::panorama}};
+inline constexpr auto words<Camera::Type> = in_order(Camera::Type::perspective,
+                                                     {"perspective", "orthographic", "panorama"});
 using Layout = tracer::Camera::Layout;
 template <>
-inline constexpr Word<Layout> words<Layout>[] = {{"side_by_side", Layout::side_by_side},
-                                                 {"anaglyph", Layout::anaglyph}};
+inline constexpr auto words<Layout> = in_order(Layout::side_by_side, {"side_by_side", "anaglyph"});
 template <>
-inline constexpr Word<Overflow> words<Overflow>[] = {
-    {"clamp", Overflow::clamp}, {"scale", Overflow::scale}, {"reinhard", Overflow::reinhard}};
+inline constexpr auto words<Overflow> = in_order(Overflow::clamp, {"clamp", "scale", "reinhard"});
 template <>
-inline constexpr Word<Format> words<Format>[] = {
-    {"png", Format::png}, {"png16", Format::png16}, {"exr", Format::exr},  {"jpg", Format::jpg},
-    {"hdr", Format::hdr}, {"webp", Format::webp},   {"tiff", Format::tiff}};
+inline constexpr auto words<Format> = in_order(Format::png, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"});
 template <>
-inline constexpr Word<Layer> words<Layer>[] = {{"depth", Layer::depth},     {"normal", Layer::normal},
-                                               {"albedo", Layer::albedo},   {"object_id", Layer::object_id},
-                                               {"samples", Layer::samples}, {"error", Layer::error}};
+inline constexpr auto words<Layer> = in_order(Layer::depth,
+                                              {"depth", "normal", "albedo", "object_id", "samples", "error"});
 
 using AttenuationKind = tracer::Attenuation::Kind;
 
@@ -113,13 +107,7 @@ void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
 }
 
 template <class Source>
-constexpr bool has_surface = false;
-template <>
-constexpr bool has_surface<tracer::RectLight> = true;
-template <>
-constexpr bool has_surface<tracer::DiscLight> = true;
-template <>
-constexpr bool has_surface<tracer::SphereLight> = true;
+constexpr bool has_surface = Source::is_area_light && !std::is_same_v<Source, tracer::LineLight>;
 
 tracer::Shape surface_of(const tracer::LightSource& source) {
   if (const auto* disc = std::get_if<tracer::DiscLight>(&source))
