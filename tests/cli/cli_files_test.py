@@ -1,5 +1,6 @@
 """Files that whittle writes and reads: an image file is complete or absent, also if the disk or the process fails."""
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -8,6 +9,7 @@ import stat
 import tempfile
 import unittest
 
+from tests.support.images import read_exr
 from tests.support.whittle import BIN, SCENES, scene, whittle
 
 TINY = SCENES / "tiny.json"
@@ -18,6 +20,50 @@ def failing(how):
     and must not check that here."""
     asan = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
     return {"LD_PRELOAD": str(BIN / "libfailing_files.so"), "FAILING_FILES": how, "ASAN_OPTIONS": asan}
+
+
+class MeshFile(unittest.TestCase):
+    # Faces between z = 0 and z = 1: a square, a bent quadrilateral, a pentagon, a concave hexagon and a triangle.
+    FACES = [[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(2, 0, 0), (3, 0, 0.5), (3, 1, 0), (2, 1, 0.5)],
+             [(4, 0, 0), (5, 0, 0), (5, 0.5, 0), (4.5, 1, 0), (4, 0.5, 0)],
+             [(6, 0, 0), (7, 0, 0), (7, 0.2, 0), (6.2, 0.2, 0), (6.2, 1, 0), (6, 1, 0)], [(8, 0, 0), (9, 0, 0), (8, 1, 0)]]
+    LIGHT = (3, 0.5, 2)
+
+    def meshes(self, directory):
+        """The faces as numbers in the document, as an OBJ of two parts, and as a PLY."""
+        points = [point for face in self.FACES for point in face]
+        faces = [[len(sum(self.FACES[:i], [])) + j for j in range(len(face))] for i, face in enumerate(self.FACES)]
+        (directory / "a.obj").write_text("".join("v {} {} {}\n".format(*point) for point in points) + "".join(
+            f"usemtl part{i % 2}\nf {' '.join(str(j + 1) for j in face)}\n" for i, face in enumerate(faces)), encoding="utf-8")
+        (directory / "a.ply").write_text(
+            f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
+            f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+            + "".join("{} {} {}\n".format(*point) for point in points)
+            + "".join(f"{len(face)} {' '.join(map(str, face))}\n" for face in faces), encoding="utf-8")
+        return [{"positions": points, "faces": faces}, {"file": "a.obj"}, {"file": "a.ply"},
+                {"file": "a.obj", "materials": {"part0": "n", "part1": "m"}}]
+
+    def test_has_one_color_for_each_face_if_polygons_are_flat(self):
+        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        white = {"model": "lambert", "color": 1, "ambient": 0, "diffuse": 1, "shading": "flat_polygon"}
+        images = []
+        for mesh in self.meshes(directory):
+            (directory / "a.json").write_text(json.dumps({
+                "version": 1, "image": {"width": 180, "height": 20}, "accuracy": {"samples": 1}, "output": {"formats": ["exr"]},
+                "camera": {"type": "orthographic", "position": [4.5, 0.5, 9], "look_at": [4.5, 0.5, 0], "height": 1},
+                "lights": [{"type": "point", "position": self.LIGHT}], "materials": {"m": white, "n": dict(white)},
+                "objects": [{"type": "mesh", **mesh, "material": "m"}]}), encoding="utf-8")
+            done = whittle("render", directory / "a.json", "-o", directory / "a.exr")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            images.append(read_exr((directory / "a.exr").read_bytes())[..., 0])
+            for i in range(len(self.FACES)):
+                values = set(images[-1][:, 40 * i:40 * i + 20].flatten().tolist()) - {0}
+                self.assertEqual(len(values), 1, f"{list(mesh)}, face {i}")
+            for x, center in ((0, (0.5, 0.5)), (160, (8 + 1 / 3, 1 / 3))):  # Lambert's law at the centroid
+                across = [l - c for l, c in zip(self.LIGHT, center)]
+                self.assertAlmostEqual(images[-1][18, x + 1], 2 / math.hypot(*across, 2), places=6)
+        for image in images[1:]:
+            self.assertTrue((abs(image - images[0]) < 1e-6).all())
 
 
 class ImageFile(unittest.TestCase):

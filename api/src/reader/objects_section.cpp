@@ -98,20 +98,15 @@ void read_faces(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
   if (!is_grouped(reading, at, "[0, 1, 2, 3]")) return;
   std::vector<std::uint32_t> polygon;
   std::vector<tracer::Vec3> corners;
-  std::vector<Corners> triangles;
   for_each_element(reading, at, [&](const Cursor& element) {
     if (!read_polygon(reading, element, mesh.positions.size(), polygon)) return;
     corners.clear();
     for (const std::uint32_t index : polygon) corners.push_back(mesh.positions[index]);
-    triangles.clear();
-    if (!tracer::triangulate(corners, triangles)) {
+    if (!tracer::add_polygon(polygon, corners, mesh))
       add_issue(reading, element, "limit_exceeded",
                 "the limit ear_clipping_corners_max is " + std::to_string(tracer::ear_clipping_corners_max) +
                     " for faces that are no fan around their first corner (convex ones are), this one has " +
                     std::to_string(polygon.size()));
-      return;
-    }
-    for (const auto& [a, b, c] : triangles) mesh.triangles.push_back({polygon[a], polygon[b], polygon[c]});
   });
 }
 

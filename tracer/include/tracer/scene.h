@@ -236,7 +236,7 @@ struct Material {
   /// after a bounce at infinity along the ray; on other shapes the same as smooth. Shadow rays of smooth front faces
   /// start at the surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator"); lights are evaluated
   /// at the hit.
-  /// flat_polygon: face normals, and local shading is evaluated once for each triangle, at its centroid, with
+  /// flat_polygon: face normals, and local shading is evaluated once for each polygon, at its centroid, with
   /// highlights for the same eye as gouraud; on other shapes the same as smooth.
   enum class Shading { smooth, flat, gouraud, flat_polygon };
   Shading shading = Shading::smooth;

@@ -163,6 +163,8 @@ struct Mesh {
   std::optional<AssetId> file{};
   std::vector<MeshPart> parts{};                       ///< in order; triangles before the first one have no name
   std::map<std::string, MaterialId> part_materials{};  ///< by the name of the part; others have that of the object
+  /// 1 for a triangle of the polygon that the triangle before it belongs to; 0 for those that are left out at the end.
+  std::vector<std::uint8_t> continues_polygon{};
 
   static constexpr std::string_view type = "mesh", noun = "a mesh";
 };

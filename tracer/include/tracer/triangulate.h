@@ -21,4 +21,8 @@ inline constexpr std::size_t ear_clipping_corners_max = 256;
 /// appends nothing for fewer than 3 corners, or for more than ear_clipping_corners_max without a fan.
 bool triangulate(std::span<const Vec3> corners, std::vector<std::array<std::uint32_t, 3>>& triangles);
 
+/// Appends the triangles of a polygon to the mesh, as elements of `indices`; `corners` are its positions, in the same
+/// order. Returns false as triangulate() does.
+bool add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, Mesh& mesh);
+
 }  // namespace tracer

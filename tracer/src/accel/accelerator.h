@@ -10,6 +10,7 @@
 #include "tracer/compile.h"
 #include "tracer/control.h"
 #include "tracer/result.h"
+#include "tracer/src/math/rounding.h"
 #include "tracer/src/shapes/analytic_shape.h"
 
 namespace tracer {
@@ -33,6 +34,12 @@ struct SphereGeometry {
   bool transmissive = false;
 };
 
+/// The place at which flat_polygon evaluates the light of a polygon.
+struct PolygonCenter {
+  BoundedPoint point;
+  Vec3 normal;  ///< unit
+};
+
 /// Triangles that share vertices. All are double-precision user geometry: Embree traverses padded boxes and hits are
 /// computed in double from these positions (triangle_pairs.h), so needles and meshes that are small in their scene are
 /// exact, and nothing leaks. Embree's own float triangles are not used for any mesh, because they save little even for
@@ -52,6 +59,7 @@ struct TriangleGeometry {
   std::vector<std::array<float, 3>> normals;      ///< per vertex, unit; empty: flat
   std::vector<std::array<double, 2>> uvs;         ///< per vertex; empty: (0,0), (1,0), (0,1)
   std::vector<std::uint32_t> object_of_triangle;  ///< empty: all belong to `object`
+  std::vector<PolygonCenter> polygon_centers;     ///< by triangle; empty: each is its own polygon, or none is needed
   std::uint32_t object = 0;
   bool transmissive = false;
 
@@ -135,7 +143,7 @@ inline std::uint64_t memory_bytes(const GeometrySet& set) {
   for (const QuadricGeometry& q : set.quadrics) bytes += bytes_of(q.quadrics) + bytes_of(q.object);
   for (const TriangleGeometry& t : set.triangles)
     bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
-             bytes_of(t.object_of_triangle);
+             bytes_of(t.object_of_triangle) + bytes_of(t.polygon_centers);
   return bytes;
 }
 

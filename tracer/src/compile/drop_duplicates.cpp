@@ -93,7 +93,8 @@ std::uint64_t drop(TriangleGeometry& mesh) {
     return corner(a, 0) == corner(b, 0) && corner(a, 1) == corner(b, 1) && corner(a, 2) == corner(b, 2);
   };
   const auto hash = [&](std::size_t i) { return hash_of(corner(i, 0), corner(i, 1), corner(i, 2)); };
-  return erase(duplicates_of(mesh.triangles.size(), hash, equal), mesh.triangles, mesh.object_of_triangle);
+  return erase(duplicates_of(mesh.triangles.size(), hash, equal), mesh.triangles, mesh.object_of_triangle,
+               mesh.polygon_centers);
 }
 
 /// Whole meshes. Returns the number of their triangles.

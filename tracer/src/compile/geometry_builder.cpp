@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <limits>
+
 #include "tracer/mesh_file.h"
 #include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/scene/instancing.h"
@@ -11,6 +14,50 @@ namespace {
 bool keeps_spheres(const Linear& m) {
   return m.x.y == 0 && m.x.z == 0 && m.y.x == 0 && m.y.z == 0 && m.z.x == 0 && m.z.y == 0 && m.x.x > 0 &&
          m.x.x == m.y.y && m.x.x == m.z.z;
+}
+
+/// The point of the polygon of triangles [first, end) that is nearest its centroid along its mean normal: of a polygon
+/// that is not planar or not convex, the centroid itself may be within the solid.
+PolygonCenter polygon_center(const TriangleGeometry& mesh, std::size_t first, std::size_t end) {
+  Vec3 normal, centroid;
+  double area = 0;
+  const auto for_each_triangle = [&](const auto& visit) {
+    for (std::size_t t = first; t < end; ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      visit(mesh.position(a), mesh.position(b), mesh.position(c));
+    }
+  };
+  for_each_triangle([&](const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 across = cross(b - a, c - a);
+    normal += across;
+    area += length(across);
+    centroid += (a + b + c) * (length(across) / 3);
+  });
+  normal = normalize(normal);
+  centroid = centroid / area;
+  PolygonCenter center{{}, normal};
+  double nearest = -std::numeric_limits<double>::infinity();
+  for_each_triangle([&](const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 to_a = a - centroid, to_b = b - centroid, to_c = c - centroid;
+    Vec3 weights{dot(cross(to_b, to_c), normal), dot(cross(to_c, to_a), normal), dot(cross(to_a, to_b), normal)};
+    weights = weights / (weights.x + weights.y + weights.z);
+    const double inside = std::min({weights.x, weights.y, weights.z});
+    if (!(inside > nearest)) return;
+    nearest = inside;
+    weights = {std::max(weights.x, 0.0), std::max(weights.y, 0.0), std::max(weights.z, 0.0)};
+    center.point.position = (a * weights.x + b * weights.y + c * weights.z) / (weights.x + weights.y + weights.z);
+    // In each direction, because it is offset along the normal of any of the triangles.
+    const double error = max_component(abs(a) + abs(b) + abs(c)) * rounding_bound(32);
+    center.point.error = {error, error, error};
+  });
+  return center;
+}
+
+void add_polygon_centers(const std::vector<std::uint8_t>& continues, TriangleGeometry& mesh) {
+  for (std::size_t first = 0, end = 1; first < mesh.triangles.size(); first = end++) {
+    while (end < continues.size() && continues[end] != 0) ++end;
+    mesh.polygon_centers.resize(end, polygon_center(mesh, first, end));
+  }
 }
 
 /// Sorts objects into geometries: opaque and transmissive ones of spheres, quadrics and single triangles (their masks
@@ -125,6 +172,9 @@ class GeometryBuilder {
     }
     each(triangles.positions, [&](Vec3& position) { position = render_from_object(position); });
     if (mirrors()) each(triangles.triangles, [](auto& corners) { std::swap(corners[1], corners[2]); });
+    const bool is_flat =
+        compiled_.materials[compiled_.objects.material[object_]].shading == Material::Shading::flat_polygon;
+    if (is_flat && !mesh.continues_polygon.empty()) add_polygon_centers(mesh.continues_polygon, triangles);
     set_.triangles.push_back(std::move(triangles));
   }
 

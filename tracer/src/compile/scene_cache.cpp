@@ -35,7 +35,7 @@ class HashWriter {
       const auto& [shape, material, transform, shadow] = object;
       add(shape.index());
       std::visit(*this, shape);
-      is_transmissive(material);
+      add_material(material);
       add(transform.has_value());
       if (transform) add(transform->rows);
       add(shadow);
@@ -47,8 +47,8 @@ class HashWriter {
     for_each_field<S>([&](const auto& field) { add(shape.*field.member); });
   }
   void operator()(const Mesh& mesh) {
-    const auto& [positions, triangles, normals, uvs, smooth, file, parts, part_materials] = mesh;
-    all(positions, triangles, normals, uvs, smooth, file.has_value());
+    const auto& [positions, triangles, normals, uvs, smooth, file, parts, part_materials, continues_polygon] = mesh;
+    all(positions, triangles, normals, uvs, smooth, file.has_value(), continues_polygon);
     is_known_ = is_known_ && part_materials.empty();  // its objects are known after the file is read
     if (!file) return;
     has_files_ = true;
@@ -60,7 +60,7 @@ class HashWriter {
   void operator()(const Instance& instance) {
     const auto& [of, material] = instance;
     all(of.index, material.has_value());
-    if (material) is_transmissive(*material);
+    if (material) add_material(*material);
   }
 
   [[nodiscard]] bool is_known() const { return is_known_; }
@@ -89,9 +89,10 @@ class HashWriter {
     add(values.size());
     hash_.add(values.data(), values.size() * sizeof(T));
   }
-  void is_transmissive(MaterialId material) {
+  void add_material(MaterialId material) {
     const bool is_one = material.index < scene_.materials.size();  // an instance's object has none
     add(is_one && lets_light_pass(scene_.materials[material.index]));
+    add(is_one && scene_.materials[material.index].shading == Material::Shading::flat_polygon);
   }
 
   const Scene& scene_;

@@ -173,8 +173,11 @@ std::optional<Corner> centroid_at(const CompiledScene& scene, const Hit& hit) {
   if (!corners) return std::nullopt;
   const auto& [a, b, c] = *corners;
   const Vec3 pa = a.point.position, pb = b.point.position, pc = c.point.position;
-  const Vec3 largest = (abs(pa) + abs(pb) + abs(pc)) / 3;
-  return Corner{{(pa + pb + pc) / 3, largest * rounding_bound(12)}, normalize(cross(pb - pa, pc - pa)), 1};
+  const Vec3 largest = (abs(pa) + abs(pb) + abs(pc)) / 3, face = normalize(cross(pb - pa, pc - pa));
+  const std::vector<PolygonCenter>& centers = scene.geometry().mesh(hit.primitive.geometry).polygon_centers;
+  if (centers.empty()) return Corner{{(pa + pb + pc) / 3, largest * rounding_bound(12)}, face, 1};
+  const auto& [point, normal] = centers[hit.primitive.primitive];
+  return Corner{point, dot(normal, face) > 0 ? normal : face, 1};
 }
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,

@@ -39,7 +39,7 @@ using Corners = std::array<Corner, 3>;
 /// Vertices of a triangle; none for other shapes.
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit);
 
-/// Centroid of a triangle, with the normal of the face and the weight 1; none for other shapes.
+/// Centroid of a triangle or of its polygon, with the normal of the face and the weight 1; none for other shapes.
 std::optional<Corner> centroid_at(const CompiledScene& scene, const Hit& hit);
 
 /// Precondition: `hit.primitive.hit()`, and `direction` is unit.

@@ -79,9 +79,9 @@ void check_vector(const Vec3& vector, const Limits& limits);
 void check_vector(const Vec2& uv, const Limits& limits);
 void check_triangle_count(std::uint64_t count, const Limits& limits);
 
-/// Appends the triangles of a polygon as elements of `indices`; `corners` are its positions, in the same order.
+/// tracer::add_polygon() within the limits.
 void add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles);
+                 Mesh& mesh);
 
 // ---- readers -------------------------------------------------------------------------------------------------------
 

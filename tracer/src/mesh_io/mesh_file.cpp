@@ -115,16 +115,13 @@ void check_triangle_count(std::uint64_t count, const Limits& limits) {
 }
 
 void add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+                 Mesh& mesh) {
   if (indices.size() < 3) throw MeshError("a face must have at least 3 corners, has " + std::to_string(indices.size()));
-  check_triangle_count(triangles.size() + indices.size() - 2, limits);
-  const std::size_t first = triangles.size();
-  if (!triangulate(corners, triangles))
+  check_triangle_count(mesh.triangles.size() + indices.size() - 2, limits);
+  if (!tracer::add_polygon(indices, corners, mesh))
     throw MeshError("the limit ear_clipping_corners_max is " + std::to_string(ear_clipping_corners_max) +
                     " for faces that are no fan around their first corner (convex ones are), this one has " +
                     std::to_string(indices.size()));
-  for (std::size_t t = first; t < triangles.size(); ++t)
-    for (std::uint32_t& corner : triangles[t]) corner = indices[corner];
 }
 
 }  // namespace mesh_io

@@ -27,6 +27,8 @@ class PartMesh {
     for (const std::size_t triangle : triangles) {
       auto& corners = part.triangles.emplace_back(whole_.triangles[triangle]);
       for (std::uint32_t& corner : corners) corner = vertex_of(corner, part);
+      const std::vector<std::uint8_t>& continues = whole_.continues_polygon;
+      if (!continues.empty()) part.continues_polygon.push_back(triangle < continues.size() ? continues[triangle] : 0);
     }
     for (const std::size_t triangle : triangles)
       for (const std::uint32_t corner : whole_.triangles[triangle]) vertex_[corner] = none;

@@ -88,7 +88,7 @@ class ObjReader {
       has_uvs_ |= corner.uv != none;
       has_normals_ |= corner.normal != none;
     }
-    add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles);
+    add_polygon(polygon_, polygon_positions_, limits_, mesh_);
   }
 
   /// Forms: v, v/vt, v//vn, v/vt/vn.

@@ -186,7 +186,7 @@ class PlyReader {
         check_vertex(corner);
         positions.push_back(mesh_.positions[corner]);
       }
-      add_polygon(polygon, positions, limits_, mesh_.triangles);
+      add_polygon(polygon, positions, limits_, mesh_);
       begin = end;
       ++face_;
     }

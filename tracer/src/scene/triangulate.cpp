@@ -108,4 +108,15 @@ bool triangulate(std::span<const Vec3> corners, std::vector<std::array<std::uint
   return true;
 }
 
+bool add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, Mesh& mesh) {
+  const std::size_t first = mesh.triangles.size();
+  if (!triangulate(corners, mesh.triangles)) return false;
+  for (std::size_t t = first; t < mesh.triangles.size(); ++t)
+    for (std::uint32_t& corner : mesh.triangles[t]) corner = indices[corner];
+  if (corners.size() == 3) return true;
+  mesh.continues_polygon.resize(first + 1);
+  mesh.continues_polygon.resize(mesh.triangles.size(), 1);
+  return true;
+}
+
 }  // namespace tracer
