@@ -284,6 +284,7 @@ TEST(InterreflectionError, IsTheDistanceFromTheRenderingEquation) {
     scene.camera = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60};
     scene.accuracy.model = Accuracy::Model::global;
     scene.accuracy.max_depth = 1000;
+    scene.accuracy.samples = 4096;  // so that many looks are a tenth of them
     scene.ambient = {ambient, ambient, ambient};
     Material wall = scenes::matte({1, 1, 1});
     wall.ambient = 1;

@@ -220,7 +220,8 @@ TEST(ModelError, IsZeroWithoutDiffuseSurfaces) {
   const ModelError error = compare(scene).error;
   EXPECT_LE(error.levels, 2 * error.standard_error);
   EXPECT_LT(error.standard_error, 1);
-  EXPECT_EQ(render_with(scene, Approximations::Interreflection::ambient, 16).error.approximation, 0);
+  scene.accuracy.adaptive.emplace().target_error = 1;  // looks go on until they exclude more
+  EXPECT_LE(render_with(scene, Approximations::Interreflection::ambient, 16).error.approximation, 1);
 }
 
 /// The interval of the part `approximation` of an error estimate has values in common with levels +- deviation.
@@ -237,10 +238,10 @@ TEST(ModelError, IsThatOfTheErrorEstimateOfARender) {
     const auto& [name, make] = all[i];
     const Scene scene = make();
     const Compared compared = compare(scene);
-    const ErrorEstimate claimed = render_with(scene, ambient, 16).error;
+    const ErrorEstimate claimed = render_with(scene, ambient, 4096).error;
     expect_agreement(claimed, compared.error.levels, compared.error.standard_error, name);
-    EXPECT_GT(claimed.approximation_min, 0.7 * compared.error.levels) << name;
-    EXPECT_LT(claimed.approximation, 1.3 * compared.error.levels) << name;
+    EXPECT_GT(claimed.approximation_min, 0.5 * compared.error.levels) << name;
+    EXPECT_LT(claimed.approximation, 1.5 * compared.error.levels) << name;
     constexpr std::array others{none, radiosity, gather};
     const Rendered other = render_with(scene, others[i % others.size()], 512);
     const double noise = std::hypot(standard_error(compared.global, scene.output), other.error.sampling);

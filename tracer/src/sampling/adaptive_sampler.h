@@ -121,8 +121,8 @@ class AdaptiveSampler {
   ApproximationError measure_approximation_error() {
     if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
     const DisplayTransform display = film_.display();
-    ApproximationError measured =
-        ApproximationLooks<T>(scene_, context_.settings, control_, display, mean_).measure(deadline_);
+    ApproximationError measured = ApproximationLooks<T>(scene_, context_.settings, control_, display, mean_)
+                                      .measure(deadline_, pool_.statistics());
     known_.approximation = measured.error;
     known_.fixed += known_.approximation.squared_upper;
     summarize();

@@ -93,29 +93,50 @@ class ApproximationLooks {
         exact_({scene, settings, control, exact_pool_}, PartKind::exact_looks),
         approximate_({scene, settings, control, pool_}, PartKind::looks) {}
 
-  /// Pixels are drawn by the distance from their value to the ends of the interval of the exact image, so that a shadow
-  /// that is left out is found, however small it is. Paths by diffuse surfaces are sampled until their noise in half of
-  /// a look is twice the target error, if there is one, or the error of the approximations; errors of patches are
-  /// small, and get fewer looks of more samples. With a time budget a few looks are taken at a time, until it is spent.
-  ApproximationError measure(const Deadline& deadline) {
-    const bool paths = scene_.exact.needs.global_light, patches = paths && scene_.accuracy.uses_patches();
-    const double target = scene_.accuracy.target().value_or(std::numeric_limits<double>::infinity());
-    const std::vector<float> bounds = bounds_by_intervals();
-    const std::size_t wanted = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
-    const std::size_t at_once = deadline.set() ? 16 : wanted;
+  /// Pixels are drawn by bounds of their errors, so that a shadow that is left out is found, however small it is. Looks
+  /// take about a tenth of the rays of `image` and of its patches, and the error includes what so few cannot exclude.
+  /// Beyond that, adaptive samples go on while nothing else keeps the error above the target, or until a time budget is
+  /// spent. Paths by diffuse surfaces are sampled until their noise in half of a look is twice the target error, if
+  /// there is one; errors of patches alone are small and smooth, and get fewer looks of more samples.
+  ApproximationError measure(const Deadline& deadline, const RenderStatistics& image) {
+    const Accuracy& accuracy = scene_.accuracy;
+    const bool paths = scene_.exact.needs.global_light, patches = paths && only_patches(accuracy);
+    const bool by_intervals = accuracy.adaptive || image.samples >= interval_samples * scene_.image.window().pixels();
+    const std::vector<float> bounds = squared_bounds(by_intervals);
+    const double target =
+        accuracy.target().value_or(accuracy.tile_target().value_or(std::numeric_limits<double>::infinity()));
+    const double squared_target = 3 * static_cast<double>(bounds.size()) * target * target;
+    const std::size_t most = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
     std::uint32_t half = look_half;
     if (paths) half *= deadline.set() ? 8 : patches ? 32 : 2;  // a budget leaves no second try with more samples
-    Found found;
-    for (std::uint64_t stream = 0;; ++stream) {
-      if (!add(bounds, at_once, stream, half, found) || deadline.spent() || control_.cancelled()) break;
-      if (found.squares.size() < wanted) continue;
-      const double allowed = 4 * std::max(3 * static_cast<double>(bounds.size()) * target * target, found.squared());
-      const double noise = found.noise / static_cast<double>(found.squares.size());
-      if (!paths || deadline.set() || noise <= allowed || half == look_half_max) break;
-      half = std::min(std::bit_ceil(static_cast<std::uint32_t>(std::min(half * noise / allowed, 1e6))), look_half_max);
-      found = {};
+    if (patches && !accuracy.adaptive) {
+      const std::size_t each = affordable(image, 1) / path_looks_min;  // so that there are enough looks
+      half = std::clamp(static_cast<std::uint32_t>(std::min<std::size_t>(each, half)), look_half, half);
     }
-    return measured(found.error(wanted));
+    const Found none{.enough = patches        ? path_looks_min
+                               : by_intervals ? most
+                                              : std::numeric_limits<std::size_t>::max(),
+                     .bound = std::accumulate(bounds.begin(), bounds.end(), 0.0)};
+    Found found = none;
+    for (;;) {
+      const std::size_t taken = found.squares.size();
+      const SampledError error = found.error();
+      const bool may_suffice = taken < path_looks_min || 2 * error.squared - error.squared_upper < squared_target;
+      const bool goes_on = accuracy.adaptive && may_suffice && 4 * error.squared_upper > squared_target;
+      std::size_t count = first_looks;
+      if (!deadline.set()) {
+        count = std::min(std::max(taken, first_looks), most - taken);
+        if (!goes_on) count = std::min(count, affordable(image, half));
+        if (taken > 8 * count) break;
+      }
+      if (!add(bounds, count, half, found) || deadline.spent() || control_.cancelled()) break;
+      const double allowed = 4 * std::max(squared_target, found.squared()), noise = found.noise / found.count();
+      if (!paths || deadline.set() || found.squares.size() < path_looks_min || noise <= allowed) continue;
+      if (half == look_half_max) continue;
+      half = std::min(std::bit_ceil(static_cast<std::uint32_t>(std::min(half * noise / allowed, 1e6))), look_half_max);
+      found = none;
+    }
+    return measured(found.error());
   }
 
   /// The effect of filtered textures on fixed samples, at pixels drawn by `weights`. Looks take a small part of the
@@ -126,48 +147,82 @@ class ApproximationLooks {
     // A look takes two halves, each with and without the filters.
     const std::size_t affordable = weights.size() * scene_.accuracy.samples / (std::size_t{4} * half);
     Found found;
-    add(weights, std::clamp(affordable / 64, std::clamp<std::size_t>(affordable / 8, 1, few), most), 0, half, found);
-    return measured(found.error(0));
+    add(weights, std::clamp(affordable / 64, std::clamp<std::size_t>(affordable / 8, 1, few), most), half, found);
+    return measured(found.error());
   }
 
  private:
+  static constexpr std::size_t first_looks = 16;
+  /// The intervals of all pixels take as long as some 0.4 samples of each. With fewer samples than these, the image
+  /// goes without them, as if any pixel might have any radiance.
+  static constexpr std::uint64_t interval_samples = 4;
+
+  static bool only_patches(const Accuracy& accuracy) {
+    Approximations others = accuracy.approximate;
+    others.interreflection = Approximations::Interreflection::exact;
+    return accuracy.uses_patches() && !others.any();
+  }
+
   /// Each look estimates sums over the image.
   struct Found {
-    std::vector<double> squares;  ///< squared errors
-    double noise = 0;             ///< sum of the variances in half of each look
-    double bound = 0;             ///< largest weighted bound of a look
+    std::size_t enough = 0;         ///< looks that show the error; fewer add what they cannot exclude
+    double bound = 0;               ///< sum of the bounds of all pixels
+    std::vector<double> squares{};  ///< squared errors
+    double noise = 0;               ///< sum of the variances in half of each look
 
     [[nodiscard]] double squared() const { return std::accumulate(squares.begin(), squares.end(), 0.0) / count(); }
     [[nodiscard]] double count() const { return std::max(1.0, static_cast<double>(squares.size())); }
-    /// Fewer looks than wanted add what they cannot exclude.
-    [[nodiscard]] SampledError error(std::size_t wanted) const {
+    [[nodiscard]] SampledError error() const {
       SummedErrors sum;
       for (const double square : squares) sum.add(square / count());
       sum.spread += sum.largest * sum.largest;  // a few looks do not show how much larger others are
       SampledError error = sum.estimated();
-      if (squares.size() < wanted) error.add_possible(unseen_error(squares.size(), bound, sum.squared));
+      if (squares.size() >= enough) return error;
+      error.add_possible(unseen_error(squares.size(), bound, sum.squared, enough));
+      error.squared_upper = std::min(error.squared_upper, bound);
       return error;
     }
   };
 
-  [[nodiscard]] std::vector<float> bounds_by_intervals() const {
-    std::vector<float> bounds(scene_.image.window().pixels(), 1.0F);
+  [[nodiscard]] std::uint64_t rays() const {
+    return exact_pool_.statistics().rays.total() + pool_.statistics().rays.total();
+  }
+
+  /// Number of looks for a part of what is left of a tenth of the rays of the image and of its patches: they vary.
+  [[nodiscard]] std::size_t affordable(const RenderStatistics& image, std::uint32_t half) const {
+    const std::uint64_t samples = exact_.samples() + approximate_.samples();
+    const auto of_image = static_cast<double>(image.rays.total());
+    const double left =
+        0.1 * (of_image + static_cast<double>(scene_.objects.radiosity_figures.rays)) - static_cast<double>(rays());
+    // The first looks show the cost of others; until then they may need 16 times the rays of an image's sample.
+    const double per_sample = samples > 0
+                                  ? 1.5 * static_cast<double>(rays()) / static_cast<double>(samples)
+                                  : 16 * of_image / static_cast<double>(std::max<std::uint64_t>(image.samples, 1));
+    return static_cast<std::size_t>(std::max(0.0, left) / std::max(4 * half * per_sample, 1.0));
+  }
+
+  /// Bounds of the squared error of each pixel: of its distance from the interval of the exact one.
+  [[nodiscard]] std::vector<float> squared_bounds(bool by_intervals) const {
+    constexpr float any = std::numeric_limits<float>::infinity();
+    const std::size_t pixels = scene_.image.window().pixels();
     const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
-    const std::vector<RadianceInterval> intervals = T::bounds(scene_, {}, in_parallel, control_);
-    for (std::size_t i = 0; i < intervals.size(); ++i)
-      bounds[i] = squared_distance_bound(intervals[i], value_(i), display_);
+    std::vector<RadianceInterval> intervals;
+    if (by_intervals) intervals = T::bounds(scene_, {}, in_parallel, control_);
+    intervals.resize(pixels, {.low = {}, .high = {any, any, any}});
+    std::vector<float> bounds(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) bounds[i] = squared_distance_bound(intervals[i], value_(i), display_);
     return bounds;
   }
 
   /// Adds `count` looks at pixels drawn by their bounds; false if no pixel has one.
-  bool add(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint32_t half, Found& found) {
-    const LookDraws draws = draw_looks(bounds, count, stream, scene_.accuracy.seed);
+  bool add(std::span<const float> bounds, std::size_t count, std::uint32_t half, Found& found) {
+    LookDraws draws = draw_looks(bounds, count, found.squares.size(), scene_.accuracy.seed);
+    for (Look& look : draws.looks) look.index += static_cast<std::uint32_t>(looks_);  // no samples of earlier looks
     looks_ += draws.looks.size();
     const std::vector<std::optional<Halves>> exact = exact_.halves(draws.looks, half),
                                              approximate = approximate_.halves(draws.looks, half);
-    found.bound = draws.range;
     for (std::size_t i = 0; i < draws.looks.size(); ++i) {
       found.squares.push_back(0);
       if (!exact[i] || !approximate[i]) continue;

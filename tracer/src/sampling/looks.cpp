@@ -27,11 +27,12 @@ std::vector<double> sorted_positions(std::size_t count, std::uint64_t key) {
   return positions;
 }
 
-/// One in each of `count` equal parts of [0, 1): neighboring places, of similar errors, are drawn as often as expected.
-std::vector<double> stratified_positions(std::size_t count, std::uint64_t key) {
+/// The same, `count` points after the `first` of a sequence, of which any number is stratified: neighboring places, of
+/// similar errors, are drawn as often as expected.
+std::vector<double> stratified_positions(std::size_t first, std::size_t count, std::uint64_t key) {
   std::vector<double> positions(count);
-  for (std::size_t i = 0; i < count; ++i)
-    positions[i] = (static_cast<double>(i) + uniform(i, key)) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) positions[i] = sequence_point(static_cast<std::uint32_t>(first + i), key).x;
+  std::sort(positions.begin(), positions.end());
   return positions;
 }
 
@@ -46,8 +47,8 @@ void draw(std::size_t places, std::span<const double> positions, const Share& sh
 }
 
 /// Mean error that `count` looks without a find leave, relative to the sum of the bounds (Laplace's rule of
-/// succession), less what the least number of looks leaves.
-double unseen_share(double count) { return std::max(0.0, 1 / (count + 2) - 1.0 / (looks_min + 2)); }
+/// succession), less what `enough` looks leave.
+double unseen_share(double count, double enough) { return std::max(0.0, 1 / (count + 2) - 1 / (enough + 2)); }
 
 std::uint64_t key_of(std::uint64_t stream, std::uint64_t seed) { return mix(mix(seed) ^ mix(~stream)); }
 
@@ -76,13 +77,13 @@ LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint6
   return draws;
 }
 
-LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed) {
+LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed) {
   double sum = 0;
   for (const float bound : bounds) sum += bound;
   LookDraws draws{.looks = {}, .range = sum};
   if (!(sum > 0)) return draws;
   const auto share = [&](std::size_t place) { return bounds[place] / sum; };
-  draw(bounds.size(), stratified_positions(count, key_of(stream, seed)), share, [&](std::size_t place) {
+  draw(bounds.size(), stratified_positions(first, count, key_of(0, seed)), share, [&](std::size_t place) {
     const bool again = !draws.looks.empty() && draws.looks.back().place == place;
     draws.looks.push_back(
         {static_cast<std::uint32_t>(place), again ? draws.looks.back().index + 1 : 0, 1 / share(place)});
@@ -106,11 +107,11 @@ void LookPool::begin_epoch() {
   range_ = 0;
 }
 
-double unseen_error(std::size_t looks, double bounds, double found) {
+double unseen_error(std::size_t looks, double bounds, double found, std::size_t enough) {
   const auto count = static_cast<double>(looks);
   // The number of finds, if each were as large as the bounds allow: the more has been found, the less is unseen.
   const double finds = bounds > 0 ? std::max(0.0, found) * count / bounds : 0;
-  return bounds * unseen_share(count) * std::max(0.0, 1 - finds);
+  return bounds * unseen_share(count, static_cast<double>(enough)) * std::max(0.0, 1 - finds);
 }
 
 EstimatedSum SummedLooks::estimate(std::size_t looks, double bounds) const {

@@ -35,7 +35,8 @@ inline constexpr std::uint32_t look_half = 8, look_half_max = 4096;
 inline constexpr std::size_t looks_min = 1024;
 
 /// The number of looks that measure the light of patches by paths: fewer for an image of few pixels.
-inline std::size_t path_looks(std::size_t pixels) { return std::clamp<std::size_t>(pixels, 64, 512); }
+inline constexpr std::size_t path_looks_min = 64;
+inline std::size_t path_looks(std::size_t pixels) { return std::clamp<std::size_t>(pixels, path_looks_min, 512); }
 
 /// Independent draws, ascending by place, and the largest weighted bound that a draw can have.
 struct LookDraws {
@@ -47,13 +48,13 @@ struct LookDraws {
 /// Deterministic in `stream` and `seed`.
 LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint64_t stream, std::uint64_t seed);
 
-/// Draws from all pixels by `bounds` of their squared errors alone, one in each of `count` equal parts of the sum: the
-/// draws depend on each other, and estimates from them vary less.
-LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed);
+/// Draws from all pixels by `bounds` of their squared errors alone, after `first` earlier draws. All of them are
+/// stratified over the sum: the draws depend on each other, and estimates from them vary less.
+LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed);
 
-/// Error that fewer looks than `looks_min` cannot exclude, if those show `found` where at most `bounds` is possible: by
+/// Error that fewer looks than `enough` cannot exclude, if those show `found` where at most `bounds` is possible: by
 /// Laplace's rule of succession, as if each find were as large as it can be.
-double unseen_error(std::size_t looks, double bounds, double found);
+double unseen_error(std::size_t looks, double bounds, double found, std::size_t enough = looks_min);
 
 /// Squared errors of looks, each divided by the probability of its pixel.
 class SummedLooks {

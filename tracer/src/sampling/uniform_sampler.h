@@ -50,7 +50,7 @@ class UniformSampler {
     if (scene_.accuracy.approximate.any() || filtering_changes_means(scene_)) {
       ApproximationLooks<T> looks(scene_, settings_, control_, context.display, mean_);
       const ApproximationError approximation = scene_.accuracy.approximate.any()
-                                                   ? looks.measure(Deadline{settings_, {}, 1})
+                                                   ? looks.measure(Deadline{settings_, {}, 1}, rendered.statistics)
                                                    : looks.measure_filters(filter_weights(context.display));
       add_approximation(rendered.error, approximation.error, image.rgb.size() / 3);
       approximation.count_in(rendered);
