@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "tracer/requirements.h"
+#include "tracer/warnings.h"
 
 namespace api {
 namespace {
@@ -67,7 +68,8 @@ double shadow_rays(const tracer::Scene& scene, double samples) {
 
 double rays_per_sample(const tracer::Scene& scene) {
   const tracer::Requirements needs = tracer::requirements(scene);
-  const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
+  const double bounces = std::max(1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0),
+                                  0.3 * tracer::predicted_rays(scene));  // trees cover a part of the image
   const double samples = expected_samples(scene.accuracy).value_or(scene.accuracy.samples);
   // Paths by diffuse surfaces have about two bounces, each with a ray toward an emitter.
   const double paths = needs.global_light ? 3 + (needs.emitters ? 2 : 0) : 1;

@@ -4,7 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/reader/reading.h"
+#include "tests/support/random.h"
+#include "tests/support/scenes.h"
+#include "tracer/limits.h"
+#include "tracer/src/math/vec.h"
+#include "tracer/warnings.h"
 
 using namespace reader_tests;
 
@@ -32,7 +39,111 @@ tracer::Scene scene_of(std::uint32_t width, std::uint32_t height, std::uint32_t 
   return scene;
 }
 
+const tracer::Plane ground{.point = {0, -1, 0}, .normal = {0, 1, 0}, .u_axis = {}};
+
+/// Nothing but a camera in front of the origin, with a low resolution and one sample per pixel.
+tracer::Scene before_camera(double cutoff, std::uint32_t max_depth) {
+  tracer::Scene scene = scenes::empty(18);
+  scene.camera.position = {0, 1.2, 4};
+  scene.camera.fov_deg = 40;
+  scene.accuracy.cutoff = cutoff;
+  scene.accuracy.max_depth = max_depth;
+  return scene;
+}
+
+void add_sphere(tracer::Scene& scene, const tracer::Vec3& center, double radius, bool is_glass = true) {
+  scenes::add(scene, tracer::Sphere{.center = center, .radius = radius},
+              is_glass ? scenes::glass() : scenes::mirror(0.9));
+}
+
+/// Disjoint spheres of glass and mirrors, every other time over a mirror.
+tracer::Scene random_spheres(oracle::Random& random) {
+  tracer::Scene scene = before_camera(random.chance(0.5) ? 0 : random.chance(0.5) ? 1e-6 : 1e-3, 10);
+  if (random.chance(0.5)) scenes::add(scene, ground, scenes::mirror(0.9));
+  std::vector<std::pair<tracer::Vec3, double>> added;
+  for (int i = 0; i < 40 && added.size() < 5; ++i) {
+    const double radius = random.in(0.2, 0.8);
+    const tracer::Vec3 center{random.in(-1.2, 1.2), random.in(radius - 1, 0.5), random.in(-1.2, 1.2)};
+    const auto touches = [&](const auto& other) { return length(center - other.first) <= radius + other.second; };
+    if (std::ranges::any_of(added, touches)) continue;
+    added.emplace_back(center, radius);
+    add_sphere(scene, center, radius, random.chance(0.7));
+  }
+  return scene;
+}
+
+/// Rays of the mean tree of a camera ray that hits an object.
+double traced_rays(const tracer::Scene& scene) {
+  tracer::Scene opaque = scene;
+  for (tracer::Material& material : opaque.materials) material = scenes::mirror();
+  opaque.accuracy.max_depth = 1;
+  const tracer::RayCounts rays = scenes::render(scene).statistics.rays;
+  const auto hits = static_cast<double>(scenes::render(opaque).statistics.rays.reflection);
+  return 1 + static_cast<double>(rays.reflection + rays.refraction) / hits;
+}
+
+void expect_predicted(const std::string& name, const tracer::Scene& scene) {
+  const double traced = traced_rays(scene), predicted = tracer::predicted_rays(scene);
+  EXPECT_LT(predicted, traced * 10) << name;
+  EXPECT_GT(predicted, traced / 10) << name;
+}
+
 }  // namespace
+
+TEST(PredictedRays, AreWithinAFactorOfTenForRandomSpheres) {
+  oracle::Random random(41);
+  for (int i = 0; i < 24; ++i) expect_predicted(std::to_string(i), random_spheres(random));
+}
+
+TEST(PredictedRays, AreWithinAFactorOfTenForGlassAndMirrorsTogether) {
+  for (const double cutoff : {0.0, 1e-3}) {
+    for (const std::uint32_t depth : {4, 8, 12}) {
+      const std::string name = std::to_string(cutoff) + " " + std::to_string(depth);
+      tracer::Scene alone = before_camera(cutoff, depth), over_mirror = alone, nested = alone, row = alone,
+                    room = alone;
+      add_sphere(alone, {}, 1);
+      expect_predicted("alone " + name, alone);
+      over_mirror = alone;
+      scenes::add(over_mirror, ground, scenes::mirror(0.9));
+      expect_predicted("over a mirror " + name, over_mirror);
+      for (const auto& [radius, ior] : {std::pair{1.0, 1.5}, {0.7, 1.2}, {0.4, 1.5}})
+        scenes::add(nested, tracer::Sphere{.center = {}, .radius = radius}, scenes::glass(ior));
+      expect_predicted("nested " + name, nested);
+      for (const double x : {-1.0, 0.0, 1.0}) add_sphere(row, {x, 0, 0}, 0.45);
+      expect_predicted("row " + name, row);
+      add_sphere(room, {}, 1);
+      scenes::add(room, tracer::Box{.min = {-3, -3, -5}, .max = {3, 3, 5}}, scenes::mirror(0.9));
+      expect_predicted("room " + name, room);
+    }
+  }
+}
+
+TEST(PredictedRays, AreFiniteAtTheLimits) {
+  const tracer::Limits limits;
+  for (const double cutoff : {0.0, 1e-300, 1.0}) {
+    tracer::Scene scene = before_camera(cutoff, limits.max_depth);
+    EXPECT_EQ(tracer::predicted_rays(scene), 1) << "without objects";
+    for (const double size : {limits.length_min, 1.0, limits.coordinate_max}) {
+      add_sphere(scene, {}, size);
+      add_sphere(scene, {size, 0, limits.coordinate_max}, size, false);
+    }
+    scenes::add(scene, ground, scenes::mirror(1e-30));
+    for (int i = 0; i < 1000; ++i) add_sphere(scene, {2.0 * i, 0, 0}, 1);
+    const double rays = tracer::predicted_rays(scene);
+    EXPECT_GE(rays, 1) << cutoff;
+    EXPECT_LE(rays, 1e9) << cutoff;
+  }
+}
+
+TEST(PredictedRays, RaiseTheEstimatedWork) {
+  tracer::Scene scene = before_camera(0, 64);
+  add_sphere(scene, {}, 1);
+  scenes::add(scene, ground, scenes::mirror(0.9));
+  const double samples = 18 * 18;
+  EXPECT_GT((api::estimated_work(scene).value_or(0) - 20'000) / samples, 300);
+  scene.accuracy.cutoff = 1e-3;
+  EXPECT_LT((api::estimated_work(scene).value_or(0) - 20'000) / samples, 10);
+}
 
 TEST(EstimatedWork, CountsSamplesAndShadowRays) {
   EXPECT_EQ(work(exact), 100 * 4 + sphere);

@@ -291,6 +291,25 @@ TEST(Warnings, NameNothingSmallThatIsAtTheOriginOfALargeScene) {
   }
 }
 
+TEST(Warnings, NameTheDepthOfRaysThatSplitExponentially) {
+  const std::string ball = "," + sphere_at("[0,0,0]", "1", R"({"color": 0, "transmission": 1})");
+  const std::string other = "," + sphere_at("[2.1,0,0]", "1", R"({"color": 0, "transmission": 1})");
+  const std::string ground =
+      R"(,{"type": "plane", "point": [0,-1,0], "normal": [0,1,0], "material": {"color": 0.2, "reflection": 0.9}})";
+  const auto warned = [](const std::string& objects, const std::string& accuracy) {
+    return warnings_with("\"accuracy\": {" + accuracy + "}", objects);
+  };
+  const std::string exact = R"("samples": 16, "cutoff": 0)";
+  const Lines depth{"/accuracy/max_depth many_secondary_rays"};
+  EXPECT_EQ(warned(ball + ground, exact), depth);
+  EXPECT_EQ(warned(ball + other, exact), depth);
+  EXPECT_EQ(warned(ball + other + ground, exact), depth);
+  EXPECT_EQ(warned(ball, exact), Lines{}) << "two rays more at each bounce";
+  EXPECT_EQ(warned(ground, exact), Lines{}) << "one ray more";
+  EXPECT_EQ(warned(ball + other + ground, R"("samples": 16)"), Lines{}) << "the default cutoff";
+  EXPECT_EQ(warned(ball + other + ground, exact + R"(, "max_depth": 8)"), Lines{});
+}
+
 TEST(Warnings, AreLimitedInNumber) {
   std::string materials;
   for (int i = 0; i < 150; ++i)

@@ -37,9 +37,9 @@ std::uint64_t estimated_measure_memory_bytes(const MeasureRequest& request);
 /// up to 50 times longer). Samples per pixel: the exact number, or 22 at a target error of 1 level and in proportion to
 /// the target's power of -1.26, fitted to the README's table of presets. A sample is a ray, and one more for each light
 /// that casts shadows (at least 16 per pixel for an area light), all of it times 1.5 with reflection and times 3 with
-/// refraction. Building counts one ray per object and triangle, and each job 20,000 rays: the few milliseconds that the
-/// smallest takes. A time budget limits it where the speed is known; otherwise, unset for a time budget without a
-/// target.
+/// refraction, or 0.3 tracer::predicted_rays() if that is more. Building counts one ray per object and triangle, and
+/// each job 20,000 rays: the few milliseconds that the smallest takes. A time budget limits it where the speed is
+/// known; otherwise, unset for a time budget without a target.
 std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
                                      std::optional<double> seconds_per_work = std::nullopt);
 std::optional<double> estimated_work(const tracer::Scene& scene);  ///< at an unknown speed

@@ -96,6 +96,38 @@ bool is_in(const Bounds& box, const Vec3& p) {
          p.z <= box.high.z;
 }
 
+/// Places that a ray hits: a surface that splits it, one that only reflects it, or from inside the one around it.
+enum Place : std::size_t { glass, mirror, inside, places };
+
+/// A surface that reflects, as a sphere of about its size or as a plane, whose normal is not 0.
+struct Reflector {
+  Place place;
+  Vec3 center, normal;
+  double radius, itself;  ///< probability that a ray that leaves it hits it again
+
+  /// Probability that a ray that leaves this surface hits `to`. The constants are fitted to traced rays.
+  [[nodiscard]] double hit_probability(const Reflector& to) const {
+    if (this == &to) return itself;
+    if (!(to.normal == Vec3{})) return dot(normal, to.normal) < -0.999 ? 1 : 0.4;
+    const double distance = radius > 0 ? length(to.center - center) : std::abs(dot(to.center - center, normal));
+    if (to.place == mirror && radius > 0 && distance + radius <= to.radius) return 1;
+    const double sine = to.radius > 0 ? to.radius / std::max(to.radius, distance - radius / 2) : 0;
+    return 0.28 * sine * sine;
+  }
+};
+
+Reflector reflector_of(const Placed& placed, Place place, const Vec3& camera) {
+  if (const auto* plane = std::get_if<Plane>(&placed.shape))
+    return {place, placed.world_from_object.point(plane->point),
+            normalize(transformed_normal(placed.world_from_object.linear, plane->normal)), 0, 0};
+  Bounds box;
+  include(box, placed);
+  if (box.empty()) return {place, {}, {}, 0, 0};
+  const bool is_convex = !std::holds_alternative<Mesh>(placed.shape) && !std::holds_alternative<Torus>(placed.shape);
+  const double itself = place == mirror && is_in(box, camera) ? 1 : is_convex ? 0 : 0.1;
+  return {place, (box.low + box.high) / 2, {}, length(box.high - box.low) / std::sqrt(12.0), itself};
+}
+
 class WarningFinder {
  public:
   explicit WarningFinder(const Scene& scene) : scene_(scene), view_(scene) {
@@ -117,6 +149,10 @@ class WarningFinder {
     check_around_camera();
     for (const Issue& issue : light_warnings(scene_)) add(issue.pointer, issue.code, issue.detail);
     check_totals();
+    if (const double rays = predicted_rays(scene_); rays > 1000)
+      add("/accuracy/max_depth", "many_secondary_rays",
+          "a sample may take " + text_of(std::round(rays)) +
+              " rays at glass and mirrors: lower it, or raise /accuracy/cutoff");
     return std::move(found_);
   }
 
@@ -290,5 +326,56 @@ class WarningFinder {
 }  // namespace
 
 std::vector<Issue> warnings(const Scene& scene) { return WarningFinder(scene).find(); }
+
+double predicted_rays(const Scene& scene) {
+  constexpr std::size_t reflectors_max = 256, bins = 128, levels_max = 1024;  // a tree that is small grows linearly
+  constexpr double fresnel = 0.05, rays_max = 1e9;
+  if (scene.accuracy.approximate.reflections != Approximations::Reflections::exact) return 1;
+  std::vector<Reflector> all;
+  std::array<double, places> factors{1e-9, 1e-9, 1e-9};  // of throughput: reflected by glass and mirrors, transmitted
+  for_each_placed(scene, [&](const Placed& placed) {
+    const Material& material = scene.materials[placed.material.index];
+    if (!(material.reflection > 0) || all.size() == reflectors_max) return;
+    const Place place = lets_light_pass(material) ? glass : mirror;
+    all.push_back(reflector_of(placed, place, scene.camera.position));
+    factors[place] = std::max(factors[place], material.reflection * (material.fresnel ? fresnel : 1));
+    const double passed = material.transmission > 0 ? material.transmission : 1;
+    if (place == glass) factors[inside] = std::max(factors[inside], passed * (1 - fresnel));
+  });
+  using Hits = std::array<double, places>;
+  std::array<Hits, bins> hits{}, next{};                // of a level, by throughput from 1 to the cutoff
+  std::array<Hits, places> after{{{}, {}, {0, 0, 1}}};  // probabilities of the next hit of a ray that leaves a place
+  for (const Reflector& from : all) {
+    Hits sum{};
+    for (const Reflector& to : all) sum[to.place] += from.hit_probability(to);
+    sum[glass] = std::min(sum[glass], 0.65);
+    const auto count = static_cast<double>(std::ranges::count(all, from.place, &Reflector::place));
+    for (const Place to : {glass, mirror})
+      after[from.place][to] += sum[to] / std::max(1.0, sum[glass] + sum[mirror]) / count;
+    hits[0][from.place] += 1 / static_cast<double>(all.size());
+  }
+  const double least = std::log(std::min(scene.accuracy.cutoff, 0.99));
+  for (double& factor : factors) factor = std::round(std::clamp(std::log(factor) / least, 0.0, 1.0) * bins);
+  double rays = 1, added = 1;
+  const auto spawn = [&](std::size_t bin, Place by, Place from, double count) {
+    bin += static_cast<std::size_t>(factors[by]);
+    if (bin >= bins) return;
+    added += count;
+    for (std::size_t to = 0; to < places; ++to) next[bin][to] += count * after[from][to];
+  };
+  std::size_t level = 0, levels = std::min<std::size_t>(scene.accuracy.max_depth, levels_max);
+  for (; level < levels && added > 1e-6 && rays < rays_max; ++level, rays += added) {
+    added = 0;
+    for (std::size_t bin = 0; bin < bins; ++bin) {
+      spawn(bin, glass, glass, hits[bin][glass]);
+      spawn(bin, inside, inside, hits[bin][glass]);
+      spawn(bin, glass, inside, hits[bin][inside]);
+      spawn(bin, inside, glass, hits[bin][inside]);
+      spawn(bin, mirror, mirror, hits[bin][mirror]);
+    }
+    hits = std::exchange(next, {});
+  }
+  return std::min(rays_max, rays + added * static_cast<double>(scene.accuracy.max_depth - level));
+}
 
 }  // namespace tracer
