@@ -10,8 +10,15 @@
 
 namespace storage::sql {
 
-extern const char* const jobs_tables;
-extern const char* const deliveries_tables;
-extern const char* const objects_tables;  ///< for objects::ObjectIndex; only where nodes share their files
+inline constexpr const char* jobs_tables =
+#include "server/storage/sql/jobs_tables.sql"
+    ;
+inline constexpr const char* deliveries_tables =
+#include "server/storage/sql/deliveries_tables.sql"
+    ;
+/// For objects::ObjectIndex; only where nodes share their files.
+inline constexpr const char* objects_tables =
+#include "server/storage/sql/objects_tables.sql"
+    ;
 
 }  // namespace storage::sql
