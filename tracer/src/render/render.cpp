@@ -30,9 +30,7 @@ Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSe
 template <Tracer T>
 Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::string_view part,
                                              const RenderSettings& settings, RenderControl& control) {
-  const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-    for_each_tile(count, settings.threads, work);
-  };
+  const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings.threads, work); };
   try {
     auto traced = trace_units<T>(scene, part, PartSource::untrusted, in_parallel, control);
     if (auto* result = std::get_if<std::string>(&traced)) return std::move(*result);

@@ -372,8 +372,8 @@ class AdaptiveSampler {
   const Adaptive& target_;
   Deadline deadline_;
   Tiles tiles_;
-  const InParallel in_parallel_ = [this](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-    for_each_tile(count, context_.settings.threads, work);
+  const InParallel in_parallel_ = [this](auto n, const auto& work) {
+    for_each_tile(n, context_.settings.threads, work);
   };
   Film film_;
   ErrorGoal goal_;

@@ -100,7 +100,13 @@ class ApproximationLooks {
   /// there is one; errors of patches alone are small and smooth, and get fewer looks of more samples.
   ApproximationError measure(const Deadline& deadline, const RenderStatistics& image) {
     const Accuracy& accuracy = scene_.accuracy;
-    const bool paths = scene_.exact.needs.global_light, patches = paths && only_patches(accuracy);
+    const bool paths = scene_.exact.needs.global_light;
+    Approximations others = accuracy.approximate;
+    others.interreflection = Approximations::Interreflection::exact;
+    const bool patches = paths && accuracy.uses_patches() && !others.any();
+    // The intervals of all pixels take as long as some 0.4 samples of each: an image of few samples goes without them,
+    // as if any pixel might have any radiance.
+    constexpr std::uint64_t interval_samples = 4;
     const bool by_intervals = accuracy.adaptive || image.samples >= interval_samples * scene_.image.window().pixels();
     const std::vector<float> bounds = squared_bounds(by_intervals);
     const double target =
@@ -109,14 +115,14 @@ class ApproximationLooks {
     const std::size_t most = patches ? path_looks(bounds.size()) : std::max<std::size_t>(2048, bounds.size() / 32);
     std::uint32_t half = look_half;
     if (paths) half *= deadline.set() ? 8 : patches ? 32 : 2;  // a budget leaves no second try with more samples
-    if (patches && !accuracy.adaptive) {
-      const std::size_t each = affordable(image, 1) / path_looks_min;  // so that there are enough looks
-      half = std::clamp(static_cast<std::uint32_t>(std::min<std::size_t>(each, half)), look_half, half);
-    }
+    if (patches && !accuracy.adaptive)                         // so that there are enough looks
+      half = static_cast<std::uint32_t>(
+          std::clamp<std::size_t>(affordable(image, 1) / path_looks_min, look_half, std::size_t{half}));
     const Found none{.enough = patches        ? path_looks_min
                                : by_intervals ? most
                                               : std::numeric_limits<std::size_t>::max(),
                      .bound = std::accumulate(bounds.begin(), bounds.end(), 0.0)};
+    constexpr std::size_t first_looks = 16;
     Found found = none;
     for (;;) {
       const std::size_t taken = found.squares.size();
@@ -131,8 +137,8 @@ class ApproximationLooks {
       }
       if (!add(bounds, count, half, found) || deadline.spent() || control_.cancelled()) break;
       const double allowed = 4 * std::max(squared_target, found.squared()), noise = found.noise / found.count();
-      if (!paths || deadline.set() || found.squares.size() < path_looks_min || noise <= allowed) continue;
-      if (half == look_half_max) continue;
+      if (!paths || deadline.set() || noise <= allowed || half == look_half_max) continue;
+      if (found.squares.size() < path_looks_min) continue;
       half = std::min(std::bit_ceil(static_cast<std::uint32_t>(std::min(half * noise / allowed, 1e6))), look_half_max);
       found = none;
     }
@@ -152,17 +158,6 @@ class ApproximationLooks {
   }
 
  private:
-  static constexpr std::size_t first_looks = 16;
-  /// The intervals of all pixels take as long as some 0.4 samples of each. With fewer samples than these, the image
-  /// goes without them, as if any pixel might have any radiance.
-  static constexpr std::uint64_t interval_samples = 4;
-
-  static bool only_patches(const Accuracy& accuracy) {
-    Approximations others = accuracy.approximate;
-    others.interreflection = Approximations::Interreflection::exact;
-    return accuracy.uses_patches() && !others.any();
-  }
-
   /// Each look estimates sums over the image.
   struct Found {
     std::size_t enough = 0;         ///< looks that show the error; fewer add what they cannot exclude
@@ -184,20 +179,17 @@ class ApproximationLooks {
     }
   };
 
-  [[nodiscard]] std::uint64_t rays() const {
-    return exact_pool_.statistics().rays.total() + pool_.statistics().rays.total();
-  }
-
   /// Number of looks for a part of what is left of a tenth of the rays of the image and of its patches: they vary.
   [[nodiscard]] std::size_t affordable(const RenderStatistics& image, std::uint32_t half) const {
     const std::uint64_t samples = exact_.samples() + approximate_.samples();
-    const auto of_image = static_cast<double>(image.rays.total());
-    const double left =
-        0.1 * (of_image + static_cast<double>(scene_.objects.radiosity_figures.rays)) - static_cast<double>(rays());
+    const auto spent = static_cast<double>(exact_pool_.statistics().rays.total() + pool_.statistics().rays.total()),
+               of_image = static_cast<double>(image.rays.total()),
+               of_patches = static_cast<double>(scene_.objects.radiosity_figures.rays);
     // The first looks show the cost of others; until then they may need 16 times the rays of an image's sample.
     const double per_sample = samples > 0
-                                  ? 1.5 * static_cast<double>(rays()) / static_cast<double>(samples)
+                                  ? 1.5 * spent / static_cast<double>(samples)
                                   : 16 * of_image / static_cast<double>(std::max<std::uint64_t>(image.samples, 1));
+    const double left = 0.1 * (of_image + of_patches) - spent;
     return static_cast<std::size_t>(std::max(0.0, left) / std::max(4 * half * per_sample, 1.0));
   }
 
@@ -205,9 +197,7 @@ class ApproximationLooks {
   [[nodiscard]] std::vector<float> squared_bounds(bool by_intervals) const {
     constexpr float any = std::numeric_limits<float>::infinity();
     const std::size_t pixels = scene_.image.window().pixels();
-    const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-      for_each_tile(count, settings_.threads, work);
-    };
+    const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings_.threads, work); };
     std::vector<RadianceInterval> intervals;
     if (by_intervals) intervals = T::bounds(scene_, {}, in_parallel, control_);
     intervals.resize(pixels, {.low = {}, .high = {any, any, any}});

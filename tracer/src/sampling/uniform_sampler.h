@@ -84,9 +84,7 @@ class UniformSampler {
 
   /// Also samples features that the pixels may have missed.
   ErrorEstimate estimate(Image& image, const ErrorContext& context) {
-    const InParallel in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-      for_each_tile(count, settings_.threads, work);
-    };
+    const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings_.threads, work); };
     const std::vector<SubpixelFeature> features =
         find_subpixel_features(scene_, features_min + image.rgb.size() / 3 * samples_ / samples_per_feature);
     const std::vector<Color> radiance =

@@ -152,7 +152,7 @@ class WarningFinder {
     if (const double rays = predicted_rays(scene_); rays > 1000)
       add("/accuracy/max_depth", "many_secondary_rays",
           "a sample may take " + text_of(std::round(rays)) +
-              " rays at glass and mirrors: lower it, or raise /accuracy/cutoff");
+              " rays at glass and mirrors: lower max_depth, or raise cutoff");
     return std::move(found_);
   }
 
