@@ -131,7 +131,12 @@ TEST(Gradient, IsNadirBelowZenithAboveAndTheirMeanAtTheHorizon) {
   expect_near(seen({1, 0, 0}, {0, 3, 0}), {0.6, 0.45, 0.5});
   expect_near(seen({0, 0.6, 0.8}, {0, 1, 0}), {1 - 0.8 * 0.8, 0.5 - 0.1 * 0.8, 0.8});  // t = (0.6 + 1) / 2
   expect_near(seen({0, -0.6, 0.8}, {0, 1, 0}), {1 - 0.8 * 0.2, 0.5 - 0.1 * 0.2, 0.2});
-  expect_near(seen({0, 0.6, 0.8}, {0, 0, 2}), {1 - 0.8 * 0.9, 0.5 - 0.1 * 0.9, 0.9});  // up is the camera's
+  expect_near(seen({0, 0.6, 0.8}, {0, 0, 2}),
+              {1 - 0.8 * 0.8, 0.5 - 0.1 * 0.8, 0.8});  // the camera's up is not the sky's
+  scene.background.up = {0, 0, 3};
+  expect_near(seen({0, 0.6, 0.8}, {0, 1, 0}), {1 - 0.8 * 0.9, 0.5 - 0.1 * 0.9, 0.9});
+  scene.background.up.reset();
+  expect_near(seen({0, 0.6, 0.8}, {0, 0, 2}), {1 - 0.8 * 0.9, 0.5 - 0.1 * 0.9, 0.9});
 }
 
 TEST(Gradient, IsVisibleInMirrors) {
