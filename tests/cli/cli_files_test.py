@@ -23,10 +23,12 @@ def failing(how):
 
 
 class MeshFile(unittest.TestCase):
-    # Faces between z = 0 and z = 1: a square, a bent quadrilateral, a pentagon, a concave hexagon and a triangle.
+    # Faces between z = 0 and z = 1: a square, a bent quadrilateral, a pentagon, a concave hexagon, a triangle and one that is
+    # folded, so that its triangles have no mean normal.
     FACES = [[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(2, 0, 0), (3, 0, 0.5), (3, 1, 0), (2, 1, 0.5)],
              [(4, 0, 0), (5, 0, 0), (5, 0.5, 0), (4.5, 1, 0), (4, 0.5, 0)],
-             [(6, 0, 0), (7, 0, 0), (7, 0.2, 0), (6.2, 0.2, 0), (6.2, 1, 0), (6, 1, 0)], [(8, 0, 0), (9, 0, 0), (8, 1, 0)]]
+             [(6, 0, 0), (7, 0, 0), (7, 0.2, 0), (6.2, 0.2, 0), (6.2, 1, 0), (6, 1, 0)], [(8, 0, 0), (9, 0, 0), (8, 1, 0)],
+             [(10, 0, 0), (10.5, 0, 0), (10.5, 1, 0), (11, 1, 0)]]
     LIGHT = (3, 0.5, 2)
 
     def meshes(self, directory):
@@ -49,8 +51,8 @@ class MeshFile(unittest.TestCase):
         images = []
         for mesh in self.meshes(directory):
             (directory / "a.json").write_text(json.dumps({
-                "version": 1, "image": {"width": 180, "height": 20}, "accuracy": {"samples": 1}, "output": {"formats": ["exr"]},
-                "camera": {"type": "orthographic", "position": [4.5, 0.5, 9], "look_at": [4.5, 0.5, 0], "height": 1},
+                "version": 1, "image": {"width": 220, "height": 20}, "accuracy": {"samples": 1}, "output": {"formats": ["exr"]},
+                "camera": {"type": "orthographic", "position": [5.5, 0.5, 9], "look_at": [5.5, 0.5, 0], "height": 1},
                 "lights": [{"type": "point", "position": self.LIGHT}], "materials": {"m": white, "n": dict(white)},
                 "objects": [{"type": "mesh", **mesh, "material": "m"}]}), encoding="utf-8")
             done = whittle("render", directory / "a.json", "-o", directory / "a.exr")

@@ -35,7 +35,7 @@ PolygonCenter polygon_center(const TriangleGeometry& mesh, std::size_t first, st
   });
   normal = normalize(normal);
   centroid = centroid / area;
-  PolygonCenter center{{}, normal};
+  PolygonCenter center{{centroid, {}}, normal};  // kept if the triangles face opposite ways and have no mean
   double nearest = -std::numeric_limits<double>::infinity();
   for_each_triangle([&](const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 to_a = a - centroid, to_b = b - centroid, to_c = c - centroid;
