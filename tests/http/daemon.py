@@ -3,6 +3,7 @@
 Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is waited for.
 """
 import collections
+import contextlib
 import http.client
 import json
 import os
@@ -211,7 +212,10 @@ class Daemon(Served):
 
     def worker_pids(self):
         """PIDs of the child processes: the worker, and before its end a killed one."""
-        children = [pid for task in self.threads() for pid in (task / "children").read_text().split()]
+        children = []
+        for task in self.threads():
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # a thread that has just ended has none
+                children += (task / "children").read_text(encoding="ascii").split()
         return [int(pid) for pid in children]
 
     def resident_bytes(self):
