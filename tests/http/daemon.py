@@ -150,6 +150,7 @@ class Daemon(Served):
             self.process.stdout.close()
         environment = {"WHITTLE_LOG_LEVEL": "debug", **self.environment}
         library = environment.pop("LD_PRELOAD", None)  # for the daemon alone
+        self.port = None  # another listener may get the old one
         preload = ("env", f"LD_PRELOAD={library}") if library else ()
         self.log_path = self.folder / f"log-{time.monotonic_ns()}"
         with open(self.log_path, "wb") as log:
@@ -178,11 +179,12 @@ class Daemon(Served):
         if self.process.poll() is None:
             self.kill()
         self.process.stdout.close()
-        strange = [line for path in self.folder.glob("log-*") for line in path.read_text("utf-8").splitlines()
-                   if not line.startswith("{") or (json.loads(line)["event"] == "worker_output" and not self.worker_may_speak)]
+        lines = [line for path in self.folder.glob("log-*") for line in path.read_text("utf-8").splitlines(keepends=True)]
+        strange = [line for line in lines if not line.startswith("{") or (
+            line.endswith("\n") and json.loads(line)["event"] == "worker_output" and not self.worker_may_speak)]
         shutil.rmtree(self.folder)
         if strange:  # a sanitizer's report, an abort's last words
-            raise AssertionError("in the daemon's log:\n" + "\n".join(strange))
+            raise AssertionError("in the daemon's log:\n" + "".join(strange))
 
     # ---- the process
 
@@ -190,7 +192,8 @@ class Daemon(Served):
         return self.log_path.read_text(encoding="utf-8")
 
     def log_rows(self):
-        return [json.loads(line) for line in self.log().splitlines()]
+        """Without a last line that is not complete, or never will be because the daemon was killed."""
+        return [json.loads(line) for line in self.log().splitlines(keepends=True) if line.endswith("\n")]
 
     def kill(self):
         """kill -9. The worker detects the end of the daemon and ends too."""
