@@ -115,22 +115,20 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
 
   telemetry::RequestMetrics request_metrics(jobs.registry);
   const auto new_request_id = [&jobs] { return jobs.ids.next(); };
+  http::Readiness readiness([&jobs] { return jobs.queue.queries.not_ready(); }, draining);
   std::optional<http::HttpServer> api;
   if (config.role != "worker") {
     api.emplace(
         api_server_settings(config, storage, keys, request_metrics),
-        http::client_routes(api_context(config, storage, jobs, supervisor, webhooks.get(), keys, draining, node)),
+        http::client_routes(api_context(config, storage, jobs, supervisor, webhooks.get(), keys, readiness, node)),
         new_request_id, log);
   }
-  const http::Health checks{.not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
-                            .draining = [&draining] { return draining.load(); },
-                            .metrics =
-                                [&] {
-                                  const std::size_t connections = api ? api->connections() : 0;
-                                  return telemetry::metrics_text(jobs.registry,
-                                                                 gauge_values(storage, jobs, supervisor, connections));
-                                }};
-  http::HttpServer health(health_server_settings(config, storage), http::health_routes(checks), new_request_id, log);
+  const auto metrics = [&] {
+    const std::size_t connections = api ? api->connections() : 0;
+    return telemetry::metrics_text(jobs.registry, gauge_values(storage, jobs, supervisor, connections));
+  };
+  http::HttpServer health(health_server_settings(config, storage), http::health_routes(readiness, metrics),
+                          new_request_id, log);
   print_addresses(config, api ? api->port() : 0, health.port(), log);
 
   const int signal = signals.wait([&] {

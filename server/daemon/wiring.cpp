@@ -15,7 +15,6 @@
 #include "api/requests.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
-#include "tracer/sha256.h"
 #include "tracer/version.h"
 
 namespace whittled {
@@ -311,31 +310,27 @@ std::vector<queue::Node> nodes(Storage& storage, const worker::Supervisor& super
 
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
-                             const keys::KeyRing* keys, const std::atomic<bool>& draining, const queue::Node& node) {
+                             const keys::KeyRing* keys, http::Readiness& readiness, const queue::Node& node) {
   const api::Limits limits = document_limits(config);
   http::ApiContext context{
       .queue = jobs.queue,
       .events = jobs.events,
       .assets = storage.uploads,
+      .deliveries = storage.database->deliveries(),
+      .history = jobs.job_metrics.history(),
+      .readiness = readiness,
       .clock = storage.clock,
       .limits = limits,
       .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes, config.batch_values},
       .missing_files = [assets = config.assets, &uploads = storage.uploads](
                            const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
-      .sha256 = tracer::sha256_hex,
-      .deliveries = [&deliveries =
-                         storage.database->deliveries()](const std::string& id) { return deliveries.of_job(id); },
-      .room = [&disk = storage.disk] { return disk.now(); },
       .uploads_bytes = config.uploads_bytes,
       .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
-      .draining = [&draining] { return draining.load(); },
       .effective_limits = effective_limits(config, limits),
       .sandbox = [&supervisor] { return supervisor.sandbox(); },
-      .not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
       .gauges = [&storage, &jobs, &supervisor] { return gauge_values(storage, jobs, supervisor, 0); },
       .nodes = [&storage, &supervisor, node] { return nodes(storage, supervisor, node); },
-      .history = [&jobs] { return jobs.job_metrics.history().hour(); },
       .dashboard = config.dashboard == "on",
       .keys = keys};
   SharedFiles* const files = storage.database->shared_files();

@@ -1,7 +1,6 @@
 #pragma once
 /// The layers of the daemon, each built from Config and the layers below it. main.cpp connects them.
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -98,7 +97,7 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
 
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
-                             const keys::KeyRing* keys, const std::atomic<bool>& draining, const queue::Node& node);
+                             const keys::KeyRing* keys, http::Readiness& readiness, const queue::Node& node);
 
 /// Throws queue::StoreFailure.
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,

@@ -214,6 +214,7 @@ class JobQueries {
   }
   BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
+  [[nodiscard]] DiskSpace disk_space() const { return context_.settings.disk_space(); }
   /// As ArtifactPins.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }
   std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact) {

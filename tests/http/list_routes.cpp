@@ -1,12 +1,14 @@
 /// Prints the routes of both listeners, one a line: METHOD PATTERN QUERY,PARAMETERS. A test compares them with the
 /// OpenAPI document.
 
+#include <atomic>
 #include <cstdio>
 #include <exception>
 
 #include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
 #include "server/storage/files/file_stores.h"
+#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/temporary_stores.h"
 
 namespace {
@@ -27,19 +29,23 @@ int main() try {
   queue::IdSource ids(queue::system_clock(), queue::system_random());
   queue::Queue queue(temporary.store.all(), temporary.artifacts, ids, queue::system_clock(), queue::no_log(), {});
   queue::Events events([](const queue::JobEvent&) { return std::string(); }, queue::system_clock());
+  const auto deliveries = storage::sqlite::open_delivery_store(temporary.directory.path());
+  const telemetry::ServiceHistory history;
+  const std::atomic<bool> draining = false;
+  http::Readiness readiness([] { return std::string(); }, draining);
   print(http::client_routes({.queue = queue,
                              .events = events,
                              .assets = assets,
+                             .deliveries = *deliveries,
+                             .history = history,
+                             .readiness = readiness,
                              .clock = queue::system_clock(),
                              .limits = {},
                              .batch_limits = {},
                              .missing_files = {},
-                             .sha256 = {},
-                             .deliveries = {},
                              .job_memory_bytes = 0,
-                             .draining = [] { return false; },
                              .effective_limits = {}}));
-  print(http::health_routes({}));  // the functions are not called
+  print(http::health_routes(readiness, {}));  // the functions are not called
 } catch (const std::exception& failure) {
   std::fprintf(stderr, "%s\n", failure.what());
   return 1;

@@ -1,29 +1,25 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
-#include "server/http/handlers/handlers.h"
+#include "server/http/handlers/routes.h"
 
 namespace {
 
 class ReadinessTest : public testing::Test {
  protected:
-  http::Health health() {
-    http::Health health;
-    health.not_ready = [this] {
-      ++probes;
-      return reason;
-    };
-    health.draining = [this] { return draining; };
-    return health;
-  }
   int probes = 0;
   std::string reason;
-  bool draining = false;
+  std::atomic<bool> draining = false;
+  http::Readiness readiness{[this] {
+                              ++probes;
+                              return reason;
+                            },
+                            draining};
 };
 
 TEST_F(ReadinessTest, ProbesAtMostOnceASecond) {
-  http::handlers::Readiness readiness(health());
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(readiness.reason(), "");
   const auto seconds =
@@ -32,7 +28,6 @@ TEST_F(ReadinessTest, ProbesAtMostOnceASecond) {
 }
 
 TEST_F(ReadinessTest, ProbesAgainLater) {
-  http::handlers::Readiness readiness(health());
   EXPECT_EQ(readiness.reason(), "");
   reason = "store: gone";
   while (readiness.reason().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -40,7 +35,6 @@ TEST_F(ReadinessTest, ProbesAgainLater) {
 }
 
 TEST_F(ReadinessTest, ReportsADrainAtOnce) {
-  http::handlers::Readiness readiness(health());
   EXPECT_EQ(readiness.reason(), "");
   draining = true;
   EXPECT_EQ(readiness.reason(), "draining");

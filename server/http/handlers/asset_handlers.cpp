@@ -26,7 +26,7 @@ Answer put_asset(Request& request, const ApiContext& context) {
   if (!request.head.content_length) {
     return Problem{failures::length_required, "send the file with its Content-Length"};
   }
-  const queue::DiskSpace space = context.room();
+  const queue::DiskSpace space = context.queue.queries.disk_space();
   if (space.state != queue::DiskSpace::State::enough) return disk_full(space);
   const std::string& sha256 = request.parameters.front();
   const std::string size = std::to_string(request.body.size_bytes());

@@ -15,17 +15,17 @@ namespace {
 
 constexpr int page_size = 1000;  // jobs read from the store at once
 
-Reply batch_reply(int status, const queue::BatchState& state) {
-  Reply reply = json_reply(status, resources::write_batch(state));
-  if (status == 202) reply.headers.emplace_back("Location", "/v1/batches/" + state.batch.id);
+Reply accepted_reply(const queue::BatchState& state) {
+  Reply reply = json_reply(202, resources::write_batch(state));
+  reply.headers.emplace_back("Location", "/v1/batches/" + state.batch.id);
   return reply;
 }
 
 /// The batch after a change.
-Answer changed_reply(const Request& request, const ApiContext& context) {
-  const auto after = find_batch(request.parameters.front(), context);
+Answer changed_reply(const std::string& id, const ApiContext& context) {
+  const auto after = find_batch(id, context);
   if (!after) return after.error();
-  return batch_reply(202, *after);
+  return accepted_reply(*after);
 }
 
 std::int64_t count(const queue::BatchState& batch, queue::JobState state) {
@@ -103,7 +103,7 @@ Answer submit_batch(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   const auto body = take_json(request, "a batch");
   if (!body) return body.error();
-  auto idempotency = idempotency_of(request, *body, context);
+  auto idempotency = idempotency_of(request, *body);
   if (!idempotency) return idempotency.error();
   auto submission = batch_of(request, *body, context);
   if (!submission) return submission.error();
@@ -114,15 +114,11 @@ Answer submit_batch(Request& request, const ApiContext& context) {
   const auto submitted = context.queue.submission.submit_batch(std::move(*submission));
   if (!submitted) return problem_of(submitted.error());
   if (submitted->replayed) return replayed_reply(*submitted->replayed);
-  return batch_reply(202, submitted->state);
+  return accepted_reply(submitted->state);
 }
 
-Answer get_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request.parameters.front(), context);
-  if (!state) return state.error();
-  Reply reply = batch_reply(200, *state);
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  return reply;
+Answer get_batch(Request&, const queue::BatchState& state, const ApiContext&) {
+  return json_reply(200, resources::write_batch(state), "no-cache");
 }
 
 Answer list_batches(Request& request, const ApiContext& context) {
@@ -131,12 +127,10 @@ Answer list_batches(Request& request, const ApiContext& context) {
   return json_reply(200, resources::write_batch_list(context.queue.queries.list_batches(query->cursor, query->limit)));
 }
 
-Answer remove_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request.parameters.front(), context);
-  if (!state) return state.error();
-  const std::int64_t waiting = count(*state, queue::JobState::queued) + count(*state, queue::JobState::running);
+Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
+  const std::int64_t waiting = count(state, queue::JobState::queued) + count(state, queue::JobState::running);
   // Also if a retry came between.
-  if (waiting > 0 || !context.queue.lifecycle.remove_batch(state->batch.id)) {
+  if (waiting > 0 || !context.queue.lifecycle.remove_batch(state.batch.id)) {
     return Problem{
         failures::batch_running,
         std::to_string(waiting) + " jobs of the batch have not ended; cancel it first, and wait for its end"};
@@ -146,30 +140,24 @@ Answer remove_batch(Request& request, const ApiContext& context) {
   return reply;
 }
 
-Answer cancel_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request.parameters.front(), context);
-  if (!state) return state.error();
-  if (count(*state, queue::JobState::queued) + count(*state, queue::JobState::running) == 0) {
+Answer cancel_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
+  if (count(state, queue::JobState::queued) + count(state, queue::JobState::running) == 0) {
     return Problem{failures::batch_ended, "all jobs of the batch have ended"};
   }
-  context.queue.lifecycle.cancel_batch(state->batch.id);
-  return changed_reply(request, context);
+  context.queue.lifecycle.cancel_batch(state.batch.id);
+  return changed_reply(state.batch.id, context);
 }
 
-Answer retry_batch(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request.parameters.front(), context);
-  if (!state) return state.error();
+Answer retry_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
-  if (context.queue.lifecycle.retry_batch(state->batch.id) == 0) {
+  if (context.queue.lifecycle.retry_batch(state.batch.id) == 0) {
     return Problem{failures::batch_not_failed, "no job of the batch failed or was cancelled"};
   }
-  return changed_reply(request, context);
+  return changed_reply(state.batch.id, context);
 }
 
-Answer get_batch_artifacts(Request& request, const ApiContext& context) {
-  const auto state = find_batch(request.parameters.front(), context);
-  if (!state) return state.error();
-  const std::string& id = state->batch.id;
+Answer get_batch_artifacts(Request&, const queue::BatchState& state, const ApiContext& context) {
+  const std::string& id = state.batch.id;
   std::vector<TarEntry> entries = images_of(id, context);
   if (entries.empty()) {
     return Problem{failures::image_not_found, "no job of batch " + id + " has an image yet"};

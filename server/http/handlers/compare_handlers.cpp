@@ -70,7 +70,7 @@ tracer::Result<std::shared_ptr<queue::ArtifactReader>, Problem> open_image(const
 Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& context) {
   std::optional<std::string> url;
   if (!result.bytes.empty()) {
-    const std::string sha256 = context.sha256(result.bytes);
+    const std::string sha256 = tracer::sha256_hex(result.bytes);
     const auto put = context.assets.put(sha256, [&](std::uint64_t offset, char* into, std::size_t size) {
       return result.bytes.copy(into, size, offset);
     });
@@ -89,7 +89,8 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
 Answer compare_images(Request& request, const ApiContext& context) {
   const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits);
   if (!wanted) return wanted.error();
-  if (const queue::DiskSpace space = context.room(); wanted->heat && space.state != queue::DiskSpace::State::enough)
+  if (const queue::DiskSpace space = context.queue.queries.disk_space();
+      wanted->heat && space.state != queue::DiskSpace::State::enough)
     return disk_full(space);
   std::array<NamedImage, 2> images;
   for (std::size_t i = 0; i < 2; ++i) {

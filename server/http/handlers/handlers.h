@@ -2,11 +2,9 @@
 /// The handlers of the routes and their shared functions. A handler reads the request, calls the queue or a store, and
 /// writes the reply.
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +15,11 @@
 
 namespace http::handlers {
 
+using ContextHandler = Answer(Request&, const ApiContext&);
+/// For routes of the job or batch {id}, which the handler gets. Without one it is not called.
+using JobHandler = Answer(Request&, const queue::JobView&, const ApiContext&);
+using BatchHandler = Answer(Request&, const queue::BatchState&, const ApiContext&);
+
 // ---- job_handlers.cpp
 struct ListQuery {
   queue::JobFilter filter;
@@ -25,37 +28,26 @@ struct ListQuery {
 };
 /// Reads the parameters of a list. The problem has the errors of all of them.
 tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs);
-Answer submit_job(Request& request, const ApiContext& context);
-Answer validate_job(Request& request, const ApiContext& context);
-Answer measure(Request& request, const ApiContext& context);
-Answer list_jobs(Request& request, const ApiContext& context);
-Answer get_queue(Request& request, const ApiContext& context);
+ContextHandler submit_job, validate_job, measure, list_jobs, get_queue;
 /// The document as submitted; of a job of a batch, its scene with the patch applied.
-Answer get_scene(Request& request, const ApiContext& context);
-Answer get_history(Request& request, const ApiContext& context);
-Answer change_job(Request& request, const ApiContext& context);
-Answer cancel_job(Request& request, const ApiContext& context);
-Answer retry_job(Request& request, const ApiContext& context);
-Answer remove_job(Request& request, const ApiContext& context);
+JobHandler get_scene;
+JobHandler get_history, change_job, cancel_job, retry_job, remove_job;
 
 // ---- bulk_handlers.cpp
-Answer change_jobs(Request& request, const ApiContext& context);
+ContextHandler change_jobs;
 
 // ---- webhook_handlers.cpp
-Answer get_deliveries(Request& request, const ApiContext& context);
-Answer redeliver(Request& request, const ApiContext& context);
-Answer test_webhook(Request& request, const ApiContext& context);
-Answer get_webhook_test(Request& request, const ApiContext& context);
+JobHandler get_deliveries, redeliver;
+ContextHandler test_webhook, get_webhook_test;
 
 // ---- compare_handlers.cpp
-Answer compare_images(Request& request, const ApiContext& context);
+ContextHandler compare_images;
 
 // ---- image_handlers.cpp
 /// The reason why a job does not have this image.
 Problem image_not_found(const queue::Job& job, const std::string& name);
-Answer render(Request& request, const ApiContext& context);
+ContextHandler render, get_preview;
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
-Answer get_preview(Request& request, const ApiContext& context);
 using Png = std::shared_ptr<const std::string>;
 /// The PNG that an earlier request had the worker make of an artifact; null if it is not kept.
 Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context);
@@ -67,26 +59,19 @@ Answer processed_image(const Request& request, const queue::Job& job, const queu
                        const queue::ImageWork& work, const ApiContext& context);
 
 // ---- view_handlers.cpp
-Answer get_view(Request& request, const ApiContext& context);
+JobHandler get_view;
 
 // ---- event_handlers.cpp
-Answer get_job(Request& request, const ApiContext& context);
+ContextHandler get_job, get_job_events, get_events;
 /// Reply to a submission: the first reply again if it was submitted before, 200 if the result was cached, 202 at once,
 /// or with "Prefer: wait=N" 200 as soon as the job has ended and 202 after N seconds.
 Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context);
-Answer get_job_events(Request& request, const ApiContext& context);
-Answer get_events(Request& request, const ApiContext& context);
 
 // ---- batch_handlers.cpp
 /// The batch with this id. Problem: 404.
 tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context);
-Answer list_batches(Request& request, const ApiContext& context);
-Answer remove_batch(Request& request, const ApiContext& context);
-Answer submit_batch(Request& request, const ApiContext& context);
-Answer get_batch(Request& request, const ApiContext& context);
-Answer cancel_batch(Request& request, const ApiContext& context);
-Answer retry_batch(Request& request, const ApiContext& context);
-Answer get_batch_artifacts(Request& request, const ApiContext& context);
+ContextHandler list_batches, submit_batch;
+BatchHandler get_batch, remove_batch, cancel_batch, retry_batch, get_batch_artifacts;
 
 /// The body of a reply that is produced while it is sent: size() bytes of read_piece(), which reads at least a byte.
 template <class Pieces>
@@ -115,7 +100,7 @@ BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
 std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context);
 
 // ---- animation_handlers.cpp
-Answer get_animation(Request& request, const ApiContext& context);
+ContextHandler get_animation;
 
 // ---- apng.cpp
 using OpenFrame = std::function<std::unique_ptr<queue::ArtifactReader>(std::size_t index)>;
@@ -125,43 +110,19 @@ using OpenFrame = std::function<std::unique_ptr<queue::ArtifactReader>(std::size
 std::optional<BodySource> apng_of(std::size_t images, OpenFrame open, int frames_per_second);
 
 // ---- asset_handlers.cpp
-Answer find_missing_assets(Request& request, const ApiContext& context);
-Answer put_asset(Request& request, const ApiContext& context);
-Answer get_asset(Request& request, const ApiContext& context);
+ContextHandler find_missing_assets, put_asset, get_asset;
 
 // ---- page_handlers.cpp
 /// The page if the client prefers HTML, as browsers do; otherwise the overview as text.
-Answer get_root(Request& request, const ApiContext& context);
-Answer get_page_file(Request& request, const ApiContext& context);
+ContextHandler get_root;
+ContextHandler get_page_file;
 
 // ---- service_handlers.cpp
 Answer get_overview(const Request& request);
-Answer get_version(Request& request, const ApiContext& context);
+ContextHandler get_version, get_me, get_nodes, create_ticket, get_status;
+ContextHandler get_openapi, get_scene_schema, get_scene_docs, get_docs;
 /// The key of a request; none without keys. (routes.cpp)
 std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& context);
-Answer get_me(Request& request, const ApiContext& context);
-Answer get_nodes(Request& request, const ApiContext& context);
-Answer create_ticket(Request& request, const ApiContext& context);
-Answer get_openapi(Request& request);
-Answer get_scene_schema(Request& request);
-Answer get_scene_docs(Request& request);
-Answer get_docs(Request& request);
-Answer get_liveness(Request& request);
-/// Readiness of the service. A probe costs a durable write, so its result is kept for a second.
-class Readiness {
- public:
-  explicit Readiness(Health health) : health_(std::move(health)) {}
-  std::string reason();  ///< empty: ready
-
- private:
-  const Health health_;
-  std::mutex mutex_;
-  std::optional<std::chrono::steady_clock::time_point> probed_at_;
-  std::string reason_;
-};
-Answer get_readiness(Readiness& readiness);
-Answer get_status(const Request& request, Readiness& readiness, const ApiContext& context);
-Answer get_metrics(const Health& health);
 
 // ---- submissions.cpp
 /// A document, verbatim and parsed.
@@ -193,13 +154,12 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
 /// estimate of api/estimate.h, `at` the JSON pointer of the scene in the document.
 std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
                                           const ApiContext& context);
-/// The sha256 of the uploads that a scene names.
-std::vector<std::string> uploads_of(const tracer::Scene& scene);
+/// The owner, and what the scene determines for jobs of all kinds.
+queue::Submission submission_of(const Request& request, const tracer::Scene& scene);
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
 /// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,
-                                                                          const std::string& body,
-                                                                          const ApiContext& context);
+                                                                          const std::string& body);
 /// Submits a job under the Idempotency-Key of the request.
 tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::Submission submission,
                                                  const ApiContext& context);
@@ -213,7 +173,7 @@ tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const Ap
 /// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
 /// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.
 std::string etag_of(queue::JobView view);
-Reply json_reply(int status, std::string body);
+Reply json_reply(int status, std::string body, const std::string& cache_control = {});  ///< empty: no such header
 /// The job as JSON, with Location if the status is 202.
 Reply job_reply(int status, const queue::JobView& view, const ApiContext& context);
 Reply replayed_reply(const queue::FirstReply& first);

@@ -7,10 +7,9 @@
 
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/handlers/recent_jobs.h"
-#include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
+#include "tracer/sha256.h"
 
 namespace http::handlers {
 namespace {
@@ -171,10 +170,10 @@ Answer redirect_to_image(const queue::Job& job) {
 }
 
 /// A PNG with its hash as ETag.
-Reply preview_reply(const PreviewQuery& query, const std::string& png, const ApiContext& context) {
+Reply preview_reply(const PreviewQuery& query, const std::string& png) {
   Reply reply;
   reply.job_id = query.id;
-  const std::string etag = '"' + context.sha256(png) + '"';
+  const std::string etag = '"' + tracer::sha256_hex(png) + '"';
   reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
   if (none_match_names(query.if_none_match, etag)) {
     reply.status = 304;
@@ -222,7 +221,7 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
     reply.headers.emplace_back("Cache-Control", "no-store");
     return reply;
   }
-  return preview_reply(query, *latest.png, context);
+  return preview_reply(query, *latest.png);
 }
 
 }  // namespace
@@ -248,7 +247,7 @@ Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& wo
 Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
                        const queue::ImageWork& work, const ApiContext& context) {
   const PreviewQuery query{job.id, std::optional<std::string>(request.head.header("if-none-match")), work.side};
-  const auto reply = [&context, query](const Png& png) -> Answer { return preview_reply(query, *png, context); };
+  const auto reply = [query](const Png& png) -> Answer { return preview_reply(query, *png); };
   if (const Png kept = find_processed(artifact, work, context)) return reply(kept);
   return process_image(artifact, work, context, reply);
 }

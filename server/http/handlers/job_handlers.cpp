@@ -186,17 +186,10 @@ Answer measure(Request& request, const ApiContext& context) {
   if (!body) return body.error();
   auto measurement = parse_measure(*body, context);
   if (!measurement) return measurement.error();
-  queue::Submission submission;
+  queue::Submission submission = submission_of(request, measurement->document.scene);
   submission.kind = queue::JobKind::measure;
-  submission.owner = request.owner;
-  submission.weight = request.owner_weight;
-  const tracer::Scene& scene = measurement->document.scene;
-  submission.accuracy = api::write_accuracy(scene.accuracy);
-  submission.width = scene.image.window().width();
-  submission.height = scene.image.window().height();
   submission.large = true;
   submission.work = api::estimated_measure_work(*measurement);
-  submission.assets = uploads_of(scene);
   submission.document = std::move(*body);
   submission.job = std::move(measurement->document.job);
   return submit_and_reply(request, std::move(submission), context);
@@ -222,53 +215,39 @@ Answer list_jobs(Request& request, const ApiContext& context) {
   return json_reply(200, resources::write_job_list(views, page.next_cursor, context.clock()));
 }
 
-Answer get_scene(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  auto document = context.queue.queries.document(view->job.id);
-  if (!document) return Problem{failures::job_expired, "the document of job " + view->job.id + " has expired"};
-  Reply reply = json_reply(200, *std::move(document));
-  reply.job_id = view->job.id;
-  return reply;
+Answer get_scene(Request&, const queue::JobView& view, const ApiContext& context) {
+  auto document = context.queue.queries.document(view.job.id);
+  if (!document) return Problem{failures::job_expired, "the document of job " + view.job.id + " has expired"};
+  return json_reply(200, *std::move(document));
 }
 
-Answer get_history(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  const queue::Job& job = view->job;
+Answer get_history(Request&, const queue::JobView& view, const ApiContext& context) {
+  const queue::Job& job = view.job;
   std::vector<queue::JobMove> moves = context.queue.queries.moves(job.id);
   const bool from_cache = moves.empty() && job.state == queue::JobState::succeeded;
   if (job.keep && moves.size() < queue::moves_max)
     moves.insert(moves.begin(), {job.created_at, from_cache ? job.state : queue::JobState::queued, 0, "", "", ""});
-  Reply reply = json_reply(200, resources::write_history(moves));
-  reply.job_id = job.id;
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  return reply;
+  return json_reply(200, resources::write_history(moves), "no-cache");
 }
 
 Answer get_queue(Request&, const ApiContext& context) {
-  Reply reply = json_reply(200, resources::write_queue(context.queue.queries.state()));
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  return reply;
+  return json_reply(200, resources::write_queue(context.queue.queries.state()), "no-cache");
 }
 
-Answer change_job(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
+Answer change_job(Request& request, const queue::JobView& view, const ApiContext& context) {
   const auto revision = required_revision(request);
   if (!revision) return revision.error();
   const auto body = take_json(request, "a change", "application/merge-patch+json");
   if (!body) return body.error();
   const auto patch = api::parse_change(*body, context.limits);
-  if (patch) return apply_change(view->job.id, context, *patch, *revision);
+  if (patch) return apply_change(view.job.id, context, *patch, *revision);
   Problem problem = problem_of(patch.error());
   if (problem.failure == failures::bad_scene) return invalid_patch(std::move(problem.errors));
   return problem;
 }
 
-Answer cancel_job(Request& request, const ApiContext& context) {
-  const std::string& id = request.parameters.front();
-  if (const auto view = find_job(id, context); !view) return view.error();
+Answer cancel_job(Request&, const queue::JobView& view, const ApiContext& context) {
+  const std::string& id = view.job.id;
   const queue::CancelOutcome outcome = context.queue.lifecycle.cancel(id);
   const auto after = find_job(id, context);
   if (!after) return after.error();
@@ -279,9 +258,8 @@ Answer cancel_job(Request& request, const ApiContext& context) {
   return job_reply(202, *after, context);
 }
 
-Answer retry_job(Request& request, const ApiContext& context) {
-  const std::string& id = request.parameters.front();
-  if (const auto view = find_job(id, context); !view) return view.error();
+Answer retry_job(Request&, const queue::JobView& view, const ApiContext& context) {
+  const std::string& id = view.job.id;
   if (auto problem = refuse_if_draining(context)) return *problem;
   switch (context.queue.lifecycle.retry(id)) {
     case queue::RetryOutcome::not_ended:
@@ -299,9 +277,8 @@ Answer retry_job(Request& request, const ApiContext& context) {
   return job_reply(202, *after, context);
 }
 
-Answer remove_job(Request& request, const ApiContext& context) {
-  const std::string& id = request.parameters.front();
-  if (const auto view = find_job(id, context); !view) return view.error();
+Answer remove_job(Request&, const queue::JobView& view, const ApiContext& context) {
+  const std::string& id = view.job.id;
   switch (context.queue.lifecycle.remove(id)) {
     case queue::RemoveOutcome::running:
       return Problem{failures::job_running, "job " + id + " is running; cancel it first"};
@@ -312,7 +289,6 @@ Answer remove_job(Request& request, const ApiContext& context) {
   }
   Reply reply;
   reply.status = 204;
-  reply.job_id = id;
   return reply;
 }
 

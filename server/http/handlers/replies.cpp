@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <mutex>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -54,10 +55,11 @@ std::string etag_of(queue::JobView view) {
   return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
 }
 
-Reply json_reply(int status, std::string body) {
+Reply json_reply(int status, std::string body, const std::string& cache_control) {
   Reply reply;
   reply.status = status;
   reply.content_type = "application/json";
+  if (!cache_control.empty()) reply.headers.emplace_back("Cache-Control", cache_control);
   reply.body = std::move(body);
   return reply;
 }
@@ -214,7 +216,7 @@ Problem too_many_listeners(const ApiContext& context) {
 }
 
 std::optional<Problem> refuse_if_draining(const ApiContext& context) {
-  if (!context.draining()) return std::nullopt;
+  if (!context.readiness.draining()) return std::nullopt;
   return Problem{failures::draining, "nothing was stored or changed; repeat the request after the restart"};
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 
 #include "server/http/handlers/handlers.h"
-#include "server/http/handlers/recent_jobs.h"
-#include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
 
@@ -117,14 +115,37 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
 
 namespace {
 
-constexpr std::size_t thumbnail_bytes_max = 64u << 20;  // those of 2000 frames
-
 /// Query of the list of jobs.
 std::vector<std::string> list_parameters() {
   return {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"};
 }
 
-void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
+using Context = std::shared_ptr<const ApiContext>;
+
+Handler bound(ContextHandler* handler, const Context& context) {
+  return [handler, context](Request& request) { return handler(request, *context); };
+}
+
+/// Names the job in the log, too.
+Handler bound(JobHandler* handler, const Context& context) {
+  return [handler, context](Request& request) -> Answer {
+    const auto view = find_job(request.parameters.front(), *context);
+    if (!view) return view.error();
+    Answer answer = handler(request, *view, *context);
+    if (auto* const reply = std::get_if<Reply>(&answer)) reply->job_id = view->job.id;
+    return answer;
+  };
+}
+
+Handler bound(BatchHandler* handler, const Context& context) {
+  return [handler, context](Request& request) -> Answer {
+    const auto state = find_batch(request.parameters.front(), *context);
+    if (!state) return state.error();
+    return handler(request, *state, *context);
+  };
+}
+
+void add_artifact_routes(std::vector<Route>& routes, const Context& context) {
   std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
                                  "measure.svg", "measure.png",  "reference.exr"};
   for (const tracer::Format format : tracer::all_formats)
@@ -135,31 +156,21 @@ void add_artifact_routes(std::vector<Route>& routes, const std::shared_ptr<const
   }
 }
 
-void add_status_route(std::vector<Route>& routes, const std::shared_ptr<const ApiContext>& context) {
-  const auto readiness = std::make_shared<Readiness>(Health{context->not_ready, context->draining, {}});
-  const auto status = [context, readiness](Request& request) { return get_status(request, *readiness, *context); };
-  routes.push_back({"GET", "/v1/status", status, {"history"}});
-}
-
 }  // namespace
 
 std::vector<Route> client_routes(const ApiContext& api_context) {
-  const auto own_context = std::make_shared<ApiContext>(api_context);
-  own_context->thumbnails = std::make_shared<ThumbnailCache>(thumbnail_bytes_max);
-  own_context->recent_jobs = std::make_shared<RecentJobs>();
-  const std::shared_ptr<const ApiContext> context = own_context;
-  const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
-    return [context, handler](Request& request) { return handler(request, *context); };
-  };
+  const auto context = std::make_shared<const ApiContext>(api_context);
+  const auto with_context = [&](auto* handler) { return bound(handler, context); };
   std::vector<Route> routes{
       {"GET", "/", with_context(get_root), {}},
       {"GET", "/ui/{tree}/{file}", with_context(get_page_file), {}},
-      {"GET", "/openapi.json", get_openapi, {}},
-      {"GET", "/docs", get_docs, {}},
-      {"GET", "/docs/scene", get_scene_docs, {}},
-      {"GET", "/schemas/scene.schema.json", get_scene_schema, {}},
+      {"GET", "/openapi.json", with_context(get_openapi), {}},
+      {"GET", "/docs", with_context(get_docs), {}},
+      {"GET", "/docs/scene", with_context(get_scene_docs), {}},
+      {"GET", "/schemas/scene.schema.json", with_context(get_scene_schema), {}},
       {"GET", "/v1/version", with_context(get_version), {}},
       {"GET", "/v1/me", with_context(get_me), {}},
+      {"GET", "/v1/status", with_context(get_status), {"history"}},
       {"POST", "/v1/tickets", with_context(create_ticket), {}},
       {"POST", "/v1/jobs", with_context(submit_job), {}},
       {"GET", "/v1/jobs", with_context(list_jobs), list_parameters()},
@@ -197,19 +208,9 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"PUT", "/v1/assets/{sha256}", with_context(put_asset), {}},
       {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
-  add_status_route(routes, context);
   add_artifact_routes(routes, context);
   for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;
-}
-
-std::vector<Route> health_routes(const Health& health) {
-  const auto readiness = std::make_shared<Readiness>(health);
-  return {
-      {"GET", "/healthz", get_liveness, {}},
-      {"GET", "/readyz", [readiness](Request&) { return get_readiness(*readiness); }, {}},
-      {"GET", "/metrics", [health](Request&) { return get_metrics(health); }, {}},
-  };
 }
 
 }  // namespace http

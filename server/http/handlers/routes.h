@@ -2,25 +2,27 @@
 /// All routes of the service (api/docs/http.md), for an HttpServer, and the access to them: with API keys if there are
 /// any, otherwise for local clients only. A test compares the routes with api/openapi.yaml.
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "api/batch.h"
 #include "api/document.h"
+#include "server/http/handlers/recent_jobs.h"
+#include "server/http/handlers/thumbnail_cache.h"
 #include "server/http/http_messages.h"
 #include "server/keys/key_ring.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
 #include "server/queue/cluster_store.h"
 #include "server/queue/delivery_store.h"
-#include "server/queue/disk_health.h"
 #include "server/queue/events.h"
 #include "server/queue/queue.h"
 #include "server/telemetry/service_metrics.h"
@@ -30,45 +32,52 @@ namespace http {
 /// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
 
-namespace handlers {
-class RecentJobs;
-class ThumbnailCache;
-}  // namespace handlers
+/// Readiness of the service. Thread-safe.
+class Readiness {
+ public:
+  /// `not_ready` returns the reason, or nothing. It costs a durable write, so its result is kept for a second.
+  Readiness(std::function<std::string()> not_ready, const std::atomic<bool>& draining)
+      : not_ready_(std::move(not_ready)), draining_(draining) {}
+  std::string reason();                                      ///< empty: ready
+  [[nodiscard]] bool draining() const { return draining_; }  ///< true: new work is refused, reads are answered
+
+ private:
+  const std::function<std::string()> not_ready_;
+  const std::atomic<bool>& draining_;
+  std::mutex mutex_;
+  std::optional<std::chrono::steady_clock::time_point> probed_at_;
+  std::string reason_;
+};
 
 /// Dependencies of the client routes. Functions and referenced objects are thread-safe and outlive the server.
 struct ApiContext {
   queue::Queue& queue;
   queue::Events& events;
   queue::AssetStore& assets;
+  queue::DeliveryStore& deliveries;
+  const telemetry::ServiceHistory& history;
+  Readiness& readiness;
   queue::Clock clock;
   api::Limits limits;
   api::BatchLimits batch_limits;  ///< their `document` is `limits`
-  /// Returns an issue for each file of the scene that cannot be read, and marks uploaded ones as used. Unset if
-  /// `limits` allow no files.
+  /// Returns an issue for each file of the scene that cannot be read, and marks uploaded ones as used.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
-  std::function<std::string(std::string_view)> sha256;  ///< 64 hexadecimal digits
-  /// Webhook deliveries of a job, oldest first.
-  std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
   /// See webhooks::Webhooks; both are unset if none are sent.
   std::function<bool(const std::string& job_id, const std::string& delivery_id)> redeliver{};
   std::function<std::string(const std::string& url)> send_test_webhook{};
-  queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };
   std::uint64_t uploads_bytes = 0;                ///< limit of `assets`, for messages
   std::uint64_t job_memory_bytes = 16ull << 30;   ///< scenes with a greater estimate are refused
   std::chrono::milliseconds render_wait{60'000};  ///< option render_wait_s
   /// The URL that an image is to be read from; empty, or nothing: from the service.
   std::function<std::optional<std::string>(const queue::Artifact&)> redirect{};
-  std::function<bool()> draining;  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< for GET /v1/version, by option name
   std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
-  std::function<std::string()> not_ready{};                             ///< as Health's
   std::function<telemetry::GaugeValues()> gauges{};                     ///< without connections
   std::function<std::vector<queue::Node>()> nodes{};
-  std::function<telemetry::ServiceHistory::Hour()> history{};
-  std::shared_ptr<handlers::ThumbnailCache> thumbnails{};  ///< set by client_routes, as the next
-  std::shared_ptr<handlers::RecentJobs> recent_jobs{};
   bool dashboard = true;                ///< the page at /; false: text only
   const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
+  std::shared_ptr<handlers::ThumbnailCache> thumbnails = std::make_shared<handlers::ThumbnailCache>();
+  std::shared_ptr<handlers::RecentJobs> recent_jobs = std::make_shared<handlers::RecentJobs>();
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
@@ -87,13 +96,8 @@ std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRi
 /// Every key with jobs:read can read all jobs, as a service belongs to one team. Sets Request::owner.
 Handler with_access(const Handler& handler, const keys::KeyRing* ring);
 
-/// Dependencies of the health routes, as for ApiContext.
-struct Health {
-  std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Called at most once a second
-  std::function<bool()> draining;          ///< true: not ready, regardless of the last result of not_ready
-  std::function<std::string()> metrics;    ///< the Prometheus text; may throw StoreFailure
-};
-std::vector<Route> health_routes(const Health& health);
+/// `readiness` must outlive the routes. `metrics` returns the Prometheus text, and may throw StoreFailure.
+std::vector<Route> health_routes(Readiness& readiness, const std::function<std::string()>& metrics);
 
 /// Reply of /readyz of the health listener: "ready", or the reason why it is not. `ready`: it was 200 within 3 s.
 struct Probe {

@@ -69,16 +69,13 @@ Answer get_me(Request& request, const ApiContext& context) {
   for (const keys::Scope scope : {keys::Scope::jobs_read, keys::Scope::jobs_write, keys::Scope::admin})
     if (!key || key->allows(scope)) scopes.push_back(keys::name_of(scope));
   queue::JobQueries& queries = context.queue.queries;
-  Reply reply = json_reply(
-      200, resources::write_me(request.owner, scopes, queries.owner_quota(), queries.owner_usage(request.owner)));
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  return reply;
+  return json_reply(
+      200, resources::write_me(request.owner, scopes, queries.owner_quota(), queries.owner_usage(request.owner)),
+      "no-store");
 }
 
 Answer get_nodes(Request&, const ApiContext& context) {
-  Reply reply = json_reply(200, resources::write_nodes(context.nodes()));
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  return reply;
+  return json_reply(200, resources::write_nodes(context.nodes()), "no-store");
 }
 
 Answer create_ticket(Request& request, const ApiContext& context) {
@@ -91,75 +88,75 @@ Answer create_ticket(Request& request, const ApiContext& context) {
     url.append(url.find('?') == std::string::npos ? "?ticket=" : "&ticket=").append(ticket.text);
     expires_at = ticket.expires_s * 1000;
   }
-  Reply reply = json_reply(200, resources::write_ticket(url, expires_at));
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  return reply;
+  return json_reply(200, resources::write_ticket(url, expires_at), "no-store");
 }
 
-Answer get_openapi(Request&) { return json_reply(200, std::string(api::openapi_json())); }
+Answer get_openapi(Request&, const ApiContext&) { return json_reply(200, std::string(api::openapi_json())); }
 
-Answer get_scene_schema(Request&) {
+Answer get_scene_schema(Request&, const ApiContext&) {
   return document_reply("application/schema+json", std::string(api::scene_schema_json()));
 }
 
-Answer get_docs(Request& request) {
+Answer get_docs(Request& request, const ApiContext&) {
   static const std::string etag = '"' + tracer::sha256_hex(api::docs_html()) + '"';
   return documentation_reply(request, api::docs_html(), etag);
 }
 
-Answer get_scene_docs(Request& request) {
+Answer get_scene_docs(Request& request, const ApiContext&) {
   static const std::string etag = '"' + tracer::sha256_hex(api::scene_docs_html()) + '"';
   return documentation_reply(request, api::scene_docs_html(), etag);
 }
 
-/// The daemon is alive if the event loop and the handlers run.
-Answer get_liveness(Request&) { return text_reply("alive\n"); }
-
-std::string Readiness::reason() {
-  if (health_.draining()) return "draining";
-  const std::lock_guard lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  if (!probed_at_ || now - *probed_at_ >= std::chrono::seconds(1)) {
-    reason_ = health_.not_ready();
-    probed_at_ = now;
-  }
-  return reason_;
-}
-
-Answer get_readiness(Readiness& readiness) {
-  const std::string reason = readiness.reason();
-  if (!reason.empty()) return Problem{failures::not_ready, reason};
-  return text_reply("ready\n");
-}
-
-Answer get_status(const Request& request, Readiness& readiness, const ApiContext& context) {
+Answer get_status(Request& request, const ApiContext& context) {
   const Pairs& query = request.head.query;
   if (auto problem = refuse_repeated(query)) return *problem;
   const bool has_history = query.empty() || query.front().second == "true";
   if (!has_history && query.front().second != "false")
     return Problem{failures::invalid_query, "history must be true or false"};
-  const bool draining = context.draining();  // read first: as soon as it is true, it is the reason too
-  Reply reply =
-      json_reply(200, resources::write_status({.not_ready = readiness.reason(),
-                                               .draining = draining,
-                                               .sandbox = context.sandbox(),
-                                               .gauges = context.gauges(),
-                                               .queue = context.queue.queries.state(),
-                                               .streams_max = context.events.listeners_max(),
-                                               .limits = context.effective_limits,
-                                               .hour = has_history ? std::optional(context.history()) : std::nullopt}));
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  return reply;
-}
-
-/// Prometheus text format 0.0.4.
-Answer get_metrics(const Health& health) {
-  return document_reply("text/plain; version=0.0.4; charset=utf-8", health.metrics());
+  const bool draining = context.readiness.draining();  // read first: as soon as it is true, it is the reason too
+  return json_reply(
+      200,
+      resources::write_status({.not_ready = context.readiness.reason(),
+                               .draining = draining,
+                               .sandbox = context.sandbox(),
+                               .gauges = context.gauges(),
+                               .queue = context.queue.queries.state(),
+                               .streams_max = context.events.listeners_max(),
+                               .limits = context.effective_limits,
+                               .hour = has_history ? std::optional(context.history.hour()) : std::nullopt}),
+      "no-store");
 }
 
 }  // namespace http::handlers
 
 namespace http {
+
+std::string Readiness::reason() {
+  if (draining_) return "draining";
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (!probed_at_ || now - *probed_at_ >= std::chrono::seconds(1)) {
+    reason_ = not_ready_();
+    probed_at_ = now;
+  }
+  return reason_;
+}
+
+std::vector<Route> health_routes(Readiness& readiness, const std::function<std::string()>& metrics) {
+  // The daemon is alive if the event loop and the handlers run.
+  const auto get_liveness = [](Request&) { return handlers::text_reply("alive\n"); };
+  const auto get_readiness = [&readiness](Request&) -> Answer {
+    const std::string reason = readiness.reason();
+    if (!reason.empty()) return Problem{failures::not_ready, reason};
+    return handlers::text_reply("ready\n");
+  };
+  const auto get_metrics = [metrics](Request&) {
+    return handlers::document_reply("text/plain; version=0.0.4; charset=utf-8", metrics());
+  };
+  return {{"GET", "/healthz", get_liveness, {}},
+          {"GET", "/readyz", get_readiness, {}},
+          {"GET", "/metrics", get_metrics, {}}};
+}
 
 Probe probe(const std::string& host, std::uint16_t port) {
   httplib::Client client(host == "0.0.0.0" ? "127.0.0.1" : host == "::" ? "::1" : host, port);

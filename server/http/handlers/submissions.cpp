@@ -9,6 +9,7 @@
 #include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
 #include "tracer/encode.h"
+#include "tracer/sha256.h"
 #include "tracer/version.h"
 
 namespace http::handlers {
@@ -21,13 +22,13 @@ bool is_idempotency_key(std::string_view text) {
 
 /// Images with equal keys are equal. Empty if the document alone does not determine the image: files of the asset
 /// directory may change, and a time budget depends on the load of the machine.
-std::string content_key_of(const Scene& scene, const ApiContext& context) {
+std::string content_key_of(const Scene& scene) {
   const tracer::Scene& parsed = scene.parsed.scene;
   if (scene.content.named_files || (parsed.accuracy.adaptive && parsed.accuracy.adaptive->time_budget_ms)) return {};
   std::string text(tracer::build());
   for (const tracer::Format format : parsed.output.formats) text.append(" ").append(tracer::name(format));
   for (const auto& [name, sha256] : scene.digests) text.append("\n").append(name).append(" ").append(sha256);
-  return context.sha256(text);
+  return tracer::sha256_hex(text);
 }
 
 }  // namespace
@@ -60,8 +61,7 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
 
 std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
                                           const ApiContext& context) {
-  std::vector<tracer::Issue> issues;
-  if (context.missing_files) issues = context.missing_files(scene);
+  std::vector<tracer::Issue> issues = context.missing_files(scene);
   if (memory_bytes > context.job_memory_bytes) {
     issues.push_back({"", "limit_exceeded",
                       "the limit job_memory_bytes is " + std::to_string(context.job_memory_bytes) +
@@ -72,30 +72,30 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
   return with_errors(failures::bad_scene, "in the document", std::move(issues));
 }
 
-std::vector<std::string> uploads_of(const tracer::Scene& scene) {
-  std::vector<std::string> hashes;
+queue::Submission submission_of(const Request& request, const tracer::Scene& scene) {
+  queue::Submission submission;
+  submission.owner = request.owner;
+  submission.weight = request.owner_weight;
+  submission.accuracy = api::write_accuracy(scene.accuracy);
+  submission.width = scene.image.window().width();
+  submission.height = scene.image.window().height();
   for (const tracer::Asset& asset : scene.assets) {
-    if (asset.name.starts_with(api::upload_prefix)) hashes.push_back(asset.name.substr(api::upload_prefix.size()));
+    if (asset.name.starts_with(api::upload_prefix))
+      submission.assets.push_back(asset.name.substr(api::upload_prefix.size()));
   }
-  return hashes;
+  return submission;
 }
 
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
   const tracer::Scene& parsed = scene.parsed.scene;
-  queue::Submission submission;
-  submission.owner = request.owner;
-  submission.weight = request.owner_weight;
-  submission.content_key = content_key_of(scene, context);
-  submission.accuracy = api::write_accuracy(parsed.accuracy);
-  submission.width = parsed.image.window().width();
-  submission.height = parsed.image.window().height();
+  queue::Submission submission = submission_of(request, parsed);
+  submission.content_key = content_key_of(scene);
   submission.formats.clear();
   for (const tracer::Format format : parsed.output.formats)
     submission.formats.append(submission.formats.empty() ? "" : " ").append(tracer::extension(format));
   submission.large = api::is_large(parsed, scene.content);
   const std::optional<double> seconds_per_work = context.queue.queries.seconds_per_work();
   submission.work = api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0);
-  submission.assets = uploads_of(parsed);
   submission.document = std::move(scene.document);
   submission.job = std::move(scene.parsed.job);
   submission.durable = submission.job.keep;
@@ -103,20 +103,19 @@ queue::Submission submission_of(const Request& request, Scene scene, const ApiCo
 }
 
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,
-                                                                          const std::string& body,
-                                                                          const ApiContext& context) {
+                                                                          const std::string& body) {
   const auto key = request.head.header("idempotency-key");
   if (!key) return std::optional<queue::Idempotency>();
   if (!is_idempotency_key(*key)) {
     return Problem{failures::invalid_header, "Idempotency-Key must have 1 to 255 printable ASCII characters"};
   }
   const std::string route = request.head.method + " " + request.head.path;
-  return std::optional(queue::Idempotency{route, std::string(*key), context.sha256(body)});
+  return std::optional(queue::Idempotency{route, std::string(*key), tracer::sha256_hex(body)});
 }
 
 tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::Submission submission,
                                                  const ApiContext& context) {
-  auto idempotency = idempotency_of(request, submission.document, context);
+  auto idempotency = idempotency_of(request, submission.document);
   if (!idempotency) return idempotency.error();
   submission.idempotency = std::move(*idempotency);
   submission.write_reply = [&](const queue::JobView& view, bool from_cache) -> queue::FirstReply {

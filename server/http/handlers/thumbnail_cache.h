@@ -15,7 +15,7 @@ namespace http::handlers {
 class ThumbnailCache {
  public:
   using Png = std::shared_ptr<const std::string>;
-  explicit ThumbnailCache(std::size_t bytes_max) : bytes_max_(bytes_max) {}
+  static constexpr std::size_t bytes_max = 64u << 20;  ///< those of 2000 frames
 
   /// Null if it is not kept.
   Png find(const std::string& key) {
@@ -30,11 +30,10 @@ class ThumbnailCache {
     const std::lock_guard lock(mutex_);
     bytes_ += png->size();
     entries_.emplace_front(key, std::move(png));
-    for (; bytes_ > bytes_max_ && entries_.size() > 1; entries_.pop_back()) bytes_ -= entries_.back().second->size();
+    for (; bytes_ > bytes_max && entries_.size() > 1; entries_.pop_back()) bytes_ -= entries_.back().second->size();
   }
 
  private:
-  const std::size_t bytes_max_;
   std::mutex mutex_;
   std::list<std::pair<std::string, Png>> entries_;  ///< latest use first
   std::size_t bytes_ = 0;

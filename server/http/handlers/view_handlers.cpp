@@ -117,16 +117,14 @@ const queue::Artifact* source_of_layer(const queue::Job& job, tracer::ViewedLaye
 
 }  // namespace
 
-Answer get_view(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  const auto work = Parameters(request.head.query, view->job).read();
+Answer get_view(Request& request, const queue::JobView& view, const ApiContext& context) {
+  const auto work = Parameters(request.head.query, view.job).read();
   if (!work) return work.error();
   const auto layer = static_cast<tracer::ViewedLayer>(work->layer);
-  const queue::Artifact* const source = source_of_layer(view->job, layer);
+  const queue::Artifact* const source = source_of_layer(view.job, layer);
   if (source == nullptr)
-    return image_not_found(view->job, layer == tracer::ViewedLayer::color ? "image.png" : "image.exr");
-  return processed_image(request, view->job, *source, *work, context);
+    return image_not_found(view.job, layer == tracer::ViewedLayer::color ? "image.png" : "image.exr");
+  return processed_image(request, view.job, *source, *work, context);
 }
 
 }  // namespace http::handlers

@@ -10,30 +10,22 @@ namespace {
 const Problem webhooks_disabled{failures::webhooks_disabled, "it was started without the option webhook_secret_file"};
 
 Reply deliveries_reply(int status, const std::string& id, const ApiContext& context) {
-  return json_reply(status, resources::write_deliveries(context.deliveries(id)));
+  return json_reply(status, resources::write_deliveries(context.deliveries.of_job(id)));
 }
 
 }  // namespace
 
-Answer get_deliveries(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
-  Reply reply = deliveries_reply(200, view->job.id, context);
-  reply.job_id = view->job.id;
-  return reply;
+Answer get_deliveries(Request&, const queue::JobView& view, const ApiContext& context) {
+  return deliveries_reply(200, view.job.id, context);
 }
 
-Answer redeliver(Request& request, const ApiContext& context) {
-  const auto view = find_job(request.parameters.front(), context);
-  if (!view) return view.error();
+Answer redeliver(Request& request, const queue::JobView& view, const ApiContext& context) {
   if (!context.redeliver) return webhooks_disabled;
   const std::string& delivery = request.parameters.back();
-  if (!context.redeliver(view->job.id, delivery)) {
-    return Problem{failures::delivery_not_found, "job " + view->job.id + " has no delivery with this id"};
+  if (!context.redeliver(view.job.id, delivery)) {
+    return Problem{failures::delivery_not_found, "job " + view.job.id + " has no delivery with this id"};
   }
-  Reply reply = deliveries_reply(202, view->job.id, context);
-  reply.job_id = view->job.id;
-  return reply;
+  return deliveries_reply(202, view.job.id, context);
 }
 
 Answer test_webhook(Request& request, const ApiContext& context) {
@@ -48,7 +40,7 @@ Answer test_webhook(Request& request, const ApiContext& context) {
 
 Answer get_webhook_test(Request& request, const ApiContext& context) {
   const std::string& id = request.parameters.front();
-  if (!is_id(id) || context.deliveries(id).empty()) {
+  if (!is_id(id) || context.deliveries.of_job(id).empty()) {
     return Problem{failures::delivery_not_found, "there is no test call with this id"};
   }
   return deliveries_reply(200, id, context);
