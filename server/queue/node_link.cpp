@@ -12,7 +12,7 @@ namespace {
 using Time = std::chrono::steady_clock::time_point;
 
 constexpr int events_at_once = 1000;
-constexpr std::chrono::milliseconds pause_after_failure{250};
+constexpr std::chrono::milliseconds pause_between_tries{250};
 /// A node that runs jobs starts with suspects, which need it alone, only when no idle one has taken them meanwhile.
 constexpr int steps_until_suspects = 5;
 constexpr int pause_ms_max = 200;
@@ -133,7 +133,7 @@ void NodeLink::run() {
       failing = true;
       lock.lock();
       has_changes_ = true;
-      changed_.wait_for(lock, pause_after_failure, [&] { return stopping_; });
+      changed_.wait_for(lock, pause_between_tries, [&] { return stopping_; });
     }
   }
 }

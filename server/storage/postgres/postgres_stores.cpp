@@ -1,11 +1,11 @@
 #include "server/storage/postgres/postgres_stores.h"
 
+#include "server/queue/stores.h"
 #include "server/storage/postgres/postgres_cluster_store.h"
 #include "server/storage/postgres/postgres_schema.h"
 #include "server/storage/postgres/postgres_task_store.h"
 #include "server/storage/postgres/postgres_transactions.h"
 #include "server/storage/postgres/postgres_wakeups.h"
-#include "server/storage/sql/stores.h"
 
 namespace storage::postgres {
 
@@ -16,8 +16,8 @@ struct PostgresStores::Parts {
         tasks(make_task_store(*transactions, settings.node, settings.build)),
         wakeups(dsn) {}
   std::shared_ptr<sql::Transactions> transactions;
-  sql::JobStores jobs{*transactions};
-  std::unique_ptr<queue::DeliveryStore> deliveries = sql::make_delivery_store(transactions);
+  queue::JobStores jobs{*transactions};
+  std::unique_ptr<queue::DeliveryStore> deliveries = queue::make_delivery_store(transactions);
   std::unique_ptr<queue::TaskStore> tasks;
   DatabaseClock clock{*transactions};
   std::unique_ptr<queue::ClusterStore> cluster = make_cluster_store(*transactions, clock);

@@ -1,6 +1,6 @@
 #pragma once
-/// A connection to an SQL database and its statements, as the stores of this directory use them. The statements are
-/// written once for SQLite and PostgreSQL: with `?` or `?1` for parameters, integers of 64 bits in place of booleans,
+/// A connection to an SQL database and its statements, as the stores of the queue use them. The statements are written
+/// once for SQLite and PostgreSQL: with `?` or `?1` for parameters, integers of 64 bits in place of booleans,
 /// and CAST around sums. What differs is a function of Database.
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/storage/sql/stores.h"
+#include "server/queue/stores.h"
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/schema.h"
 
@@ -37,7 +37,7 @@ void check_deliveries_file(const std::string& directory) {
 }
 
 std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory, queue::DiskHealth* health) {
-  return sql::make_delivery_store(open_deliveries(directory, health));
+  return queue::make_delivery_store(open_deliveries(directory, health));
 }
 
 std::unique_ptr<sql::Transactions> open_deliveries(const std::string& directory, queue::DiskHealth* health) {

@@ -96,7 +96,7 @@ Connections::Connections(const std::string& directory, const SqliteSettings& set
 
 SqliteStores::SqliteStores(const std::string& directory, SqliteSettings settings)
     : connections_(std::make_unique<Connections>(directory, settings)),
-      stores_(std::make_unique<sql::JobStores>(*connections_)) {}
+      stores_(std::make_unique<queue::JobStores>(*connections_)) {}
 SqliteStores::~SqliteStores() = default;
 
 sql::Transactions& SqliteStores::transactions() const { return *connections_; }

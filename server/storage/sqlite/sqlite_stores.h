@@ -9,7 +9,7 @@
 #include "server/queue/artifact_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/job_store.h"
-#include "server/storage/sql/stores.h"
+#include "server/queue/stores.h"
 
 namespace storage::sqlite {
 
@@ -41,7 +41,7 @@ class SqliteStores {
 
  private:
   std::unique_ptr<Connections> connections_;
-  std::unique_ptr<sql::JobStores> stores_;
+  std::unique_ptr<queue::JobStores> stores_;
 };
 
 /// Artifacts of up to 32 KiB as rows of the SQLite file, all others in a second store. A small image as a file takes

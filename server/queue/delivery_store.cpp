@@ -2,55 +2,52 @@
 
 #include <utility>
 
-#include "server/queue/job_store.h"
-#include "server/storage/sql/job_rows.h"
-#include "server/storage/sql/stores.h"
+#include "server/queue/job_rows.h"
+#include "server/queue/stores.h"
 
-namespace storage::sql {
-
+namespace queue {
 namespace {
 
 constexpr const char* delivery_columns =
     "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
 
-queue::DeliveryState state_named(const std::string& name) {
-  for (const queue::DeliveryState state : {queue::DeliveryState::pending, queue::DeliveryState::delivered}) {
-    if (name == queue::name_of(state)) return state;
+DeliveryState state_named(const std::string& name) {
+  for (const DeliveryState state : {DeliveryState::pending, DeliveryState::delivered}) {
+    if (name == name_of(state)) return state;
   }
-  return queue::DeliveryState::abandoned;
+  return DeliveryState::abandoned;
 }
 
-queue::Delivery read_delivery(const Query& row) {
-  queue::Delivery delivery{row.text(0),    row.text(1),  row.text(2),
-                           row.text(3),    row.text(4),  state_named(row.text(5)),
-                           row.integer(6), std::nullopt, {}};
+Delivery read_delivery(const sql::Query& row) {
+  Delivery delivery{row.text(0),    row.text(1),  row.text(2), row.text(3), row.text(4), state_named(row.text(5)),
+                    row.integer(6), std::nullopt, {}};
   delivery.next_attempt_at = row.optional_integer(7);
   return delivery;
 }
 
-void read_attempts(Database& database, queue::Delivery& delivery) {
-  Query row = database.query(
+void read_attempts(sql::Database& database, Delivery& delivery) {
+  sql::Query row = database.query(
       "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
   while (row.row()) {
     delivery.attempts.push_back({row.integer(0), row.integer(1), static_cast<int>(row.integer(2)), row.text(3)});
   }
 }
 
-int insert_delivery(Database& database, const queue::Delivery& delivery) {
+int insert_delivery(sql::Database& database, const Delivery& delivery) {
   return database.change(
       "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, host)"
       " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
       delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-      delivery.next_attempt_at.value_or(delivery.created_at), queue::host_of(delivery.url));
+      delivery.next_attempt_at.value_or(delivery.created_at), host_of(delivery.url));
 }
 
-class SqlDeliveryStore final : public queue::DeliveryStore {
+class SqlDeliveryStore final : public DeliveryStore {
  public:
-  explicit SqlDeliveryStore(std::shared_ptr<Transactions> transactions)
+  explicit SqlDeliveryStore(std::shared_ptr<sql::Transactions> transactions)
       : owner_(std::move(transactions)), transactions_(*owner_) {}
 
-  void subscribe(const queue::Subscription& subscription) override {
-    transactions_.write([&](Database& database) {
+  void subscribe(const Subscription& subscription) override {
+    transactions_.write([&](sql::Database& database) {
       return database.change(
           "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
           " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
@@ -58,42 +55,43 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
     });
   }
 
-  std::optional<queue::Subscription> subscription(const std::string& job_id) override {
-    return transactions_.read([&](Database& database) -> std::optional<queue::Subscription> {
-      Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
+  std::optional<Subscription> subscription(const std::string& job_id) override {
+    return transactions_.read([&](sql::Database& database) -> std::optional<Subscription> {
+      sql::Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
       if (!row.row()) return std::nullopt;
-      return queue::Subscription{job_id, row.text(0), split(row.text(1))};
+      return Subscription{job_id, row.text(0), split(row.text(1))};
     });
   }
 
   std::vector<std::string> subscribed_jobs() override {
-    return transactions_.read(
-        [](Database& database) { return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts(); });
+    return transactions_.read([](sql::Database& database) {
+      return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts();
+    });
   }
 
   void unsubscribe(const std::string& job_id) override {
     transactions_.write(
-        [&](Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
+        [&](sql::Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
   }
 
-  void enqueue(const queue::Delivery& delivery) override {
-    transactions_.write([&](Database& database) { return insert_delivery(database, delivery); });
+  void enqueue(const Delivery& delivery) override {
+    transactions_.write([&](sql::Database& database) { return insert_delivery(database, delivery); });
   }
 
-  bool replace_subscription(const queue::Delivery& delivery) override {
-    return transactions_.write([&](Database& database) {
+  bool replace_subscription(const Delivery& delivery) override {
+    return transactions_.write([&](sql::Database& database) {
       if (database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id) == 0) return false;
       insert_delivery(database, delivery);
       return true;
     });
   }
 
-  std::optional<queue::Delivery> next(const std::set<std::string>& busy) override {
-    return transactions_.read([&](Database& database) -> std::optional<queue::Delivery> {
+  std::optional<Delivery> next(const std::set<std::string>& busy) override {
+    return transactions_.read([&](sql::Database& database) -> std::optional<Delivery> {
       std::pair<std::int64_t, std::string> earliest;
       {
         // The first of each host, by steps from one host to the next in the index.
-        Query first = database.query(
+        sql::Query first = database.query(
             "WITH RECURSIVE hosts (name) AS (SELECT min(host) FROM deliveries WHERE state = 'pending'"
             " UNION ALL SELECT (SELECT min(host) FROM deliveries WHERE state = 'pending' AND host > name)"
             " FROM hosts WHERE name IS NOT NULL)"
@@ -106,9 +104,9 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
         }
       }
       if (earliest.second.empty()) return std::nullopt;
-      std::optional<queue::Delivery> delivery;
+      std::optional<Delivery> delivery;
       {
-        Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
+        sql::Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
         row.row();
         delivery = read_delivery(row);
       }
@@ -117,17 +115,17 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
     });
   }
 
-  bool reserve(const queue::Delivery& delivery, std::int64_t until) override {
-    if (!transactions_.read([](Database& database) { return database.is_shared(); })) return true;
-    return transactions_.write([&](Database& database) {
+  bool reserve(const Delivery& delivery, std::int64_t until) override {
+    if (!transactions_.read([](sql::Database& database) { return database.is_shared(); })) return true;
+    return transactions_.write([&](sql::Database& database) {
       return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
                              delivery.id, delivery.next_attempt_at) == 1;
     });
   }
 
-  void record_attempt(const std::string& id, const queue::DeliveryAttempt& attempt, queue::DeliveryState state,
+  void record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                       std::optional<std::int64_t> next_attempt_at) override {
-    transactions_.write([&](Database& database) {
+    transactions_.write([&](sql::Database& database) {
       database.change(
           "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
           " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
@@ -136,44 +134,44 @@ class SqlDeliveryStore final : public queue::DeliveryStore {
         return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
       }
       return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                             std::string(queue::name_of(state)), id);
+                             std::string(name_of(state)), id);
     });
   }
 
-  std::vector<queue::Delivery> of_job(const std::string& job_id) override {
-    return transactions_.read([&](Database& database) {
-      std::vector<queue::Delivery> deliveries;
+  std::vector<Delivery> of_job(const std::string& job_id) override {
+    return transactions_.read([&](sql::Database& database) {
+      std::vector<Delivery> deliveries;
       {
-        Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
+        sql::Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
         while (row.row()) deliveries.push_back(read_delivery(row));
       }
-      for (queue::Delivery& delivery : deliveries) read_attempts(database, delivery);
+      for (Delivery& delivery : deliveries) read_attempts(database, delivery);
       return deliveries;
     });
   }
 
   bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](Database& database) {
+    return transactions_.write([&](sql::Database& database) {
       return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
                              now, id, job_id) == 1;
     });
   }
 
   void delete_before(std::int64_t then) override {
-    transactions_.write([&](Database& database) {
+    transactions_.write([&](sql::Database& database) {
       return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
     });
   }
 
  private:
-  const std::shared_ptr<Transactions> owner_;
-  Transactions& transactions_;
+  const std::shared_ptr<sql::Transactions> owner_;
+  sql::Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::DeliveryStore> make_delivery_store(std::shared_ptr<Transactions> transactions) {
+std::unique_ptr<DeliveryStore> make_delivery_store(std::shared_ptr<sql::Transactions> transactions) {
   return std::make_unique<SqlDeliveryStore>(std::move(transactions));
 }
 
-}  // namespace storage::sql
+}  // namespace queue

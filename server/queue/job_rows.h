@@ -9,7 +9,9 @@
 #include "server/queue/job_store.h"
 #include "server/storage/sql/sql_database.h"
 
-namespace storage::sql {
+namespace queue {
+
+namespace sql = storage::sql;
 
 /// Words in one column, separated by spaces.
 std::string joined(const std::vector<std::string>& words);
@@ -17,47 +19,47 @@ std::vector<std::string> split(const std::string& text);
 
 /// The document is a patch of the scene of that id; null: a complete document. The first claim of a running job has
 /// these terms.
-void insert_job(Database& database, const queue::Job& job, const std::string& document,
-                const std::optional<std::string>& scene_id, const std::optional<queue::ClaimTerms>& terms);
-void insert_scene(Database& database, const std::string& id, const queue::CommonScene& scene);
-void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
-void insert_report(Database& database, const std::string& id, const std::string& report);
-void insert_problem(Database& database, const std::string& id, const queue::Problem& problem);
+void insert_job(sql::Database& database, const Job& job, const std::string& document,
+                const std::optional<std::string>& scene_id, const std::optional<ClaimTerms>& terms);
+void insert_scene(sql::Database& database, const std::string& id, const CommonScene& scene);
+void insert_labels(sql::Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
+void insert_report(sql::Database& database, const std::string& id, const std::string& report);
+void insert_problem(sql::Database& database, const std::string& id, const Problem& problem);
 /// Precondition: the row of the job exists.
-void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts);
+void insert_artifacts(sql::Database& database, const std::string& id, const std::vector<Artifact>& artifacts);
 
 /// Keeps other transactions from changing the job before the end of this one. Without effect where there is one writer.
-void lock_job(Database& database, const std::string& id);
-std::optional<queue::Job> read_job(Database& database, const std::string& id);
-std::optional<queue::JobSummary> read_summary(Database& database, const std::string& id);
+void lock_job(sql::Database& database, const std::string& id);
+std::optional<Job> read_job(sql::Database& database, const std::string& id);
+std::optional<JobSummary> read_summary(sql::Database& database, const std::string& id);
 /// Deletes the job if it does not run; none if it was not deleted.
-std::optional<queue::JobSummary> delete_job(Database& database, const std::string& id);
-std::optional<std::string> read_document(Database& database, const std::string& id);
+std::optional<JobSummary> delete_job(sql::Database& database, const std::string& id);
+std::optional<std::string> read_document(sql::Database& database, const std::string& id);
 /// The scene that the document of a job patches; none if the document is complete.
-std::optional<std::string> read_scene(Database& database, const std::string& id);
+std::optional<std::string> read_scene(sql::Database& database, const std::string& id);
 /// Sets the document of the claim, and the scene that it patches. Precondition: the job exists.
-void read_claimed_document(Database& database, queue::Claim& claim);
-std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
-std::vector<queue::JobMove> read_moves(Database& database, const std::string& id);
-std::int64_t read_artifact_bytes(Database& database);  ///< sum over all jobs
+void read_claimed_document(sql::Database& database, Claim& claim);
+std::vector<Artifact> read_artifacts(sql::Database& database, const std::string& id);
+std::vector<JobMove> read_moves(sql::Database& database, const std::string& id);
+std::int64_t read_artifact_bytes(sql::Database& database);  ///< sum over all jobs
 
-void insert_batch(Database& database, const queue::Batch& batch);
-std::optional<queue::BatchState> read_batch(Database& database, const std::string& id);
+void insert_batch(sql::Database& database, const Batch& batch);
+std::optional<BatchState> read_batch(sql::Database& database, const std::string& id);
 
 /// Replaces an expired reply under the same key. False, and nothing is changed, if there is one that has not expired.
-bool insert_reply(Database& database, const queue::KeptReply& kept, std::int64_t now);
+bool insert_reply(sql::Database& database, const KeptReply& kept, std::int64_t now);
 /// None if it has expired.
-std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
+std::optional<KeptReply> read_reply(sql::Database& database, const ReplyKey& key, std::int64_t now);
 
 /// Growth of an owner's pass by a claim with weight 1: all weights up to 10 divide it.
 inline constexpr std::int64_t pass_of_turn = 2520;
 
 /// Without the document where one connection does all writes. Precondition: the job is queued, and locked where several
 /// processes write.
-queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
+Claim claim_job(sql::Database& database, const std::string& id, const ClaimTerms& terms, std::int64_t now);
 /// The claim, without the document, of a queued job that is not stored yet. None if another job waits or its deadline
 /// has passed.
-std::optional<queue::Claim> claim_unstored(Database& database, const queue::Job& job, std::int64_t now);
+std::optional<Claim> claim_unstored(sql::Database& database, const Job& job, std::int64_t now);
 
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
 /// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.
@@ -67,4 +69,4 @@ inline constexpr const char* released_columns =
     " revision = revision + 1, moved_at = ?1,"
     " expires_at = coalesce(expires_at, CASE cancel_requested WHEN 1 THEN ?1 + 1000 * expires_in_s END), moved_for = ";
 
-}  // namespace storage::sql
+}  // namespace queue

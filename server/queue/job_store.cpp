@@ -6,14 +6,14 @@
 #include <map>
 #include <utility>
 
-#include "server/storage/sql/job_rows.h"
-#include "server/storage/sql/stores.h"
+#include "server/queue/job_rows.h"
+#include "server/queue/stores.h"
 
-namespace storage::sql {
+namespace queue {
 namespace {
 
-std::int64_t count_jobs(Database& database, queue::JobState state) {
-  Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(queue::name_of(state)));
+std::int64_t count_jobs(sql::Database& database, JobState state) {
+  sql::Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(name_of(state)));
   query.row();
   return query.integer(0);
 }
@@ -33,8 +33,8 @@ struct Walk {
   Label label;
 };
 
-std::int64_t count_labelled(Database& database, const Label& label) {
-  Query query =
+std::int64_t count_labelled(sql::Database& database, const Label& label) {
+  sql::Query query =
       database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS counted",
                      label.first, label.second, many);
   query.row();
@@ -42,7 +42,7 @@ std::int64_t count_labelled(Database& database, const Label& label) {
 }
 
 /// The shortest walk: the rarest label, or the state where that is rarer.
-Walk choose_walk(Database& database, const queue::JobFilter& filter) {
+Walk choose_walk(sql::Database& database, const JobFilter& filter) {
   Walk walk;
   if (!filter.batch.empty()) return {Walk::Over::batch, {}};
   std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
@@ -62,7 +62,7 @@ std::string lower_ascii(std::string text) {
   return text;
 }
 
-std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::JobFilter& filter) {
+std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter& filter) {
   std::string sql = "SELECT jobs.id FROM ";
   std::string id = "jobs.id";
   switch (over) {
@@ -96,13 +96,13 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::Job
 
 /// Ids of at most `limit` matching jobs older than `cursor` (empty: from the newest), newest first: over 100,000 jobs
 /// in milliseconds.
-std::vector<std::string> list_ids(Database& database, const queue::JobFilter& filter, const std::string& cursor,
+std::vector<std::string> list_ids(sql::Database& database, const JobFilter& filter, const std::string& cursor,
                                   int limit) {
   const Walk walk = choose_walk(database, filter);
   std::map<std::string, std::string> others = filter.labels;
   if (walk.over == Walk::Over::label) others.erase(walk.label.first);
 
-  Query query = database.query(list_sql(walk.over, others.size(), filter));
+  sql::Query query = database.query(list_sql(walk.over, others.size(), filter));
   int position = 0;
   if (walk.over == Walk::Over::label) {
     query.bind(++position, walk.label.first);
@@ -110,13 +110,13 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
   }
   if (walk.over == Walk::Over::batch) query.bind(++position, filter.batch);
   query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
-  if (filter.state) query.bind(++position, std::string(queue::name_of(*filter.state)));
+  if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
   for (const auto& [key, value] : others) {
     query.bind(++position, key);
     query.bind(++position, value);
   }
   if (!filter.text.empty()) query.bind(++position, lower_ascii(filter.text));
-  if (filter.kind) query.bind(++position, std::string(queue::name_of(*filter.kind)));
+  if (filter.kind) query.bind(++position, std::string(name_of(*filter.kind)));
   if (filter.owner) query.bind(++position, *filter.owner);
   for (const auto& moment : {filter.created_after, filter.created_before})
     if (moment) query.bind(++position, *moment);
@@ -145,9 +145,9 @@ struct Turns {
 };
 
 /// All owners of waiting jobs; the weight is that of their first.
-std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
+std::vector<Turns> read_turns(sql::Database& database, std::int64_t suspect) {
   std::vector<Turns> turns;
-  Query row = database.query(
+  sql::Query row = database.query(
       "SELECT owners.owner, max(owners.pass, (SELECT pass FROM latest_pass)), next.weight"
       " FROM owners CROSS JOIN jobs AS next WHERE next.id = (SELECT id FROM jobs INDEXED BY jobs_waiting"
       "   WHERE suspect = ? AND owner = owners.owner AND state = 'queued' AND not_before IS NULL"
@@ -158,27 +158,27 @@ std::vector<Turns> read_turns(Database& database, std::int64_t suspect) {
 }
 
 /// Adds the first `limit` waiting jobs of the owner.
-void add_waiting(Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit,
-                 queue::JobsBefore& before) {
-  Query sums = database.query(sum_of_work + std::string("(") + waiting_of_owner + " LIMIT ?3) AS waiting", suspect,
-                              owner, limit);
+void add_waiting(sql::Database& database, std::int64_t suspect, const std::string& owner, std::int64_t limit,
+                 JobsBefore& before) {
+  sql::Query sums = database.query(sum_of_work + std::string("(") + waiting_of_owner + " LIMIT ?3) AS waiting", suspect,
+                                   owner, limit);
   sums.row();
   before.jobs += sums.integer(0);
   before.work += sums.integer(1);
 }
 
-std::optional<queue::JobsBefore> read_queue_position(Database& database, const std::string& id, std::int64_t limit) {
+std::optional<JobsBefore> read_queue_position(sql::Database& database, const std::string& id, std::int64_t limit) {
   std::string owner;
   std::int64_t suspect = 0, rank = 0;
   {
-    Query job = database.query(
+    sql::Query job = database.query(
         "SELECT owner, suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
     if (!job.row()) return std::nullopt;
     owner = job.text(0), suspect = job.integer(1), rank = job.integer(2);
   }
-  queue::JobsBefore before;
+  JobsBefore before;
   {
-    Query own = database.query(
+    sql::Query own = database.query(
         sum_of_work +
             std::string("(SELECT work FROM jobs INDEXED BY jobs_waiting WHERE suspect = ?1 AND owner = ?2"
                         " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5) AS before"),
@@ -196,7 +196,7 @@ std::optional<queue::JobsBefore> read_queue_position(Database& database, const s
     add_waiting(database, suspect, other.owner, std::min(turns_before, limit), before);
     if (other.before(pass + 1) == turns_before) continue;
     // Both have a turn at the same pass: the lower rank is first.
-    Query next =
+    sql::Query next =
         database.query(std::string(waiting_of_owner) + " LIMIT 1 OFFSET ?3", suspect, other.owner, turns_before);
     if (!next.row() || std::pair(next.integer(0), next.text(1)) > std::pair(rank, id)) continue;
     ++before.jobs;
@@ -211,13 +211,13 @@ std::optional<queue::JobsBefore> read_queue_position(Database& database, const s
 
 // ---- stores
 
-class SqlJobStore final : public queue::JobStore {
+class SqlJobStore final : public JobStore {
  public:
-  explicit SqlJobStore(Transactions& transactions) : transactions_(transactions) {}
+  explicit SqlJobStore(sql::Transactions& transactions) : transactions_(transactions) {}
 
-  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
-    const auto work = [&](Database& database) {
-      queue::InsertResult result;
+  InsertResult insert(const InsertRequest& request, std::int64_t now) override {
+    const auto work = [&](sql::Database& database) {
+      InsertResult result;
       if (request.reply) {
         if (!insert_reply(database, *request.reply, now)) {
           result.earlier = read_reply(database, request.reply->key, now).value();
@@ -230,33 +230,33 @@ class SqlJobStore final : public queue::JobStore {
       if (request.claim) result.claim = claim_unstored(database, request.jobs.front().job, now);
       const auto terms = result.claim ? request.claim : std::nullopt;
       for (const auto& [job, document] : request.jobs) {
-        assert(job.state == queue::JobState::queued || job.state == queue::JobState::succeeded);
+        assert(job.state == JobState::queued || job.state == JobState::succeeded);
         insert_job(database, result.claim ? result.claim->job : job, document, scene_id, terms);
       }
       return result;
     };
-    return transactions_.write(work, synced(request.durable));
+    return transactions_.write(work, sql::synced(request.durable));
   }
 
-  std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
-    return transactions_.read([&](Database& database) { return read_reply(database, key, now); });
+  std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now) override {
+    return transactions_.read([&](sql::Database& database) { return read_reply(database, key, now); });
   }
 
-  std::optional<queue::Job> find(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_job(database, id); });
+  std::optional<Job> find(const std::string& id) override {
+    return transactions_.read([&](sql::Database& database) { return read_job(database, id); });
   }
 
-  std::optional<queue::JobSummary> summary(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_summary(database, id); });
+  std::optional<JobSummary> summary(const std::string& id) override {
+    return transactions_.read([&](sql::Database& database) { return read_summary(database, id); });
   }
 
-  std::vector<queue::JobMove> moves(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_moves(database, id); });
+  std::vector<JobMove> moves(const std::string& id) override {
+    return transactions_.read([&](sql::Database& database) { return read_moves(database, id); });
   }
 
-  std::optional<queue::Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
-    return transactions_.read([&](Database& database) -> std::optional<queue::Job> {
-      Query newest = database.query(
+  std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
+    return transactions_.read([&](sql::Database& database) -> std::optional<Job> {
+      sql::Query newest = database.query(
           "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
           " AND (expires_at IS NULL OR expires_at > ?) ORDER BY id DESC LIMIT 1",
           content_key, expires_after);
@@ -266,17 +266,17 @@ class SqlJobStore final : public queue::JobStore {
   }
 
   std::optional<std::string> document(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_document(database, id); });
+    return transactions_.read([&](sql::Database& database) { return read_document(database, id); });
   }
 
   std::optional<std::string> scene(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_scene(database, id); });
+    return transactions_.read([&](sql::Database& database) { return read_scene(database, id); });
   }
 
-  queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
-    return transactions_.read([&](Database& database) {
+  JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override {
+    return transactions_.read([&](sql::Database& database) {
       std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
-      queue::JobPage page;
+      JobPage page;
       if (ids.size() > static_cast<std::size_t>(limit)) {
         ids.pop_back();
         page.next_cursor = ids.back();
@@ -286,18 +286,18 @@ class SqlJobStore final : public queue::JobStore {
     });
   }
 
-  queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
-                              std::optional<std::int64_t> revision, bool durable) override {
-    using Outcome = queue::ChangeOutcome;
-    const auto work = [&](Database& database) {
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                       bool durable) override {
+    using Outcome = ChangeOutcome;
+    const auto work = [&](sql::Database& database) {
       lock_job(database, id);
-      const std::optional<queue::Job> job = read_job(database, id);
+      const std::optional<Job> job = read_job(database, id);
       if (!job) return Outcome::unknown;
       if (revision && *revision != job->revision) return Outcome::other_revision;
-      if (change.priority && queue::ended(job->state)) return Outcome::ended;
+      if (change.priority && ended(job->state)) return Outcome::ended;
       if (change.expires_at && job->expired) return Outcome::expired;
       const int priority = change.priority.value_or(job->priority);
-      const std::int64_t rank_change = queue::rank_of(0, {}, priority) - queue::rank_of(0, {}, job->priority);
+      const std::int64_t rank_change = rank_of(0, {}, priority) - rank_of(0, {}, job->priority);
       database.change(
           "UPDATE jobs SET name = ?, priority = ?, rank = rank + ?, expires_at = ?, revision = revision + 1"
           " WHERE id = ?",
@@ -309,52 +309,52 @@ class SqlJobStore final : public queue::JobStore {
       }
       return Outcome::changed;
     };
-    return transactions_.write(work, synced(durable));
+    return transactions_.write(work, sql::synced(durable));
   }
 
-  queue::Removal remove(const std::string& id, bool durable) override {
-    using Outcome = queue::RemoveOutcome;
-    const auto work = [&](Database& database) -> queue::Removal {
+  Removal remove(const std::string& id, bool durable) override {
+    using Outcome = RemoveOutcome;
+    const auto work = [&](sql::Database& database) -> Removal {
       lock_job(database, id);
-      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+      const std::vector<Artifact> artifacts = read_artifacts(database, id);
       if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
       return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
     };
-    return transactions_.write(work, synced(durable));
+    return transactions_.write(work, sql::synced(durable));
   }
 
  private:
-  Transactions& transactions_;
+  sql::Transactions& transactions_;
 };
 
 /// Counts from tables that triggers maintain.
-class SqlStatistics final : public queue::JobStatistics {
+class SqlStatistics final : public JobStatistics {
  public:
-  explicit SqlStatistics(Transactions& transactions) : transactions_(transactions) {}
+  explicit SqlStatistics(sql::Transactions& transactions) : transactions_(transactions) {}
 
-  std::int64_t count(queue::JobState state) override {
-    return transactions_.read([&](Database& database) { return count_jobs(database, state); });
+  std::int64_t count(JobState state) override {
+    return transactions_.read([&](sql::Database& database) { return count_jobs(database, state); });
   }
 
-  queue::OwnerUsage owner_usage(const std::string& owner) override {
-    return transactions_.read([&](Database& database) {
-      queue::OwnerUsage usage{.all_queued_jobs = count_jobs(database, queue::JobState::queued)};
-      Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
+  OwnerUsage owner_usage(const std::string& owner) override {
+    return transactions_.read([&](sql::Database& database) {
+      OwnerUsage usage{.all_queued_jobs = count_jobs(database, JobState::queued)};
+      sql::Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
       if (row.row()) usage.queued_jobs = row.integer(0), usage.artifact_bytes = row.integer(1);
       return usage;
     });
   }
 
   std::int64_t artifact_bytes() override {
-    return transactions_.read([](Database& database) { return read_artifact_bytes(database); });
+    return transactions_.read([](sql::Database& database) { return read_artifact_bytes(database); });
   }
 
-  queue::QueueDepth depth() override {
-    return transactions_.read([&](Database& database) {
-      queue::QueueDepth depth;
-      Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
+  QueueDepth depth() override {
+    return transactions_.read([&](sql::Database& database) {
+      QueueDepth depth;
+      sql::Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
       while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
-      Query delayed = database.query(
+      sql::Query delayed = database.query(
           "SELECT count(*),"
           " CAST((SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0) AS BIGINT)"
           " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
@@ -362,7 +362,7 @@ class SqlStatistics final : public queue::JobStatistics {
       depth.delayed = delayed.integer(0);
       depth.work = delayed.integer(1);
       // Ids are in order of creation.
-      Query oldest = database.query(
+      sql::Query oldest = database.query(
           "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
           " WHERE state = 'queued' AND not_before IS NULL ORDER BY id LIMIT 1");
       if (oldest.row()) depth.oldest_at = oldest.integer(0);
@@ -370,31 +370,30 @@ class SqlStatistics final : public queue::JobStatistics {
     });
   }
 
-  std::optional<queue::JobsBefore> queue_position(const std::string& id, std::int64_t limit) override {
-    return transactions_.read([&](Database& database) -> std::optional<queue::JobsBefore> {
-      return read_queue_position(database, id, limit);
-    });
+  std::optional<JobsBefore> queue_position(const std::string& id, std::int64_t limit) override {
+    return transactions_.read(
+        [&](sql::Database& database) -> std::optional<JobsBefore> { return read_queue_position(database, id, limit); });
   }
 
  private:
-  Transactions& transactions_;
+  sql::Transactions& transactions_;
 };
 
 }  // namespace
 
-JobStores::JobStores(Transactions& transactions)
+JobStores::JobStores(sql::Transactions& transactions)
     : jobs_(make_job_store(transactions)),
       statistics_(make_job_statistics(transactions)),
       transitions_(make_job_transitions(transactions)),
       batches_(make_batch_store(transactions)),
       maintenance_(make_maintenance_store(transactions)) {}
 
-std::unique_ptr<queue::JobStore> make_job_store(Transactions& transactions) {
+std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions) {
   return std::make_unique<SqlJobStore>(transactions);
 }
 
-std::unique_ptr<queue::JobStatistics> make_job_statistics(Transactions& transactions) {
+std::unique_ptr<JobStatistics> make_job_statistics(sql::Transactions& transactions) {
   return std::make_unique<SqlStatistics>(transactions);
 }
 
-}  // namespace storage::sql
+}  // namespace queue

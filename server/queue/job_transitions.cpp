@@ -2,52 +2,52 @@
 
 #include <cassert>
 
-#include "server/storage/sql/job_rows.h"
-#include "server/storage/sql/stores.h"
+#include "server/queue/job_rows.h"
+#include "server/queue/stores.h"
 
-namespace storage::sql {
+namespace queue {
 namespace {
 
 /// Ends a job that runs under `fence`; false when there is none. `synced`: its artifacts are durable.
-bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, queue::JobState state,
+bool end(sql::Database& database, const std::string& id, std::int64_t fence, std::int64_t now, JobState state,
          bool synced = true) {
-  assert(queue::may_move(queue::JobState::running, state));
+  assert(may_move(JobState::running, state));
   return database.change(
              "UPDATE jobs SET state = ?1, ended_at = max(?2, started_at), moved_at = ?2, moved_for = '',"
              " cancel_requested = 0, artifacts_synced = ?5, revision = revision + 1,"
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
-             std::string(queue::name_of(state)), now, id, fence, std::int64_t{synced}) == 1;
+             std::string(name_of(state)), now, id, fence, std::int64_t{synced}) == 1;
 }
 
-queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
+CancelOutcome cancel_job(sql::Database& database, const std::string& id, std::int64_t now) {
   if (database.change(
           "UPDATE jobs SET state = 'cancelled', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1,"
           " moved_for = '',"
           " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
           " WHERE id = ?2 AND state = 'queued'",
           now, id) == 1) {
-    return queue::CancelOutcome::cancelled;
+    return CancelOutcome::cancelled;
   }
   if (database.change("UPDATE jobs SET revision = revision + 1 - cancel_requested, cancel_requested = 1"
                       " WHERE id = ? AND state = 'running'",
                       id) == 1) {
-    return queue::CancelOutcome::cancelling;
+    return CancelOutcome::cancelling;
   }
-  return database.query("SELECT 1 FROM jobs WHERE id = ?", id).row() ? queue::CancelOutcome::already_ended
-                                                                     : queue::CancelOutcome::unknown;
+  return database.query("SELECT 1 FROM jobs WHERE id = ?", id).row() ? CancelOutcome::already_ended
+                                                                     : CancelOutcome::unknown;
 }
 
-queue::RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now,
-                              queue::SucceededJobs succeeded = queue::SucceededJobs::keep) {
+RetryOutcome retry_job(sql::Database& database, const std::string& id, std::int64_t now,
+                       SucceededJobs succeeded = SucceededJobs::keep) {
   lock_job(database, id);
-  const std::optional<queue::Job> job = read_job(database, id);
-  if (!job) return queue::RetryOutcome::unknown;
-  if (!queue::ended(job->state)) return queue::RetryOutcome::not_ended;
-  const bool has_succeeded = job->state == queue::JobState::succeeded;
-  if (has_succeeded && succeeded == queue::SucceededJobs::keep) return queue::RetryOutcome::succeeded;
-  if (job->expired) return queue::RetryOutcome::expired;
-  assert(queue::may_move(job->state, queue::JobState::queued));
+  const std::optional<Job> job = read_job(database, id);
+  if (!job) return RetryOutcome::unknown;
+  if (!ended(job->state)) return RetryOutcome::not_ended;
+  const bool has_succeeded = job->state == JobState::succeeded;
+  if (has_succeeded && succeeded == SucceededJobs::keep) return RetryOutcome::succeeded;
+  if (job->expired) return RetryOutcome::expired;
+  assert(may_move(job->state, JobState::queued));
   for (const char* const table : {"problem_errors", "reports", "artifacts"})
     database.change(std::string("DELETE FROM ") + table + " WHERE job_id = ?", id);
   database.change(
@@ -55,12 +55,12 @@ queue::RetryOutcome retry_job(Database& database, const std::string& id, std::in
       " moved_at = ?1, moved_for = 'retry by request',"
       " problem_code = NULL, problem_detail = NULL, deadline = CASE WHEN deadline > ?1 THEN deadline END,"
       " not_before = CASE WHEN run_after > ?1 THEN run_after END, rank = ?2, revision = revision + 1 WHERE id = ?3",
-      now, queue::rank_of(now, job->run_after, job->priority), id);
-  return queue::RetryOutcome::queued;
+      now, rank_of(now, job->run_after, job->priority), id);
+  return RetryOutcome::queued;
 }
 
 /// A part of a statement: jobs of one owner that may be claimed at ?2, least rank first.
-std::string waiting_jobs(const queue::ClaimFilter& filter, const std::string& owner) {
+std::string waiting_jobs(const ClaimFilter& filter, const std::string& owner) {
   const std::string index = filter.small ? "small_jobs_waiting WHERE large = 0 AND" : "jobs_waiting WHERE";
   return "SELECT id FROM jobs INDEXED BY " + index + " suspect = ?1 AND owner = " + owner +
          " AND state = 'queued' AND not_before IS NULL AND (deadline IS NULL OR deadline > ?2) ORDER BY rank, id";
@@ -73,24 +73,24 @@ struct NextJob {
 
 /// The first job of the first owner that has one which no other process is claiming. `is_last` stays false: the jobs
 /// that others are claiming may come back.
-std::optional<NextJob> lock_next_job(Database& database, const queue::ClaimFilter& filter, std::int64_t now,
+std::optional<NextJob> lock_next_job(sql::Database& database, const ClaimFilter& filter, std::int64_t now,
                                      const std::vector<std::string>& owners) {
   for (const std::string& owner : owners) {
-    Query job = database.query(waiting_jobs(filter, "?3") + " LIMIT 1" + database.skip_locked(),
-                               std::int64_t{filter.suspects}, now, owner);
+    sql::Query job = database.query(waiting_jobs(filter, "?3") + " LIMIT 1" + database.skip_locked(),
+                                    std::int64_t{filter.suspects}, now, owner);
     if (job.row()) return NextJob{job.text(0)};
   }
   return std::nullopt;
 }
 
 /// The next job to claim; none if no job passes the filter.
-std::optional<NextJob> find_next_job(Database& database, const queue::ClaimFilter& filter, std::int64_t now) {
+std::optional<NextJob> find_next_job(sql::Database& database, const ClaimFilter& filter, std::int64_t now) {
   std::vector<NextJob> next_of_owners;
   std::vector<std::string> owners;
   std::string busy_owners = " ";  // names have no blanks
   for (const std::string& busy : filter.busy_owners) busy_owners.append(busy).append(" ");
   {
-    Query first = database.query(
+    sql::Query first = database.query(
         "SELECT next.id, next.owner FROM owners CROSS JOIN jobs AS next WHERE next.id = (" +
             waiting_jobs(filter, "owners.owner") +
             " LIMIT 1) AND queued_jobs > 0 AND instr(?3, ' ' || owners.owner || ' ') = 0"
@@ -104,33 +104,32 @@ std::optional<NextJob> find_next_job(Database& database, const queue::ClaimFilte
   }
   if (database.is_shared()) return lock_next_job(database, filter, now, owners);
   if (owners.size() != 1) return owners.empty() ? std::nullopt : std::optional(next_of_owners.front());
-  Query second = database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects}, now,
-                                owners.front());
+  sql::Query second = database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects},
+                                     now, owners.front());
   next_of_owners.front().is_last = !second.row();
   return next_of_owners.front();
 }
 
-class SqlTransitions final : public queue::JobTransitions {
+class SqlTransitions final : public JobTransitions {
  public:
-  explicit SqlTransitions(Transactions& transactions) : transactions_(transactions) {}
+  explicit SqlTransitions(sql::Transactions& transactions) : transactions_(transactions) {}
 
-  std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
-                                    const queue::ClaimFilter& filter) override {
+  std::optional<Claim> claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter) override {
     bool has_document = false;
-    const auto work = [&](Database& database) -> std::optional<queue::Claim> {
+    const auto work = [&](sql::Database& database) -> std::optional<Claim> {
       const std::optional<NextJob> next = find_next_job(database, filter, now);
       if (!next) return std::nullopt;
-      queue::Claim claim = claim_job(database, next->id, terms, now);
+      Claim claim = claim_job(database, next->id, terms, now);
       claim.is_last = next->is_last;
       has_document = database.is_shared();
       return claim;
     };
-    std::optional<queue::Claim> claim = transactions_.write(work, Synced::with_next);
+    std::optional<Claim> claim = transactions_.write(work, sql::Synced::with_next);
     if (!claim || has_document) return claim;
     const std::string id = claim->job.id;
     try {
       // Outside the only writer, which a large document would delay; it exists as long as its job runs.
-      transactions_.read([&](Database& database) {
+      transactions_.read([&](sql::Database& database) {
         read_claimed_document(database, *claim);
         return 0;
       });
@@ -141,10 +140,10 @@ class SqlTransitions final : public queue::JobTransitions {
     return claim;
   }
 
-  std::vector<queue::Lease> renew(const std::vector<queue::Lease>& leases, std::int64_t until) override {
-    const auto work = [&](Database& database) {
-      std::vector<queue::Lease> lost;
-      for (const queue::Lease& lease : leases) {
+  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override {
+    const auto work = [&](sql::Database& database) {
+      std::vector<Lease> lost;
+      for (const Lease& lease : leases) {
         const int renewed =
             database.change("UPDATE jobs SET lease_until = ? WHERE id = ? AND fence = ? AND state = 'running'", until,
                             lease.job_id, lease.fence);
@@ -152,24 +151,24 @@ class SqlTransitions final : public queue::JobTransitions {
       }
       return lost;
     };
-    return transactions_.write(work, Synced::with_next);
+    return transactions_.write(work, sql::Synced::with_next);
   }
 
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
-    const auto work = [&](Database& database) {
-      if (!end(database, id, fence, now, queue::JobState::succeeded, durable)) return false;
+               const std::vector<Artifact>& artifacts, bool durable, bool rendered) override {
+    const auto work = [&](sql::Database& database) {
+      if (!end(database, id, fence, now, JobState::succeeded, durable)) return false;
       if (!rendered) database.change("UPDATE jobs SET attempt = attempt - 1 WHERE id = ?", id);
       insert_report(database, id, report);
       insert_artifacts(database, id, artifacts);
       return true;
     };
-    return transactions_.write(work, synced(durable));
+    return transactions_.write(work, sql::synced(durable));
   }
 
-  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) override {
-    return transactions_.write([&](Database& database) {
-      if (!end(database, id, fence, now, queue::JobState::failed)) return false;
+  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override {
+    return transactions_.write([&](sql::Database& database) {
+      if (!end(database, id, fence, now, JobState::failed)) return false;
       insert_problem(database, id, problem);
       return true;
     });
@@ -177,11 +176,11 @@ class SqlTransitions final : public queue::JobTransitions {
 
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
     return transactions_.write(
-        [&](Database& database) { return end(database, id, fence, now, queue::JobState::cancelled); });
+        [&](sql::Database& database) { return end(database, id, fence, now, JobState::cancelled); });
   }
 
-  bool add_artifact(const std::string& id, std::int64_t fence, const queue::Artifact& artifact) override {
-    return transactions_.write([&](Database& database) {
+  bool add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact) override {
+    return transactions_.write([&](sql::Database& database) {
       const int changed = database.change(
           "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
           " AND expired = 0 AND keep = 1",
@@ -191,43 +190,41 @@ class SqlTransitions final : public queue::JobTransitions {
     });
   }
 
-  queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
-                                const queue::Release& release) override {
+  ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& release) override {
     std::optional<std::int64_t> not_before;
     if (release.pause_ms > 0) not_before = now + release.pause_ms;
-    return transactions_.write([&](Database& database) {
-      Query released =
+    return transactions_.write([&](sql::Database& database) {
+      sql::Query released =
           database.query(std::string(released_columns) +
                              " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
                              " not_before = CASE cancel_requested WHEN 0 THEN ?5 END"
                              " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
                          now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
                          not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
-      if (!released.row()) return queue::ReleaseOutcome::stale;
-      return released.text(0) == "queued" ? queue::ReleaseOutcome::queued : queue::ReleaseOutcome::cancelled;
+      if (!released.row()) return ReleaseOutcome::stale;
+      return released.text(0) == "queued" ? ReleaseOutcome::queued : ReleaseOutcome::cancelled;
     });
   }
 
-  queue::CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
+  CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
     return transactions_.write(
-        [&](Database& database) {
+        [&](sql::Database& database) {
           lock_job(database, id);
           return cancel_job(database, id, now);
         },
-        synced(durable));
+        sql::synced(durable));
   }
 
-  queue::RetryOutcome retry(const std::string& id, std::int64_t now, queue::SucceededJobs succeeded,
-                            bool durable) override {
-    return transactions_.write([&](Database& database) { return retry_job(database, id, now, succeeded); },
-                               synced(durable));
+  RetryOutcome retry(const std::string& id, std::int64_t now, SucceededJobs succeeded, bool durable) override {
+    return transactions_.write([&](sql::Database& database) { return retry_job(database, id, now, succeeded); },
+                               sql::synced(durable));
   }
 
  private:
-  Transactions& transactions_;
+  sql::Transactions& transactions_;
 };
 
-std::vector<std::string> jobs_of(Database& database, const std::string& batch) {
+std::vector<std::string> jobs_of(sql::Database& database, const std::string& batch) {
   return database
       .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
                  database.locking(),
@@ -235,22 +232,22 @@ std::vector<std::string> jobs_of(Database& database, const std::string& batch) {
       .texts();
 }
 
-class SqlBatches final : public queue::BatchStore {
+class SqlBatches final : public BatchStore {
  public:
-  explicit SqlBatches(Transactions& transactions) : transactions_(transactions) {}
+  explicit SqlBatches(sql::Transactions& transactions) : transactions_(transactions) {}
 
-  std::optional<queue::BatchState> find(const std::string& id) override {
-    return transactions_.read([&](Database& database) { return read_batch(database, id); });
+  std::optional<BatchState> find(const std::string& id) override {
+    return transactions_.read([&](sql::Database& database) { return read_batch(database, id); });
   }
 
-  queue::BatchPage list(const std::string& cursor, int limit) override {
-    return transactions_.read([&](Database& database) {
+  BatchPage list(const std::string& cursor, int limit) override {
+    return transactions_.read([&](sql::Database& database) {
       const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
       std::vector<std::string> ids =
           database
               .query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, std::int64_t{limit} + 1)
               .texts();
-      queue::BatchPage page;
+      BatchPage page;
       if (ids.size() > static_cast<std::size_t>(limit)) {
         ids.pop_back();
         page.next_cursor = ids.back();
@@ -260,9 +257,9 @@ class SqlBatches final : public queue::BatchStore {
     });
   }
 
-  queue::BatchRemoval remove_ended(const std::string& id, int limit) override {
-    return transactions_.write([&](Database& database) {
-      queue::BatchRemoval removal;
+  BatchRemoval remove_ended(const std::string& id, int limit) override {
+    return transactions_.write([&](sql::Database& database) {
+      BatchRemoval removal;
       const std::vector<std::string> ended = database
                                                  .query(
                                                      "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
@@ -270,7 +267,7 @@ class SqlBatches final : public queue::BatchStore {
                                                      id, std::int64_t{limit})
                                                  .texts();
       for (const std::string& job : ended) {
-        const std::vector<queue::Artifact> artifacts = read_artifacts(database, job);
+        const std::vector<Artifact> artifacts = read_artifacts(database, job);
         removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
         removal.jobs.push_back(delete_job(database, job).value());
       }
@@ -278,25 +275,25 @@ class SqlBatches final : public queue::BatchStore {
     });
   }
 
-  queue::BatchCancel cancel(const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](Database& database) {
-      queue::BatchCancel changed;
+  BatchCancel cancel(const std::string& id, std::int64_t now) override {
+    return transactions_.write([&](sql::Database& database) {
+      BatchCancel changed;
       for (const std::string& job : jobs_of(database, id)) {
-        const queue::CancelOutcome outcome = cancel_job(database, job, now);
-        if (outcome == queue::CancelOutcome::cancelled) changed.cancelled.push_back(job);
-        if (outcome == queue::CancelOutcome::cancelling) changed.cancelling.push_back(job);
+        const CancelOutcome outcome = cancel_job(database, job, now);
+        if (outcome == CancelOutcome::cancelled) changed.cancelled.push_back(job);
+        if (outcome == CancelOutcome::cancelling) changed.cancelling.push_back(job);
       }
       return changed;
     });
   }
 
-  queue::BatchRetry retry(const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](Database& database) {
-      queue::BatchRetry retried;
+  BatchRetry retry(const std::string& id, std::int64_t now) override {
+    return transactions_.write([&](sql::Database& database) {
+      BatchRetry retried;
       for (const std::string& job : jobs_of(database, id)) {
-        if (retry_job(database, job, now) == queue::RetryOutcome::queued) retried.jobs.push_back(job);
+        if (retry_job(database, job, now) == RetryOutcome::queued) retried.jobs.push_back(job);
       }
-      Query suspect = database.query(
+      sql::Query suspect = database.query(
           "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1 AND state = 'queued' LIMIT 1",
           id);
       retried.suspects = suspect.row();
@@ -305,7 +302,7 @@ class SqlBatches final : public queue::BatchStore {
   }
 
   std::vector<std::string> list_failing() override {
-    return transactions_.read([&](Database& database) {
+    return transactions_.read([&](sql::Database& database) {
       return database
           .query(
               "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
@@ -316,17 +313,17 @@ class SqlBatches final : public queue::BatchStore {
   }
 
  private:
-  Transactions& transactions_;
+  sql::Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::JobTransitions> make_job_transitions(Transactions& transactions) {
+std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions) {
   return std::make_unique<SqlTransitions>(transactions);
 }
 
-std::unique_ptr<queue::BatchStore> make_batch_store(Transactions& transactions) {
+std::unique_ptr<BatchStore> make_batch_store(sql::Transactions& transactions) {
   return std::make_unique<SqlBatches>(transactions);
 }
 
-}  // namespace storage::sql
+}  // namespace queue

@@ -2,10 +2,10 @@
 
 #include <limits>
 
-#include "server/storage/sql/job_rows.h"
-#include "server/storage/sql/stores.h"
+#include "server/queue/job_rows.h"
+#include "server/queue/stores.h"
 
-namespace storage::sql {
+namespace queue {
 namespace {
 
 constexpr const char* aged_jobs =
@@ -18,7 +18,7 @@ constexpr const char* with_artifacts =
 
 /// Moments from the retention.
 struct Limits {
-  Limits(std::int64_t moment, const queue::Retention& retention)
+  Limits(std::int64_t moment, const Retention& retention)
       : now(moment),
         lease_ended_before(now - retention.lease_grace_ms),
         delete_before(now - retention.expired_ms),
@@ -38,18 +38,18 @@ std::string oldest_of(const std::string& state) {
 
 /// One step inside a transaction.
 struct Step {
-  Database& database;
+  sql::Database& database;
   const Limits& limits;
   const std::int64_t limit;
   const std::int64_t now = limits.now;
-  queue::MaintenanceResult result{};
+  MaintenanceResult result{};
 
-  static bool is_due(Database& database, const Limits& limits) {
+  static bool is_due(sql::Database& database, const Limits& limits) {
     if (limits.has_artifact_bytes() && read_artifact_bytes(database) > limits.artifact_bytes &&
         database.query(with_artifacts).row())
       return true;
     // Minima, since a planner that has seen few jobs would rather read all of them than an index for a range.
-    Query any = database.query(
+    sql::Query any = database.query(
         "SELECT (SELECT min(not_before) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL) <= ?1"
         " OR (SELECT min(deadline) FROM jobs INDEXED BY jobs_by_deadline"
         "   WHERE state = 'queued' AND deadline IS NOT NULL) <= ?1"
@@ -67,7 +67,7 @@ struct Step {
   }
 
   [[nodiscard]] std::optional<std::string> oldest_with_artifacts() const {
-    Query oldest = database.query(std::string(with_artifacts) + database.skip_locked());
+    sql::Query oldest = database.query(std::string(with_artifacts) + database.skip_locked());
     if (!oldest.row()) return std::nullopt;
     return oldest.text(0);
   }
@@ -85,7 +85,7 @@ struct Step {
                    limits.lease_ended_before, limit)
             .texts();
     for (const std::string& id : ids) {
-      Query released = database.query(
+      sql::Query released = database.query(
           std::string(released_columns) + " 'lease_ended ', attempt = attempt - 1 WHERE id = ?2 RETURNING state", now,
           id);
       released.row();
@@ -96,7 +96,7 @@ struct Step {
   void clear_not_before() {
     std::vector<std::string> ids;
     {
-      Query due = database.query(
+      sql::Query due = database.query(
           "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?" +
               std::string(database.skip_locked()),
           now, limit);
@@ -115,14 +115,14 @@ struct Step {
     result.overdue =
         find("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?");
     for (const std::string& id : result.overdue) {
-      static_assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
+      static_assert(may_move(JobState::queued, JobState::failed));
       database.change(
           "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1, "
           "revision = revision + "
           "1,"
           " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
           now, id);
-      insert_problem(database, id, queue::deadline_exceeded());
+      insert_problem(database, id, deadline_exceeded());
     }
   }
 
@@ -143,7 +143,7 @@ struct Step {
   }
 
   void expire(const std::string& id, int& count) {
-    const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+    const std::vector<Artifact> artifacts = read_artifacts(database, id);
     result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
     database.change("DELETE FROM artifacts WHERE job_id = ?", id);
     database.change("DELETE FROM documents WHERE job_id = ?", id);
@@ -163,7 +163,7 @@ struct Step {
                    limits.delete_unkept_before, limit)
             .texts();
     for (const std::string& id : ids) {
-      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+      const std::vector<Artifact> artifacts = read_artifacts(database, id);
       result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
       result.deleted += database.change("DELETE FROM jobs WHERE id = ?", id);
     }
@@ -181,15 +181,15 @@ struct Step {
   }
 };
 
-class SqlMaintenance final : public queue::MaintenanceStore {
+class SqlMaintenance final : public MaintenanceStore {
  public:
-  explicit SqlMaintenance(Transactions& transactions) : transactions_(transactions) {}
+  explicit SqlMaintenance(sql::Transactions& transactions) : transactions_(transactions) {}
 
-  queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
+  MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) override {
     const Limits limits(now, retention);
-    const auto is_due = [&](Database& database) { return Step::is_due(database, limits); };
+    const auto is_due = [&](sql::Database& database) { return Step::is_due(database, limits); };
     if (!transactions_.read(is_due)) return {};
-    return transactions_.write([&](Database& database) {
+    return transactions_.write([&](sql::Database& database) {
       Step step{database, limits, limit};
       step.release_abandoned();
       step.clear_not_before();
@@ -203,7 +203,7 @@ class SqlMaintenance final : public queue::MaintenanceStore {
   }
 
   int recover(const std::string& boot_id, std::int64_t now) override {
-    return transactions_.write([&](Database& database) {
+    return transactions_.write([&](sql::Database& database) {
       if (database.is_shared()) return 0;
       database.change(
           "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
@@ -216,13 +216,13 @@ class SqlMaintenance final : public queue::MaintenanceStore {
   }
 
   bool is_artifact_referenced(const std::string& sha256) override {
-    return transactions_.read([&](Database& database) {
+    return transactions_.read([&](sql::Database& database) {
       return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
     });
   }
 
   bool is_asset_referenced(const std::string& sha256) override {
-    return transactions_.read([&](Database& database) {
+    return transactions_.read([&](sql::Database& database) {
       return database
           .query(
               "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
@@ -233,17 +233,18 @@ class SqlMaintenance final : public queue::MaintenanceStore {
   }
 
   void probe() override {
-    transactions_.write([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
+    transactions_.write(
+        [](sql::Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
   }
 
  private:
-  Transactions& transactions_;
+  sql::Transactions& transactions_;
 };
 
 }  // namespace
 
-std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Transactions& transactions) {
+std::unique_ptr<MaintenanceStore> make_maintenance_store(sql::Transactions& transactions) {
   return std::make_unique<SqlMaintenance>(transactions);
 }
 
-}  // namespace storage::sql
+}  // namespace queue
