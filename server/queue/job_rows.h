@@ -7,11 +7,8 @@
 #include <vector>
 
 #include "server/queue/job_store.h"
-#include "server/storage/sql/sql_database.h"
 
 namespace queue {
-
-namespace sql = storage::sql;
 
 /// Words in one column, separated by spaces.
 std::string joined(const std::vector<std::string>& words);

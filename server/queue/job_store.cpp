@@ -327,73 +327,60 @@ class SqlJobStore final : public JobStore {
   sql::Transactions& transactions_;
 };
 
-/// Counts from tables that triggers maintain.
-class SqlStatistics final : public JobStatistics {
- public:
-  explicit SqlStatistics(sql::Transactions& transactions) : transactions_(transactions) {}
-
-  std::int64_t count(JobState state) override {
-    return transactions_.read([&](sql::Database& database) { return count_jobs(database, state); });
-  }
-
-  OwnerUsage owner_usage(const std::string& owner) override {
-    return transactions_.read([&](sql::Database& database) {
-      OwnerUsage usage{.all_queued_jobs = count_jobs(database, JobState::queued)};
-      sql::Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
-      if (row.row()) usage.queued_jobs = row.integer(0), usage.artifact_bytes = row.integer(1);
-      return usage;
-    });
-  }
-
-  std::int64_t artifact_bytes() override {
-    return transactions_.read([](sql::Database& database) { return read_artifact_bytes(database); });
-  }
-
-  QueueDepth depth() override {
-    return transactions_.read([&](sql::Database& database) {
-      QueueDepth depth;
-      sql::Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
-      while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
-      sql::Query delayed = database.query(
-          "SELECT count(*),"
-          " CAST((SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0) AS BIGINT)"
-          " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
-      delayed.row();
-      depth.delayed = delayed.integer(0);
-      depth.work = delayed.integer(1);
-      // Ids are in order of creation.
-      sql::Query oldest = database.query(
-          "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
-          " WHERE state = 'queued' AND not_before IS NULL ORDER BY id LIMIT 1");
-      if (oldest.row()) depth.oldest_at = oldest.integer(0);
-      return depth;
-    });
-  }
-
-  std::optional<JobsBefore> queue_position(const std::string& id, std::int64_t limit) override {
-    return transactions_.read(
-        [&](sql::Database& database) -> std::optional<JobsBefore> { return read_queue_position(database, id, limit); });
-  }
-
- private:
-  sql::Transactions& transactions_;
-};
-
 }  // namespace
+
+std::int64_t JobStatistics::count(JobState state) {
+  return transactions_.read([&](sql::Database& database) { return count_jobs(database, state); });
+}
+
+OwnerUsage JobStatistics::owner_usage(const std::string& owner) {
+  return transactions_.read([&](sql::Database& database) {
+    OwnerUsage usage{.all_queued_jobs = count_jobs(database, JobState::queued)};
+    sql::Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owners WHERE owner = ?", owner);
+    if (row.row()) usage.queued_jobs = row.integer(0), usage.artifact_bytes = row.integer(1);
+    return usage;
+  });
+}
+
+std::int64_t JobStatistics::artifact_bytes() {
+  return transactions_.read([](sql::Database& database) { return read_artifact_bytes(database); });
+}
+
+QueueDepth JobStatistics::depth() {
+  return transactions_.read([&](sql::Database& database) {
+    QueueDepth depth;
+    sql::Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
+    while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
+    sql::Query delayed = database.query(
+        "SELECT count(*),"
+        " CAST((SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0) AS BIGINT)"
+        " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
+    delayed.row();
+    depth.delayed = delayed.integer(0);
+    depth.work = delayed.integer(1);
+    // Ids are in order of creation.
+    sql::Query oldest = database.query(
+        "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
+        " WHERE state = 'queued' AND not_before IS NULL ORDER BY id LIMIT 1");
+    if (oldest.row()) depth.oldest_at = oldest.integer(0);
+    return depth;
+  });
+}
+
+std::optional<JobsBefore> JobStatistics::queue_position(const std::string& id, std::int64_t limit) {
+  return transactions_.read(
+      [&](sql::Database& database) -> std::optional<JobsBefore> { return read_queue_position(database, id, limit); });
+}
 
 JobStores::JobStores(sql::Transactions& transactions)
     : jobs_(make_job_store(transactions)),
-      statistics_(make_job_statistics(transactions)),
+      statistics_(transactions),
       transitions_(make_job_transitions(transactions)),
       batches_(make_batch_store(transactions)),
       maintenance_(make_maintenance_store(transactions)) {}
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions) {
   return std::make_unique<SqlJobStore>(transactions);
-}
-
-std::unique_ptr<JobStatistics> make_job_statistics(sql::Transactions& transactions) {
-  return std::make_unique<SqlStatistics>(transactions);
 }
 
 }  // namespace queue

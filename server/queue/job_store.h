@@ -11,8 +11,11 @@
 #include <vector>
 
 #include "server/queue/job.h"
+#include "server/storage/sql/sql_database.h"
 
 namespace queue {
+
+namespace sql = storage::sql;
 
 class StoreFailure : public std::runtime_error {
  public:
@@ -235,17 +238,21 @@ class JobStore {
   virtual Removal remove(const std::string& id, bool durable = true) = 0;
 };
 
-/// Counts over all jobs, without a walk over them.
+/// Counts over all jobs, without a walk over them: from tables that triggers maintain.
 class JobStatistics {
  public:
-  virtual ~JobStatistics() = default;
-  virtual std::int64_t count(JobState state) = 0;
-  virtual OwnerUsage owner_usage(const std::string& owner) = 0;
-  virtual std::int64_t artifact_bytes() = 0;  ///< sum over all jobs; equal artifacts count once
-  virtual QueueDepth depth() = 0;
+  explicit JobStatistics(sql::Transactions& transactions) : transactions_(transactions) {}
+
+  std::int64_t count(JobState state);
+  OwnerUsage owner_usage(const std::string& owner);
+  std::int64_t artifact_bytes();  ///< sum over all jobs; equal artifacts count once
+  QueueDepth depth();
   /// Jobs that would be claimed before this one if all were claimed now, one after the other, and owners had no running
   /// jobs; counted up to `limit`. Empty where it is not queued or has a not_before.
-  virtual std::optional<JobsBefore> queue_position(const std::string& id, std::int64_t limit) = 0;
+  std::optional<JobsBefore> queue_position(const std::string& id, std::int64_t limit);
+
+ private:
+  sql::Transactions& transactions_;
 };
 
 /// Moves of jobs between states (may_move).

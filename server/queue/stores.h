@@ -6,28 +6,24 @@
 
 #include "server/queue/delivery_store.h"
 #include "server/queue/job_store.h"
-#include "server/storage/sql/sql_database.h"
 
 namespace queue {
-
-namespace sql = storage::sql;
 
 /// One of each interface of queue::Stores. `transactions` must outlive it.
 class JobStores {
  public:
   explicit JobStores(sql::Transactions& transactions);
-  [[nodiscard]] Stores all() const { return {*jobs_, *statistics_, *transitions_, *batches_, *maintenance_}; }
+  [[nodiscard]] Stores all() { return {*jobs_, statistics_, *transitions_, *batches_, *maintenance_}; }
 
  private:
   std::unique_ptr<JobStore> jobs_;
-  std::unique_ptr<JobStatistics> statistics_;
+  JobStatistics statistics_;
   std::unique_ptr<JobTransitions> transitions_;
   std::unique_ptr<BatchStore> batches_;
   std::unique_ptr<MaintenanceStore> maintenance_;
 };
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions);
-std::unique_ptr<JobStatistics> make_job_statistics(sql::Transactions& transactions);
 std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions);
 std::unique_ptr<BatchStore> make_batch_store(sql::Transactions& transactions);
 std::unique_ptr<MaintenanceStore> make_maintenance_store(sql::Transactions& transactions);
