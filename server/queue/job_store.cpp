@@ -376,7 +376,7 @@ JobStores::JobStores(sql::Transactions& transactions)
     : jobs_(make_job_store(transactions)),
       statistics_(transactions),
       transitions_(make_job_transitions(transactions)),
-      batches_(make_batch_store(transactions)),
+      batches_(transactions),
       maintenance_(make_maintenance_store(transactions)) {}
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions) {

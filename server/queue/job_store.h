@@ -297,17 +297,21 @@ class JobTransitions {
 /// Jobs submitted together. A batch is deleted with the last of its jobs.
 class BatchStore {
  public:
-  virtual ~BatchStore() = default;
-  virtual std::optional<BatchState> find(const std::string& id) = 0;
-  virtual BatchPage list(const std::string& cursor, int limit) = 0;  ///< as JobStore::list
+  explicit BatchStore(sql::Transactions& transactions) : transactions_(transactions) {}
+
+  std::optional<BatchState> find(const std::string& id);
+  BatchPage list(const std::string& cursor, int limit);  ///< as JobStore::list
   /// As JobStore::remove, of at most `limit` jobs that have ended.
-  virtual BatchRemoval remove_ended(const std::string& id, int limit) = 0;
+  BatchRemoval remove_ended(const std::string& id, int limit);
   /// As JobTransitions::cancel, of all its jobs.
-  virtual BatchCancel cancel(const std::string& id, std::int64_t now) = 0;
+  BatchCancel cancel(const std::string& id, std::int64_t now);
   /// As JobTransitions::retry, of all that failed or were cancelled and have not expired.
-  virtual BatchRetry retry(const std::string& id, std::int64_t now) = 0;
+  BatchRetry retry(const std::string& id, std::int64_t now);
   /// Batches with more failed jobs than their max_failed and jobs that have not ended.
-  virtual std::vector<std::string> list_failing() = 0;
+  std::vector<std::string> list_failing();
+
+ private:
+  sql::Transactions& transactions_;
 };
 
 class MaintenanceStore {

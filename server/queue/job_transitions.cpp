@@ -110,6 +110,14 @@ std::optional<NextJob> find_next_job(sql::Database& database, const ClaimFilter&
   return next_of_owners.front();
 }
 
+std::vector<std::string> jobs_of(sql::Database& database, const std::string& batch) {
+  return database
+      .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
+                 database.locking(),
+             batch)
+      .texts();
+}
+
 class SqlTransitions final : public JobTransitions {
  public:
   explicit SqlTransitions(sql::Transactions& transactions) : transactions_(transactions) {}
@@ -224,106 +232,85 @@ class SqlTransitions final : public JobTransitions {
   sql::Transactions& transactions_;
 };
 
-std::vector<std::string> jobs_of(sql::Database& database, const std::string& batch) {
-  return database
-      .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
-                 database.locking(),
-             batch)
-      .texts();
+}  // namespace
+
+std::optional<BatchState> BatchStore::find(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_batch(database, id); });
 }
 
-class SqlBatches final : public BatchStore {
- public:
-  explicit SqlBatches(sql::Transactions& transactions) : transactions_(transactions) {}
+BatchPage BatchStore::list(const std::string& cursor, int limit) {
+  return transactions_.read([&](sql::Database& database) {
+    const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
+    std::vector<std::string> ids =
+        database.query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, std::int64_t{limit} + 1)
+            .texts();
+    BatchPage page;
+    if (ids.size() > static_cast<std::size_t>(limit)) {
+      ids.pop_back();
+      page.next_cursor = ids.back();
+    }
+    for (const std::string& id : ids) page.items.push_back(read_batch(database, id).value());
+    return page;
+  });
+}
 
-  std::optional<BatchState> find(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_batch(database, id); });
-  }
+BatchRemoval BatchStore::remove_ended(const std::string& id, int limit) {
+  return transactions_.write([&](sql::Database& database) {
+    BatchRemoval removal;
+    const std::vector<std::string> ended = database
+                                               .query(
+                                                   "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
+                                                   " AND state NOT IN ('queued', 'running') LIMIT ?",
+                                                   id, std::int64_t{limit})
+                                               .texts();
+    for (const std::string& job : ended) {
+      const std::vector<Artifact> artifacts = read_artifacts(database, job);
+      removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
+      removal.jobs.push_back(delete_job(database, job).value());
+    }
+    return removal;
+  });
+}
 
-  BatchPage list(const std::string& cursor, int limit) override {
-    return transactions_.read([&](sql::Database& database) {
-      const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
-      std::vector<std::string> ids =
-          database
-              .query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, std::int64_t{limit} + 1)
-              .texts();
-      BatchPage page;
-      if (ids.size() > static_cast<std::size_t>(limit)) {
-        ids.pop_back();
-        page.next_cursor = ids.back();
-      }
-      for (const std::string& id : ids) page.items.push_back(read_batch(database, id).value());
-      return page;
-    });
-  }
+BatchCancel BatchStore::cancel(const std::string& id, std::int64_t now) {
+  return transactions_.write([&](sql::Database& database) {
+    BatchCancel changed;
+    for (const std::string& job : jobs_of(database, id)) {
+      const CancelOutcome outcome = cancel_job(database, job, now);
+      if (outcome == CancelOutcome::cancelled) changed.cancelled.push_back(job);
+      if (outcome == CancelOutcome::cancelling) changed.cancelling.push_back(job);
+    }
+    return changed;
+  });
+}
 
-  BatchRemoval remove_ended(const std::string& id, int limit) override {
-    return transactions_.write([&](sql::Database& database) {
-      BatchRemoval removal;
-      const std::vector<std::string> ended = database
-                                                 .query(
-                                                     "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
-                                                     " AND state NOT IN ('queued', 'running') LIMIT ?",
-                                                     id, std::int64_t{limit})
-                                                 .texts();
-      for (const std::string& job : ended) {
-        const std::vector<Artifact> artifacts = read_artifacts(database, job);
-        removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
-        removal.jobs.push_back(delete_job(database, job).value());
-      }
-      return removal;
-    });
-  }
+BatchRetry BatchStore::retry(const std::string& id, std::int64_t now) {
+  return transactions_.write([&](sql::Database& database) {
+    BatchRetry retried;
+    for (const std::string& job : jobs_of(database, id)) {
+      if (retry_job(database, job, now) == RetryOutcome::queued) retried.jobs.push_back(job);
+    }
+    sql::Query suspect = database.query(
+        "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1 AND state = 'queued' LIMIT 1",
+        id);
+    retried.suspects = suspect.row();
+    return retried;
+  });
+}
 
-  BatchCancel cancel(const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](sql::Database& database) {
-      BatchCancel changed;
-      for (const std::string& job : jobs_of(database, id)) {
-        const CancelOutcome outcome = cancel_job(database, job, now);
-        if (outcome == CancelOutcome::cancelled) changed.cancelled.push_back(job);
-        if (outcome == CancelOutcome::cancelling) changed.cancelling.push_back(job);
-      }
-      return changed;
-    });
-  }
-
-  BatchRetry retry(const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](sql::Database& database) {
-      BatchRetry retried;
-      for (const std::string& job : jobs_of(database, id)) {
-        if (retry_job(database, job, now) == RetryOutcome::queued) retried.jobs.push_back(job);
-      }
-      sql::Query suspect = database.query(
-          "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1 AND state = 'queued' LIMIT 1",
-          id);
-      retried.suspects = suspect.row();
-      return retried;
-    });
-  }
-
-  std::vector<std::string> list_failing() override {
-    return transactions_.read([&](sql::Database& database) {
-      return database
-          .query(
-              "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
-              " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
-              " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
-          .texts();
-    });
-  }
-
- private:
-  sql::Transactions& transactions_;
-};
-
-}  // namespace
+std::vector<std::string> BatchStore::list_failing() {
+  return transactions_.read([&](sql::Database& database) {
+    return database
+        .query(
+            "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
+            " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
+            " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
+        .texts();
+  });
+}
 
 std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions) {
   return std::make_unique<SqlTransitions>(transactions);
-}
-
-std::unique_ptr<BatchStore> make_batch_store(sql::Transactions& transactions) {
-  return std::make_unique<SqlBatches>(transactions);
 }
 
 }  // namespace queue

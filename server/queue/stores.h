@@ -13,19 +13,18 @@ namespace queue {
 class JobStores {
  public:
   explicit JobStores(sql::Transactions& transactions);
-  [[nodiscard]] Stores all() { return {*jobs_, statistics_, *transitions_, *batches_, *maintenance_}; }
+  [[nodiscard]] Stores all() { return {*jobs_, statistics_, *transitions_, batches_, *maintenance_}; }
 
  private:
   std::unique_ptr<JobStore> jobs_;
   JobStatistics statistics_;
   std::unique_ptr<JobTransitions> transitions_;
-  std::unique_ptr<BatchStore> batches_;
+  BatchStore batches_;
   std::unique_ptr<MaintenanceStore> maintenance_;
 };
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions);
 std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions);
-std::unique_ptr<BatchStore> make_batch_store(sql::Transactions& transactions);
 std::unique_ptr<MaintenanceStore> make_maintenance_store(sql::Transactions& transactions);
 std::unique_ptr<DeliveryStore> make_delivery_store(std::shared_ptr<sql::Transactions> transactions);
 
