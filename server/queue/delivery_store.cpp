@@ -1,9 +1,6 @@
-/// Webhook subscriptions, deliveries and attempts.
-
-#include <utility>
+#include "server/queue/delivery_store.h"
 
 #include "server/queue/job_rows.h"
-#include "server/queue/stores.h"
 
 namespace queue {
 namespace {
@@ -41,137 +38,123 @@ int insert_delivery(sql::Database& database, const Delivery& delivery) {
       delivery.next_attempt_at.value_or(delivery.created_at), host_of(delivery.url));
 }
 
-class SqlDeliveryStore final : public DeliveryStore {
- public:
-  explicit SqlDeliveryStore(std::shared_ptr<sql::Transactions> transactions)
-      : owner_(std::move(transactions)), transactions_(*owner_) {}
-
-  void subscribe(const Subscription& subscription) override {
-    transactions_.write([&](sql::Database& database) {
-      return database.change(
-          "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
-          " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
-          subscription.job_id, subscription.url, joined(subscription.events));
-    });
-  }
-
-  std::optional<Subscription> subscription(const std::string& job_id) override {
-    return transactions_.read([&](sql::Database& database) -> std::optional<Subscription> {
-      sql::Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
-      if (!row.row()) return std::nullopt;
-      return Subscription{job_id, row.text(0), split(row.text(1))};
-    });
-  }
-
-  std::vector<std::string> subscribed_jobs() override {
-    return transactions_.read([](sql::Database& database) {
-      return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts();
-    });
-  }
-
-  void unsubscribe(const std::string& job_id) override {
-    transactions_.write(
-        [&](sql::Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
-  }
-
-  void enqueue(const Delivery& delivery) override {
-    transactions_.write([&](sql::Database& database) { return insert_delivery(database, delivery); });
-  }
-
-  bool replace_subscription(const Delivery& delivery) override {
-    return transactions_.write([&](sql::Database& database) {
-      if (database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id) == 0) return false;
-      insert_delivery(database, delivery);
-      return true;
-    });
-  }
-
-  std::optional<Delivery> next(const std::set<std::string>& busy) override {
-    return transactions_.read([&](sql::Database& database) -> std::optional<Delivery> {
-      std::pair<std::int64_t, std::string> earliest;
-      {
-        // The first of each host, by steps from one host to the next in the index.
-        sql::Query first = database.query(
-            "WITH RECURSIVE hosts (name) AS (SELECT min(host) FROM deliveries WHERE state = 'pending'"
-            " UNION ALL SELECT (SELECT min(host) FROM deliveries WHERE state = 'pending' AND host > name)"
-            " FROM hosts WHERE name IS NOT NULL)"
-            " SELECT name, next_attempt_at, id FROM hosts JOIN deliveries ON id = (SELECT id FROM deliveries"
-            " WHERE state = 'pending' AND host = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
-        while (first.row()) {
-          if (busy.contains(first.text(0))) continue;
-          const std::pair candidate{first.integer(1), first.text(2)};
-          if (earliest.second.empty() || candidate < earliest) earliest = candidate;
-        }
-      }
-      if (earliest.second.empty()) return std::nullopt;
-      std::optional<Delivery> delivery;
-      {
-        sql::Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
-        row.row();
-        delivery = read_delivery(row);
-      }
-      read_attempts(database, *delivery);
-      return delivery;
-    });
-  }
-
-  bool reserve(const Delivery& delivery, std::int64_t until) override {
-    if (!transactions_.read([](sql::Database& database) { return database.is_shared(); })) return true;
-    return transactions_.write([&](sql::Database& database) {
-      return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
-                             delivery.id, delivery.next_attempt_at) == 1;
-    });
-  }
-
-  void record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
-                      std::optional<std::int64_t> next_attempt_at) override {
-    transactions_.write([&](sql::Database& database) {
-      database.change(
-          "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
-          " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
-          id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
-      if (next_attempt_at) {
-        return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
-      }
-      return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                             std::string(name_of(state)), id);
-    });
-  }
-
-  std::vector<Delivery> of_job(const std::string& job_id) override {
-    return transactions_.read([&](sql::Database& database) {
-      std::vector<Delivery> deliveries;
-      {
-        sql::Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
-        while (row.row()) deliveries.push_back(read_delivery(row));
-      }
-      for (Delivery& delivery : deliveries) read_attempts(database, delivery);
-      return deliveries;
-    });
-  }
-
-  bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now) override {
-    return transactions_.write([&](sql::Database& database) {
-      return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
-                             now, id, job_id) == 1;
-    });
-  }
-
-  void delete_before(std::int64_t then) override {
-    transactions_.write([&](sql::Database& database) {
-      return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
-    });
-  }
-
- private:
-  const std::shared_ptr<sql::Transactions> owner_;
-  sql::Transactions& transactions_;
-};
-
 }  // namespace
 
-std::unique_ptr<DeliveryStore> make_delivery_store(std::shared_ptr<sql::Transactions> transactions) {
-  return std::make_unique<SqlDeliveryStore>(std::move(transactions));
+void DeliveryStore::subscribe(const Subscription& subscription) {
+  transactions_->write([&](sql::Database& database) {
+    return database.change(
+        "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
+        " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
+        subscription.job_id, subscription.url, joined(subscription.events));
+  });
+}
+
+std::optional<Subscription> DeliveryStore::subscription(const std::string& job_id) {
+  return transactions_->read([&](sql::Database& database) -> std::optional<Subscription> {
+    sql::Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
+    if (!row.row()) return std::nullopt;
+    return Subscription{job_id, row.text(0), split(row.text(1))};
+  });
+}
+
+std::vector<std::string> DeliveryStore::subscribed_jobs() {
+  return transactions_->read([](sql::Database& database) {
+    return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts();
+  });
+}
+
+void DeliveryStore::unsubscribe(const std::string& job_id) {
+  transactions_->write(
+      [&](sql::Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
+}
+
+void DeliveryStore::enqueue(const Delivery& delivery) {
+  transactions_->write([&](sql::Database& database) { return insert_delivery(database, delivery); });
+}
+
+bool DeliveryStore::replace_subscription(const Delivery& delivery) {
+  return transactions_->write([&](sql::Database& database) {
+    if (database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id) == 0) return false;
+    insert_delivery(database, delivery);
+    return true;
+  });
+}
+
+std::optional<Delivery> DeliveryStore::next(const std::set<std::string>& busy) {
+  return transactions_->read([&](sql::Database& database) -> std::optional<Delivery> {
+    std::pair<std::int64_t, std::string> earliest;
+    {
+      // The first of each host, by steps from one host to the next in the index.
+      sql::Query first = database.query(
+          "WITH RECURSIVE hosts (name) AS (SELECT min(host) FROM deliveries WHERE state = 'pending'"
+          " UNION ALL SELECT (SELECT min(host) FROM deliveries WHERE state = 'pending' AND host > name)"
+          " FROM hosts WHERE name IS NOT NULL)"
+          " SELECT name, next_attempt_at, id FROM hosts JOIN deliveries ON id = (SELECT id FROM deliveries"
+          " WHERE state = 'pending' AND host = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
+      while (first.row()) {
+        if (busy.contains(first.text(0))) continue;
+        const std::pair candidate{first.integer(1), first.text(2)};
+        if (earliest.second.empty() || candidate < earliest) earliest = candidate;
+      }
+    }
+    if (earliest.second.empty()) return std::nullopt;
+    std::optional<Delivery> delivery;
+    {
+      sql::Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
+      row.row();
+      delivery = read_delivery(row);
+    }
+    read_attempts(database, *delivery);
+    return delivery;
+  });
+}
+
+bool DeliveryStore::reserve(const Delivery& delivery, std::int64_t until) {
+  if (!transactions_->read([](sql::Database& database) { return database.is_shared(); })) return true;
+  return transactions_->write([&](sql::Database& database) {
+    return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
+                           delivery.id, delivery.next_attempt_at) == 1;
+  });
+}
+
+void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
+                                   std::optional<std::int64_t> next_attempt_at) {
+  transactions_->write([&](sql::Database& database) {
+    database.change(
+        "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
+        " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
+        id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
+    if (next_attempt_at) {
+      return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
+    }
+    return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
+                           std::string(name_of(state)), id);
+  });
+}
+
+std::vector<Delivery> DeliveryStore::of_job(const std::string& job_id) {
+  return transactions_->read([&](sql::Database& database) {
+    std::vector<Delivery> deliveries;
+    {
+      sql::Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
+      while (row.row()) deliveries.push_back(read_delivery(row));
+    }
+    for (Delivery& delivery : deliveries) read_attempts(database, delivery);
+    return deliveries;
+  });
+}
+
+bool DeliveryStore::redeliver(const std::string& job_id, const std::string& id, std::int64_t now) {
+  return transactions_->write([&](sql::Database& database) {
+    return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
+                           now, id, job_id) == 1;
+  });
+}
+
+void DeliveryStore::delete_before(std::int64_t then) {
+  transactions_->write([&](sql::Database& database) {
+    return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
+  });
 }
 
 }  // namespace queue

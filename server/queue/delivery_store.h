@@ -6,10 +6,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "server/storage/sql/sql_database.h"
 
 namespace queue {
 
@@ -58,34 +62,39 @@ inline std::string host_of(const std::string& url) {
 
 class DeliveryStore {
  public:
-  virtual ~DeliveryStore() = default;
+  /// The tables must exist: see the schemas of server/storage/sqlite and server/storage/postgres.
+  explicit DeliveryStore(std::shared_ptr<storage::sql::Transactions> transactions)
+      : transactions_(std::move(transactions)) {}
 
-  virtual void subscribe(const Subscription& subscription) = 0;  ///< replaces an earlier one of the job
-  virtual std::optional<Subscription> subscription(const std::string& job_id) = 0;
-  virtual std::vector<std::string> subscribed_jobs() = 0;
-  virtual void unsubscribe(const std::string& job_id) = 0;
+  void subscribe(const Subscription& subscription);  ///< replaces an earlier one of the job
+  std::optional<Subscription> subscription(const std::string& job_id);
+  std::vector<std::string> subscribed_jobs();
+  void unsubscribe(const std::string& job_id);
 
   /// Precondition: pending, without attempts, with a new id.
-  virtual void enqueue(const Delivery& delivery) = 0;
+  void enqueue(const Delivery& delivery);
   /// As enqueue, in place of the subscription of its job. False, without an effect, if there is none: another node has
   /// made the delivery.
-  virtual bool replace_subscription(const Delivery& delivery) = 0;
+  bool replace_subscription(const Delivery& delivery);
 
   /// The pending delivery with the earliest next attempt whose host is not in `busy`. Its cost does not grow with the
   /// number of deliveries.
-  virtual std::optional<Delivery> next(const std::set<std::string>& busy) = 0;
+  std::optional<Delivery> next(const std::set<std::string>& busy);
   /// Before an attempt of what `next` has returned: no other node begins one before `until`. False if one has begun
   /// one. No effect where the store has one node.
-  virtual bool reserve(const Delivery& delivery, std::int64_t until) = 0;
+  bool reserve(const Delivery& delivery, std::int64_t until);
   /// Records the result of an attempt. Without `next_attempt_at` the delivery is not pending any more.
-  virtual void record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
-                              std::optional<std::int64_t> next_attempt_at) = 0;
+  void record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
+                      std::optional<std::int64_t> next_attempt_at);
 
-  virtual std::vector<Delivery> of_job(const std::string& job_id) = 0;  ///< oldest first
+  std::vector<Delivery> of_job(const std::string& job_id);  ///< oldest first
   /// Makes a delivery of the job pending again, due at `now`. False if there is none.
-  virtual bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now) = 0;
+  bool redeliver(const std::string& job_id, const std::string& id, std::int64_t now);
   /// Deletes deliveries that are not pending and were created before `then`.
-  virtual void delete_before(std::int64_t then) = 0;
+  void delete_before(std::int64_t then);
+
+ private:
+  const std::shared_ptr<storage::sql::Transactions> transactions_;
 };
 
 }  // namespace queue

@@ -1,10 +1,9 @@
 #pragma once
-/// The stores of jobs and of webhook deliveries over an SQL database, whose tables must exist: see the schemas of
-/// server/storage/sqlite and server/storage/postgres.
+/// The stores of jobs over an SQL database, whose tables must exist: see the schemas of server/storage/sqlite and
+/// server/storage/postgres.
 
 #include <memory>
 
-#include "server/queue/delivery_store.h"
 #include "server/queue/job_store.h"
 
 namespace queue {
@@ -26,6 +25,5 @@ class JobStores {
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions);
 std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions);
 std::unique_ptr<MaintenanceStore> make_maintenance_store(sql::Transactions& transactions);
-std::unique_ptr<DeliveryStore> make_delivery_store(std::shared_ptr<sql::Transactions> transactions);
 
 }  // namespace queue

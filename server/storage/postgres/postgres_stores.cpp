@@ -17,7 +17,7 @@ struct PostgresStores::Parts {
         wakeups(dsn) {}
   std::shared_ptr<sql::Transactions> transactions;
   queue::JobStores jobs{*transactions};
-  std::unique_ptr<queue::DeliveryStore> deliveries = queue::make_delivery_store(transactions);
+  queue::DeliveryStore deliveries{transactions};
   std::unique_ptr<queue::TaskStore> tasks;
   DatabaseClock clock{*transactions};
   std::unique_ptr<queue::ClusterStore> cluster = make_cluster_store(*transactions, clock);
@@ -31,7 +31,7 @@ PostgresStores::PostgresStores(const std::string& dsn, const PostgresSettings& s
 PostgresStores::~PostgresStores() = default;
 
 queue::Stores PostgresStores::all() const { return parts_->jobs.all(); }
-queue::DeliveryStore& PostgresStores::deliveries() const { return *parts_->deliveries; }
+queue::DeliveryStore& PostgresStores::deliveries() const { return parts_->deliveries; }
 queue::ClusterStore& PostgresStores::cluster() const { return *parts_->cluster; }
 queue::Wakeups& PostgresStores::wakeups() const { return parts_->wakeups; }
 queue::Clock PostgresStores::clock() const {

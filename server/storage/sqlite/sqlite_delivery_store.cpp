@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "server/queue/stores.h"
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/schema.h"
 
@@ -37,7 +36,7 @@ void check_deliveries_file(const std::string& directory) {
 }
 
 std::unique_ptr<queue::DeliveryStore> open_delivery_store(const std::string& directory, queue::DiskHealth* health) {
-  return queue::make_delivery_store(open_deliveries(directory, health));
+  return std::make_unique<queue::DeliveryStore>(open_deliveries(directory, health));
 }
 
 std::unique_ptr<sql::Transactions> open_deliveries(const std::string& directory, queue::DiskHealth* health) {
