@@ -377,7 +377,7 @@ JobStores::JobStores(sql::Transactions& transactions)
       statistics_(transactions),
       transitions_(make_job_transitions(transactions)),
       batches_(transactions),
-      maintenance_(make_maintenance_store(transactions)) {}
+      maintenance_(transactions) {}
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions) {
   return std::make_unique<SqlJobStore>(transactions);

@@ -3,7 +3,7 @@
 /// loss. Exceptions are claims, renewed leases and calls with `durable` = false, which survive kill -9, and power loss
 /// from the next durable call on. Thread-safe. A failure of the environment (disk full, I/O) is thrown as StoreFailure,
 /// and then the call had no effect; after a failed disk (StoreFailure::Kind::broken) this holds once the store was
-/// opened again, and not for StoreFailure::Kind::unknown.
+/// opened again, and not for StoreFailure::Kind::unknown. Virtual functions are those that tests replace.
 
 #include <optional>
 #include <stdexcept>
@@ -316,26 +316,30 @@ class BatchStore {
 
 class MaintenanceStore {
  public:
+  explicit MaintenanceStore(sql::Transactions& transactions) : transactions_(transactions) {}
   virtual ~MaintenanceStore() = default;
 
   /// One small step, at most `limit` jobs of each kind: running jobs whose lease has ended are released, not_before
   /// that has passed is cleared, earliest first; queued jobs past their deadline fail; ended ones past expires_at, and
   /// those beyond the retention, expire: they lose their document and images. Rows of expired jobs and replies are
   /// deleted in time, and ended jobs without Job::keep. Costs one read when there is nothing to do.
-  virtual MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) = 0;
+  virtual MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit);
 
   /// At the start of a daemon: every job that runs under another boot id returns to queued, the attempt not counted
   /// (cancel_requested: to cancelled), whatever its lease. Returns their number. Jobs without Job::keep are cancelled:
   /// their clients are gone. For a store with one daemon at a time;
   /// where several share one this has no effect and leases end in time.
-  virtual int recover(const std::string& boot_id, std::int64_t now) = 0;
+  int recover(const std::string& boot_id, std::int64_t now);
 
   /// True if a job names this sha256 in its artifacts, or as an upload. Called before the bytes are deleted.
-  virtual bool is_artifact_referenced(const std::string& sha256) = 0;
-  virtual bool is_asset_referenced(const std::string& sha256) = 0;
+  bool is_artifact_referenced(const std::string& sha256);
+  bool is_asset_referenced(const std::string& sha256);
 
   /// A small durable write, which makes all earlier calls durable too. Throws StoreFailure when it fails.
-  virtual void probe() = 0;
+  virtual void probe();
+
+ private:
+  sql::Transactions& transactions_;
 };
 
 /// References to one implementation of each; they must outlive their user.

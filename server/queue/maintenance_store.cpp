@@ -181,70 +181,57 @@ struct Step {
   }
 };
 
-class SqlMaintenance final : public MaintenanceStore {
- public:
-  explicit SqlMaintenance(sql::Transactions& transactions) : transactions_(transactions) {}
-
-  MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) override {
-    const Limits limits(now, retention);
-    const auto is_due = [&](sql::Database& database) { return Step::is_due(database, limits); };
-    if (!transactions_.read(is_due)) return {};
-    return transactions_.write([&](sql::Database& database) {
-      Step step{database, limits, limit};
-      step.release_abandoned();
-      step.clear_not_before();
-      step.fail_overdue();
-      step.expire();
-      step.delete_unkept();
-      step.delete_expired();
-      step.result.more = is_due(database);
-      return step.result;
-    });
-  }
-
-  int recover(const std::string& boot_id, std::int64_t now) override {
-    return transactions_.write([&](sql::Database& database) {
-      if (database.is_shared()) return 0;
-      database.change(
-          "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
-          " cancel_requested = 0, revision = revision + 1 WHERE state IN ('queued', 'running') AND keep = 0",
-          now);
-      return database.change(std::string(released_columns) +
-                                 " 'daemon_ended ', attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",
-                             now, boot_id);
-    });
-  }
-
-  bool is_artifact_referenced(const std::string& sha256) override {
-    return transactions_.read([&](sql::Database& database) {
-      return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
-    });
-  }
-
-  bool is_asset_referenced(const std::string& sha256) override {
-    return transactions_.read([&](sql::Database& database) {
-      return database
-          .query(
-              "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
-              "1",
-              sha256)
-          .row();
-    });
-  }
-
-  void probe() override {
-    transactions_.write(
-        [](sql::Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
-  }
-
- private:
-  sql::Transactions& transactions_;
-};
-
 }  // namespace
 
-std::unique_ptr<MaintenanceStore> make_maintenance_store(sql::Transactions& transactions) {
-  return std::make_unique<SqlMaintenance>(transactions);
+MaintenanceResult MaintenanceStore::run_maintenance(std::int64_t now, const Retention& retention, int limit) {
+  const Limits limits(now, retention);
+  const auto is_due = [&](sql::Database& database) { return Step::is_due(database, limits); };
+  if (!transactions_.read(is_due)) return {};
+  return transactions_.write([&](sql::Database& database) {
+    Step step{database, limits, limit};
+    step.release_abandoned();
+    step.clear_not_before();
+    step.fail_overdue();
+    step.expire();
+    step.delete_unkept();
+    step.delete_expired();
+    step.result.more = is_due(database);
+    return step.result;
+  });
+}
+
+int MaintenanceStore::recover(const std::string& boot_id, std::int64_t now) {
+  return transactions_.write([&](sql::Database& database) {
+    if (database.is_shared()) return 0;
+    database.change(
+        "UPDATE jobs SET state = 'cancelled', ended_at = max(?, coalesce(started_at, created_at)), not_before = NULL,"
+        " cancel_requested = 0, revision = revision + 1 WHERE state IN ('queued', 'running') AND keep = 0",
+        now);
+    return database.change(std::string(released_columns) +
+                               " 'daemon_ended ', attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",
+                           now, boot_id);
+  });
+}
+
+bool MaintenanceStore::is_artifact_referenced(const std::string& sha256) {
+  return transactions_.read([&](sql::Database& database) {
+    return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
+  });
+}
+
+bool MaintenanceStore::is_asset_referenced(const std::string& sha256) {
+  return transactions_.read([&](sql::Database& database) {
+    return database
+        .query(
+            "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
+            "1",
+            sha256)
+        .row();
+  });
+}
+
+void MaintenanceStore::probe() {
+  transactions_.write([](sql::Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
 }
 
 }  // namespace queue

@@ -178,18 +178,3 @@ class ForwardingTransitions : public queue::JobTransitions {
  private:
   queue::JobTransitions& target_;
 };
-
-class ForwardingMaintenance : public queue::MaintenanceStore {
- public:
-  explicit ForwardingMaintenance(queue::MaintenanceStore& target) : target_(target) {}
-  queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
-    return target_.run_maintenance(now, retention, limit);
-  }
-  int recover(const std::string& boot_id, std::int64_t now) override { return target_.recover(boot_id, now); }
-  bool is_artifact_referenced(const std::string& sha256) override { return target_.is_artifact_referenced(sha256); }
-  bool is_asset_referenced(const std::string& sha256) override { return target_.is_asset_referenced(sha256); }
-  void probe() override { target_.probe(); }
-
- private:
-  queue::MaintenanceStore& target_;
-};

@@ -85,12 +85,11 @@ class LateTransitions final : public ForwardingTransitions {
   std::function<void()>& between;
 };
 
-class LateMaintenance final : public ForwardingMaintenance {
+class LateMaintenance final : public MaintenanceStore {
  public:
-  LateMaintenance(MaintenanceStore& target, std::function<void()>& call)
-      : ForwardingMaintenance(target), between(call) {}
+  LateMaintenance(MaintenanceStore& target, std::function<void()>& call) : MaintenanceStore(target), between(call) {}
   MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) override {
-    MaintenanceResult result = ForwardingMaintenance::run_maintenance(now, retention, limit);
+    MaintenanceResult result = MaintenanceStore::run_maintenance(now, retention, limit);
     between();
     return result;
   }

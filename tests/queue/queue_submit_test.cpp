@@ -54,9 +54,9 @@ class RecordingTransitions final : public ForwardingTransitions {
   Writes& writes_;
 };
 
-class RecordingMaintenance final : public ForwardingMaintenance {
+class RecordingMaintenance final : public MaintenanceStore {
  public:
-  RecordingMaintenance(MaintenanceStore& target, Writes& writes) : ForwardingMaintenance(target), writes_(writes) {}
+  RecordingMaintenance(MaintenanceStore& target, Writes& writes) : MaintenanceStore(target), writes_(writes) {}
   void probe() override { ++writes_.probes; }
 
  private:

@@ -55,9 +55,9 @@ class FailingJobs final : public ForwardingJobStore {
   std::atomic<bool> failing = false;
 };
 
-class FailingMaintenance final : public ForwardingMaintenance {
+class FailingMaintenance final : public MaintenanceStore {
  public:
-  using ForwardingMaintenance::ForwardingMaintenance;
+  explicit FailingMaintenance(const MaintenanceStore& target) : MaintenanceStore(target) {}
   void probe() override {
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
   }
