@@ -375,7 +375,7 @@ std::optional<JobsBefore> JobStatistics::queue_position(const std::string& id, s
 JobStores::JobStores(sql::Transactions& transactions)
     : jobs_(make_job_store(transactions)),
       statistics_(transactions),
-      transitions_(make_job_transitions(transactions)),
+      transitions_(transactions),
       batches_(transactions),
       maintenance_(transactions) {}
 

@@ -258,6 +258,7 @@ class JobStatistics {
 /// Moves of jobs between states (may_move).
 class JobTransitions {
  public:
+  explicit JobTransitions(sql::Transactions& transactions) : transactions_(transactions) {}
   virtual ~JobTransitions() = default;
 
   /// The next job to run, of those that pass the filter, have no not_before (run_maintenance clears it in time) and a
@@ -268,30 +269,32 @@ class JobTransitions {
   /// next; of equal ones the one with the least pass (stride scheduling, Waldspurger and Weihl 1995). A claim increases
   /// the pass of its owner by 1 / weight, and the pass of an owner that was idle counts as that of the latest claim, so
   /// that idle time gives no credit. Then the owner's job: least rank (rank_of), then oldest.
-  virtual std::optional<Claim> claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter) = 0;
+  virtual std::optional<Claim> claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter);
   /// Extends the leases that still hold to `until`, also those that have ended and were not taken back yet. Returns the
   /// others: their jobs have ended or were released. One small write for all of them.
-  virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) = 0;
+  virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until);
 
   /// The next three return false when `fence` is not the latest or the job is not running. A job whose cancel was
   /// requested may still succeed or fail if the worker was faster.
   /// Not `rendered`: with the result of an equal job; the attempt does not count.
   virtual bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                       const std::vector<Artifact>& artifacts, bool durable = true, bool rendered = true) = 0;
-  virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
-  virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
+                       const std::vector<Artifact>& artifacts, bool durable = true, bool rendered = true);
+  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem);
+  bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now);
   /// Adds an artifact to a job that failed or was cancelled under this fence, is kept and has not expired. False
   /// otherwise.
-  virtual bool add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact) = 0;
-  virtual ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
-                                 const Release& release) = 0;
+  bool add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact);
+  virtual ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& release);
 
-  virtual CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable = true) = 0;
+  CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable = true);
   /// Queues a failed or cancelled job again as if it were new, except for its id, its document and `suspect`: attempts
   /// begin anew, problem, expires_at and a passed deadline are cleared.
   /// A succeeded one only as requested; its report and artifacts are then deleted.
-  virtual RetryOutcome retry(const std::string& id, std::int64_t now, SucceededJobs succeeded = SucceededJobs::keep,
-                             bool durable = true) = 0;
+  RetryOutcome retry(const std::string& id, std::int64_t now, SucceededJobs succeeded = SucceededJobs::keep,
+                     bool durable = true);
+
+ private:
+  sql::Transactions& transactions_;
 };
 
 /// Jobs submitted together. A batch is deleted with the last of its jobs.

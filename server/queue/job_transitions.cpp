@@ -118,121 +118,114 @@ std::vector<std::string> jobs_of(sql::Database& database, const std::string& bat
       .texts();
 }
 
-class SqlTransitions final : public JobTransitions {
- public:
-  explicit SqlTransitions(sql::Transactions& transactions) : transactions_(transactions) {}
-
-  std::optional<Claim> claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter) override {
-    bool has_document = false;
-    const auto work = [&](sql::Database& database) -> std::optional<Claim> {
-      const std::optional<NextJob> next = find_next_job(database, filter, now);
-      if (!next) return std::nullopt;
-      Claim claim = claim_job(database, next->id, terms, now);
-      claim.is_last = next->is_last;
-      has_document = database.is_shared();
-      return claim;
-    };
-    std::optional<Claim> claim = transactions_.write(work, sql::Synced::with_next);
-    if (!claim || has_document) return claim;
-    const std::string id = claim->job.id;
-    try {
-      // Outside the only writer, which a large document would delay; it exists as long as its job runs.
-      transactions_.read([&](sql::Database& database) {
-        read_claimed_document(database, *claim);
-        return 0;
-      });
-    } catch (...) {
-      release(id, claim->fence, now, {});
-      throw;
-    }
-    return claim;
-  }
-
-  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override {
-    const auto work = [&](sql::Database& database) {
-      std::vector<Lease> lost;
-      for (const Lease& lease : leases) {
-        const int renewed =
-            database.change("UPDATE jobs SET lease_until = ? WHERE id = ? AND fence = ? AND state = 'running'", until,
-                            lease.job_id, lease.fence);
-        if (renewed == 0) lost.push_back(lease);
-      }
-      return lost;
-    };
-    return transactions_.write(work, sql::Synced::with_next);
-  }
-
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable, bool rendered) override {
-    const auto work = [&](sql::Database& database) {
-      if (!end(database, id, fence, now, JobState::succeeded, durable)) return false;
-      if (!rendered) database.change("UPDATE jobs SET attempt = attempt - 1 WHERE id = ?", id);
-      insert_report(database, id, report);
-      insert_artifacts(database, id, artifacts);
-      return true;
-    };
-    return transactions_.write(work, sql::synced(durable));
-  }
-
-  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override {
-    return transactions_.write([&](sql::Database& database) {
-      if (!end(database, id, fence, now, JobState::failed)) return false;
-      insert_problem(database, id, problem);
-      return true;
-    });
-  }
-
-  bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
-    return transactions_.write(
-        [&](sql::Database& database) { return end(database, id, fence, now, JobState::cancelled); });
-  }
-
-  bool add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact) override {
-    return transactions_.write([&](sql::Database& database) {
-      const int changed = database.change(
-          "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
-          " AND expired = 0 AND keep = 1",
-          id, fence);
-      if (changed == 1) insert_artifacts(database, id, {artifact});
-      return changed == 1;
-    });
-  }
-
-  ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& release) override {
-    std::optional<std::int64_t> not_before;
-    if (release.pause_ms > 0) not_before = now + release.pause_ms;
-    return transactions_.write([&](sql::Database& database) {
-      sql::Query released =
-          database.query(std::string(released_columns) +
-                             " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
-                             " not_before = CASE cancel_requested WHEN 0 THEN ?5 END"
-                             " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
-                         now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
-                         not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
-      if (!released.row()) return ReleaseOutcome::stale;
-      return released.text(0) == "queued" ? ReleaseOutcome::queued : ReleaseOutcome::cancelled;
-    });
-  }
-
-  CancelOutcome cancel(const std::string& id, std::int64_t now, bool durable) override {
-    return transactions_.write(
-        [&](sql::Database& database) {
-          lock_job(database, id);
-          return cancel_job(database, id, now);
-        },
-        sql::synced(durable));
-  }
-
-  RetryOutcome retry(const std::string& id, std::int64_t now, SucceededJobs succeeded, bool durable) override {
-    return transactions_.write([&](sql::Database& database) { return retry_job(database, id, now, succeeded); },
-                               sql::synced(durable));
-  }
-
- private:
-  sql::Transactions& transactions_;
-};
-
 }  // namespace
+
+std::optional<Claim> JobTransitions::claim(const ClaimTerms& terms, std::int64_t now, const ClaimFilter& filter) {
+  bool has_document = false;
+  const auto work = [&](sql::Database& database) -> std::optional<Claim> {
+    const std::optional<NextJob> next = find_next_job(database, filter, now);
+    if (!next) return std::nullopt;
+    Claim claim = claim_job(database, next->id, terms, now);
+    claim.is_last = next->is_last;
+    has_document = database.is_shared();
+    return claim;
+  };
+  std::optional<Claim> claim = transactions_.write(work, sql::Synced::with_next);
+  if (!claim || has_document) return claim;
+  const std::string id = claim->job.id;
+  try {
+    // Outside the only writer, which a large document would delay; it exists as long as its job runs.
+    transactions_.read([&](sql::Database& database) {
+      read_claimed_document(database, *claim);
+      return 0;
+    });
+  } catch (...) {
+    release(id, claim->fence, now, {});
+    throw;
+  }
+  return claim;
+}
+
+std::vector<Lease> JobTransitions::renew(const std::vector<Lease>& leases, std::int64_t until) {
+  const auto work = [&](sql::Database& database) {
+    std::vector<Lease> lost;
+    for (const Lease& lease : leases) {
+      const int renewed =
+          database.change("UPDATE jobs SET lease_until = ? WHERE id = ? AND fence = ? AND state = 'running'", until,
+                          lease.job_id, lease.fence);
+      if (renewed == 0) lost.push_back(lease);
+    }
+    return lost;
+  };
+  return transactions_.write(work, sql::Synced::with_next);
+}
+
+bool JobTransitions::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+                             const std::vector<Artifact>& artifacts, bool durable, bool rendered) {
+  const auto work = [&](sql::Database& database) {
+    if (!end(database, id, fence, now, JobState::succeeded, durable)) return false;
+    if (!rendered) database.change("UPDATE jobs SET attempt = attempt - 1 WHERE id = ?", id);
+    insert_report(database, id, report);
+    insert_artifacts(database, id, artifacts);
+    return true;
+  };
+  return transactions_.write(work, sql::synced(durable));
+}
+
+bool JobTransitions::fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) {
+  return transactions_.write([&](sql::Database& database) {
+    if (!end(database, id, fence, now, JobState::failed)) return false;
+    insert_problem(database, id, problem);
+    return true;
+  });
+}
+
+bool JobTransitions::finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) {
+  return transactions_.write(
+      [&](sql::Database& database) { return end(database, id, fence, now, JobState::cancelled); });
+}
+
+bool JobTransitions::add_artifact(const std::string& id, std::int64_t fence, const Artifact& artifact) {
+  return transactions_.write([&](sql::Database& database) {
+    const int changed = database.change(
+        "UPDATE jobs SET revision = revision + 1 WHERE id = ? AND fence = ? AND state IN ('failed', 'cancelled')"
+        " AND expired = 0 AND keep = 1",
+        id, fence);
+    if (changed == 1) insert_artifacts(database, id, {artifact});
+    return changed == 1;
+  });
+}
+
+ReleaseOutcome JobTransitions::release(const std::string& id, std::int64_t fence, std::int64_t now,
+                                       const Release& release) {
+  std::optional<std::int64_t> not_before;
+  if (release.pause_ms > 0) not_before = now + release.pause_ms;
+  return transactions_.write([&](sql::Database& database) {
+    sql::Query released =
+        database.query(std::string(released_columns) +
+                           " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
+                           " not_before = CASE cancel_requested WHEN 0 THEN ?5 END"
+                           " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
+                       now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
+                       not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
+    if (!released.row()) return ReleaseOutcome::stale;
+    return released.text(0) == "queued" ? ReleaseOutcome::queued : ReleaseOutcome::cancelled;
+  });
+}
+
+CancelOutcome JobTransitions::cancel(const std::string& id, std::int64_t now, bool durable) {
+  return transactions_.write(
+      [&](sql::Database& database) {
+        lock_job(database, id);
+        return cancel_job(database, id, now);
+      },
+      sql::synced(durable));
+}
+
+RetryOutcome JobTransitions::retry(const std::string& id, std::int64_t now, SucceededJobs succeeded, bool durable) {
+  return transactions_.write([&](sql::Database& database) { return retry_job(database, id, now, succeeded); },
+                             sql::synced(durable));
+}
 
 std::optional<BatchState> BatchStore::find(const std::string& id) {
   return transactions_.read([&](sql::Database& database) { return read_batch(database, id); });
@@ -307,10 +300,6 @@ std::vector<std::string> BatchStore::list_failing() {
             " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
         .texts();
   });
-}
-
-std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions) {
-  return std::make_unique<SqlTransitions>(transactions);
 }
 
 }  // namespace queue

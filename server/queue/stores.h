@@ -12,17 +12,16 @@ namespace queue {
 class JobStores {
  public:
   explicit JobStores(sql::Transactions& transactions);
-  [[nodiscard]] Stores all() { return {*jobs_, statistics_, *transitions_, batches_, maintenance_}; }
+  [[nodiscard]] Stores all() { return {*jobs_, statistics_, transitions_, batches_, maintenance_}; }
 
  private:
   std::unique_ptr<JobStore> jobs_;
   JobStatistics statistics_;
-  std::unique_ptr<JobTransitions> transitions_;
+  JobTransitions transitions_;
   BatchStore batches_;
   MaintenanceStore maintenance_;
 };
 
 std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions);
-std::unique_ptr<JobTransitions> make_job_transitions(sql::Transactions& transactions);
 
 }  // namespace queue

@@ -12,13 +12,13 @@ using namespace queue;
 
 namespace {
 
-class FailingTransitions final : public ForwardingTransitions {
+class FailingTransitions final : public JobTransitions {
  public:
-  using ForwardingTransitions::ForwardingTransitions;
+  explicit FailingTransitions(const JobTransitions& target) : JobTransitions(target) {}
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts, bool durable, bool rendered) override {
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
+    return JobTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
   }
   bool failing = false;
 };

@@ -74,11 +74,11 @@ class LateJobs final : public ForwardingJobStore {
   std::function<void()>& between;
 };
 
-class LateTransitions final : public ForwardingTransitions {
+class LateTransitions final : public JobTransitions {
  public:
-  LateTransitions(JobTransitions& target, std::function<void()>& call) : ForwardingTransitions(target), between(call) {}
+  LateTransitions(JobTransitions& target, std::function<void()>& call) : JobTransitions(target), between(call) {}
   ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
-    const ReleaseOutcome released = ForwardingTransitions::release(id, fence, now, how);
+    const ReleaseOutcome released = JobTransitions::release(id, fence, now, how);
     between();
     return released;
   }

@@ -23,13 +23,13 @@ class LeaseTest : public testing::Test {
   Queue queue{store.all(), temporary.artifacts, ids, [this] { return now.load(); }, no_log(), {.lease_ms = lease_ms}};
 };
 
-class CountingTransitions final : public ForwardingTransitions {
+class CountingTransitions final : public JobTransitions {
  public:
-  using ForwardingTransitions::ForwardingTransitions;
+  explicit CountingTransitions(const JobTransitions& target) : JobTransitions(target) {}
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override {
     ++renewals;
     largest = std::max(largest, leases.size());
-    return ForwardingTransitions::renew(leases, until);
+    return JobTransitions::renew(leases, until);
   }
   int renewals = 0;
   std::size_t largest = 0;

@@ -41,13 +41,13 @@ class RecordingJobs final : public ForwardingJobStore {
   Writes& writes_;
 };
 
-class RecordingTransitions final : public ForwardingTransitions {
+class RecordingTransitions final : public JobTransitions {
  public:
-  RecordingTransitions(JobTransitions& target, Writes& writes) : ForwardingTransitions(target), writes_(writes) {}
+  RecordingTransitions(JobTransitions& target, Writes& writes) : JobTransitions(target), writes_(writes) {}
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
                const std::vector<Artifact>& images, bool is_durable, bool rendered) override {
     writes_.add(is_durable);
-    return ForwardingTransitions::succeed(id, fence, at, report, images, is_durable, rendered);
+    return JobTransitions::succeed(id, fence, at, report, images, is_durable, rendered);
   }
 
  private:

@@ -47,19 +47,19 @@ class RecordedLog {
 };
 
 /// Fails the first calls as requested.
-class FailingTransitions final : public ForwardingTransitions {
+class FailingTransitions final : public queue::JobTransitions {
  public:
-  using ForwardingTransitions::ForwardingTransitions;
+  explicit FailingTransitions(const queue::JobTransitions& target) : JobTransitions(target) {}
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
     if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
-    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
+    return JobTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
   }
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {
     ++claims;
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
-    std::optional<queue::Claim> claim = ForwardingTransitions::claim(terms, now, filter);
+    std::optional<queue::Claim> claim = JobTransitions::claim(terms, now, filter);
     if (!filter.busy_owners.empty() && after_limited_claim) std::exchange(after_limited_claim, nullptr)();
     if (filter.suspects && after_suspect_claim) std::exchange(after_suspect_claim, nullptr)();
     return claim;
