@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/queue/job_rows.h"
-#include "server/queue/stores.h"
 
 namespace queue {
 namespace {
@@ -209,125 +208,115 @@ std::optional<JobsBefore> read_queue_position(sql::Database& database, const std
   return before;
 }
 
-// ---- stores
-
-class SqlJobStore final : public JobStore {
- public:
-  explicit SqlJobStore(sql::Transactions& transactions) : transactions_(transactions) {}
-
-  InsertResult insert(const InsertRequest& request, std::int64_t now) override {
-    const auto work = [&](sql::Database& database) {
-      InsertResult result;
-      if (request.reply) {
-        if (!insert_reply(database, *request.reply, now)) {
-          result.earlier = read_reply(database, request.reply->key, now).value();
-          return result;
-        }
-      }
-      if (request.batch) insert_batch(database, *request.batch);
-      std::optional<std::string> scene_id;
-      if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
-      if (request.claim) result.claim = claim_unstored(database, request.jobs.front().job, now);
-      const auto terms = result.claim ? request.claim : std::nullopt;
-      for (const auto& [job, document] : request.jobs) {
-        assert(job.state == JobState::queued || job.state == JobState::succeeded);
-        insert_job(database, result.claim ? result.claim->job : job, document, scene_id, terms);
-      }
-      return result;
-    };
-    return transactions_.write(work, sql::synced(request.durable));
-  }
-
-  std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now) override {
-    return transactions_.read([&](sql::Database& database) { return read_reply(database, key, now); });
-  }
-
-  std::optional<Job> find(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_job(database, id); });
-  }
-
-  std::optional<JobSummary> summary(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_summary(database, id); });
-  }
-
-  std::vector<JobMove> moves(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_moves(database, id); });
-  }
-
-  std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
-    return transactions_.read([&](sql::Database& database) -> std::optional<Job> {
-      sql::Query newest = database.query(
-          "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
-          " AND (expires_at IS NULL OR expires_at > ?) ORDER BY id DESC LIMIT 1",
-          content_key, expires_after);
-      if (!newest.row()) return std::nullopt;
-      return read_job(database, newest.text(0));
-    });
-  }
-
-  std::optional<std::string> document(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_document(database, id); });
-  }
-
-  std::optional<std::string> scene(const std::string& id) override {
-    return transactions_.read([&](sql::Database& database) { return read_scene(database, id); });
-  }
-
-  JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override {
-    return transactions_.read([&](sql::Database& database) {
-      std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
-      JobPage page;
-      if (ids.size() > static_cast<std::size_t>(limit)) {
-        ids.pop_back();
-        page.next_cursor = ids.back();
-      }
-      for (const std::string& id : ids) page.items.push_back(read_job(database, id).value());
-      return page;
-    });
-  }
-
-  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
-                       bool durable) override {
-    using Outcome = ChangeOutcome;
-    const auto work = [&](sql::Database& database) {
-      lock_job(database, id);
-      const std::optional<Job> job = read_job(database, id);
-      if (!job) return Outcome::unknown;
-      if (revision && *revision != job->revision) return Outcome::other_revision;
-      if (change.priority && ended(job->state)) return Outcome::ended;
-      if (change.expires_at && job->expired) return Outcome::expired;
-      const int priority = change.priority.value_or(job->priority);
-      const std::int64_t rank_change = rank_of(0, {}, priority) - rank_of(0, {}, job->priority);
-      database.change(
-          "UPDATE jobs SET name = ?, priority = ?, rank = rank + ?, expires_at = ?, revision = revision + 1"
-          " WHERE id = ?",
-          change.name.value_or(job->name), std::int64_t{priority}, rank_change,
-          change.expires_at ? *change.expires_at : job->expires_at, id);
-      if (change.labels) {
-        database.change("DELETE FROM labels WHERE job_id = ?", id);
-        insert_labels(database, id, *change.labels);
-      }
-      return Outcome::changed;
-    };
-    return transactions_.write(work, sql::synced(durable));
-  }
-
-  Removal remove(const std::string& id, bool durable) override {
-    using Outcome = RemoveOutcome;
-    const auto work = [&](sql::Database& database) -> Removal {
-      lock_job(database, id);
-      const std::vector<Artifact> artifacts = read_artifacts(database, id);
-      if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
-      return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
-    };
-    return transactions_.write(work, sql::synced(durable));
-  }
-
- private:
-  sql::Transactions& transactions_;
-};
-
 }  // namespace
+
+InsertResult JobStore::insert(const InsertRequest& request, std::int64_t now) {
+  const auto work = [&](sql::Database& database) {
+    InsertResult result;
+    if (request.reply) {
+      if (!insert_reply(database, *request.reply, now)) {
+        result.earlier = read_reply(database, request.reply->key, now).value();
+        return result;
+      }
+    }
+    if (request.batch) insert_batch(database, *request.batch);
+    std::optional<std::string> scene_id;
+    if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
+    if (request.claim) result.claim = claim_unstored(database, request.jobs.front().job, now);
+    const auto terms = result.claim ? request.claim : std::nullopt;
+    for (const auto& [job, document] : request.jobs) {
+      assert(job.state == JobState::queued || job.state == JobState::succeeded);
+      insert_job(database, result.claim ? result.claim->job : job, document, scene_id, terms);
+    }
+    return result;
+  };
+  return transactions_.write(work, sql::synced(request.durable));
+}
+
+std::optional<KeptReply> JobStore::find_reply(const ReplyKey& key, std::int64_t now) {
+  return transactions_.read([&](sql::Database& database) { return read_reply(database, key, now); });
+}
+
+std::optional<Job> JobStore::find(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_job(database, id); });
+}
+
+std::optional<JobSummary> JobStore::summary(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_summary(database, id); });
+}
+
+std::vector<JobMove> JobStore::moves(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_moves(database, id); });
+}
+
+std::optional<Job> JobStore::find_by_content_key(const std::string& content_key, std::int64_t expires_after) {
+  return transactions_.read([&](sql::Database& database) -> std::optional<Job> {
+    sql::Query newest = database.query(
+        "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
+        " AND (expires_at IS NULL OR expires_at > ?) ORDER BY id DESC LIMIT 1",
+        content_key, expires_after);
+    if (!newest.row()) return std::nullopt;
+    return read_job(database, newest.text(0));
+  });
+}
+
+std::optional<std::string> JobStore::document(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_document(database, id); });
+}
+
+std::optional<std::string> JobStore::scene(const std::string& id) {
+  return transactions_.read([&](sql::Database& database) { return read_scene(database, id); });
+}
+
+JobPage JobStore::list(const JobFilter& filter, const std::string& cursor, int limit) {
+  return transactions_.read([&](sql::Database& database) {
+    std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
+    JobPage page;
+    if (ids.size() > static_cast<std::size_t>(limit)) {
+      ids.pop_back();
+      page.next_cursor = ids.back();
+    }
+    for (const std::string& id : ids) page.items.push_back(read_job(database, id).value());
+    return page;
+  });
+}
+
+ChangeOutcome JobStore::change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                               bool durable) {
+  using Outcome = ChangeOutcome;
+  const auto work = [&](sql::Database& database) {
+    lock_job(database, id);
+    const std::optional<Job> job = read_job(database, id);
+    if (!job) return Outcome::unknown;
+    if (revision && *revision != job->revision) return Outcome::other_revision;
+    if (change.priority && ended(job->state)) return Outcome::ended;
+    if (change.expires_at && job->expired) return Outcome::expired;
+    const int priority = change.priority.value_or(job->priority);
+    const std::int64_t rank_change = rank_of(0, {}, priority) - rank_of(0, {}, job->priority);
+    database.change(
+        "UPDATE jobs SET name = ?, priority = ?, rank = rank + ?, expires_at = ?, revision = revision + 1"
+        " WHERE id = ?",
+        change.name.value_or(job->name), std::int64_t{priority}, rank_change,
+        change.expires_at ? *change.expires_at : job->expires_at, id);
+    if (change.labels) {
+      database.change("DELETE FROM labels WHERE job_id = ?", id);
+      insert_labels(database, id, *change.labels);
+    }
+    return Outcome::changed;
+  };
+  return transactions_.write(work, sql::synced(durable));
+}
+
+Removal JobStore::remove(const std::string& id, bool durable) {
+  using Outcome = RemoveOutcome;
+  const auto work = [&](sql::Database& database) -> Removal {
+    lock_job(database, id);
+    const std::vector<Artifact> artifacts = read_artifacts(database, id);
+    if (const auto job = delete_job(database, id)) return {Outcome::removed, artifacts, *job};
+    return {read_summary(database, id) ? Outcome::running : Outcome::unknown, {}};
+  };
+  return transactions_.write(work, sql::synced(durable));
+}
 
 std::int64_t JobStatistics::count(JobState state) {
   return transactions_.read([&](sql::Database& database) { return count_jobs(database, state); });
@@ -370,17 +359,6 @@ QueueDepth JobStatistics::depth() {
 std::optional<JobsBefore> JobStatistics::queue_position(const std::string& id, std::int64_t limit) {
   return transactions_.read(
       [&](sql::Database& database) -> std::optional<JobsBefore> { return read_queue_position(database, id, limit); });
-}
-
-JobStores::JobStores(sql::Transactions& transactions)
-    : jobs_(make_job_store(transactions)),
-      statistics_(transactions),
-      transitions_(transactions),
-      batches_(transactions),
-      maintenance_(transactions) {}
-
-std::unique_ptr<JobStore> make_job_store(sql::Transactions& transactions) {
-  return std::make_unique<SqlJobStore>(transactions);
 }
 
 }  // namespace queue

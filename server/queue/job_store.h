@@ -215,27 +215,31 @@ struct MaintenanceResult {
 /// Rows of jobs.
 class JobStore {
  public:
+  explicit JobStore(sql::Transactions& transactions) : transactions_(transactions) {}
   virtual ~JobStore() = default;
 
   /// Precondition: the ids are new.
-  virtual InsertResult insert(const InsertRequest& request, std::int64_t now) = 0;
+  virtual InsertResult insert(const InsertRequest& request, std::int64_t now);
   /// The stored reply, unless it has expired.
-  virtual std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now) = 0;
-  virtual std::optional<Job> find(const std::string& id) = 0;
-  virtual std::optional<JobSummary> summary(const std::string& id) = 0;
+  std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now);
+  std::optional<Job> find(const std::string& id);
+  std::optional<JobSummary> summary(const std::string& id);
   /// The latest moves_max moves of a job with Job::keep, oldest first, without its submission.
-  virtual std::vector<JobMove> moves(const std::string& id) = 0;
+  std::vector<JobMove> moves(const std::string& id);
   /// The newest succeeded job with this content key that expires after `expires_after` or never.
-  virtual std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) = 0;
-  virtual std::optional<std::string> document(const std::string& id) = 0;  ///< as it was inserted
+  std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after);
+  std::optional<std::string> document(const std::string& id);  ///< as it was inserted
   /// The scene of the batch that the document is a patch of; none if it is complete.
-  virtual std::optional<std::string> scene(const std::string& id) = 0;
+  std::optional<std::string> scene(const std::string& id);
   /// At most `limit` (>= 1) jobs with Job::keep, older than `cursor` (empty: from the newest).
-  virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
+  JobPage list(const JobFilter& filter, const std::string& cursor, int limit);
   /// Changes all fields or none. With `revision`: only while the job has that one.
-  virtual ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
-                               bool durable = true) = 0;
-  virtual Removal remove(const std::string& id, bool durable = true) = 0;
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
+                       bool durable = true);
+  Removal remove(const std::string& id, bool durable = true);
+
+ private:
+  sql::Transactions& transactions_;
 };
 
 /// Counts over all jobs, without a walk over them: from tables that triggers maintain.
@@ -345,13 +349,33 @@ class MaintenanceStore {
   sql::Transactions& transactions_;
 };
 
-/// References to one implementation of each; they must outlive their user.
+/// References to one of each; they must outlive their user.
 struct Stores {
   JobStore& jobs;
   JobStatistics& statistics;
   JobTransitions& transitions;
   BatchStore& batches;
   MaintenanceStore& maintenance;
+};
+
+/// One of each, over an SQL database whose tables must exist: see the schemas of server/storage/sqlite and
+/// server/storage/postgres. `transactions` must outlive it.
+class JobStores {
+ public:
+  explicit JobStores(sql::Transactions& transactions)
+      : jobs_(transactions),
+        statistics_(transactions),
+        transitions_(transactions),
+        batches_(transactions),
+        maintenance_(transactions) {}
+  [[nodiscard]] Stores all() { return {jobs_, statistics_, transitions_, batches_, maintenance_}; }
+
+ private:
+  JobStore jobs_;
+  JobStatistics statistics_;
+  JobTransitions transitions_;
+  BatchStore batches_;
+  MaintenanceStore maintenance_;
 };
 
 }  // namespace queue

@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "server/queue/job_rows.h"
-#include "server/queue/stores.h"
 
 namespace queue {
 namespace {

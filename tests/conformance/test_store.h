@@ -1,5 +1,5 @@
 #pragma once
-/// The calls of all stores of a directory under one name, for tests; and stores that forward to others.
+/// The calls of all stores of a directory under one name, for tests.
 
 #include <memory>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include "server/storage/sqlite/sqlite_stores.h"
 
-/// As queue::Stores, with names that differ where two interfaces have the same.
+/// As queue::Stores, with names that differ where two stores have the same.
 class StoreCalls {
  public:
   explicit StoreCalls(const queue::Stores& all) : all_(all) {}
@@ -107,35 +107,4 @@ class TestStore : public StoreCalls {
       : StoreCalls(sqlite->all()), sqlite_(std::move(sqlite)) {}
 
   std::unique_ptr<storage::sqlite::SqliteStores> sqlite_;
-};
-
-/// Forward the calls that a test does not override to another store.
-class ForwardingJobStore : public queue::JobStore {
- public:
-  explicit ForwardingJobStore(queue::JobStore& target) : target_(target) {}
-  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
-    return target_.insert(request, now);
-  }
-  std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
-    return target_.find_reply(key, now);
-  }
-  std::optional<queue::Job> find(const std::string& id) override { return target_.find(id); }
-  std::vector<queue::JobMove> moves(const std::string& id) override { return target_.moves(id); }
-  std::optional<queue::JobSummary> summary(const std::string& id) override { return target_.summary(id); }
-  std::optional<queue::Job> find_by_content_key(const std::string& key, std::int64_t expires_after) override {
-    return target_.find_by_content_key(key, expires_after);
-  }
-  std::optional<std::string> document(const std::string& id) override { return target_.document(id); }
-  std::optional<std::string> scene(const std::string& id) override { return target_.scene(id); }
-  queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
-    return target_.list(filter, cursor, limit);
-  }
-  queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
-                              std::optional<std::int64_t> revision, bool durable) override {
-    return target_.change(id, change, revision, durable);
-  }
-  queue::Removal remove(const std::string& id, bool durable) override { return target_.remove(id, durable); }
-
- private:
-  queue::JobStore& target_;
 };

@@ -63,11 +63,11 @@ TEST_F(QueueObserverTest, CallsWaitersBetweenTheTwoNotificationsOfAnEnd) {
 }
 
 /// Stores whose insert and release return only after `between`.
-class LateJobs final : public ForwardingJobStore {
+class LateJobs final : public JobStore {
  public:
-  LateJobs(JobStore& target, std::function<void()>& call) : ForwardingJobStore(target), between(call) {}
+  LateJobs(JobStore& target, std::function<void()>& call) : JobStore(target), between(call) {}
   InsertResult insert(const InsertRequest& request, std::int64_t now) override {
-    InsertResult result = ForwardingJobStore::insert(request, now);
+    InsertResult result = JobStore::insert(request, now);
     between();
     return result;
   }

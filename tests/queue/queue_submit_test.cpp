@@ -28,13 +28,13 @@ struct Writes {
   std::mutex mutex;
 };
 
-class RecordingJobs final : public ForwardingJobStore {
+class RecordingJobs final : public JobStore {
  public:
-  RecordingJobs(JobStore& target, Writes& writes) : ForwardingJobStore(target), writes_(writes) {}
+  RecordingJobs(JobStore& target, Writes& writes) : JobStore(target), writes_(writes) {}
   InsertResult insert(const InsertRequest& request, std::int64_t at) override {
     if (writes_.failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
     writes_.add(request.durable);
-    return ForwardingJobStore::insert(request, at);
+    return JobStore::insert(request, at);
   }
 
  private:

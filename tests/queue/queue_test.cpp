@@ -45,12 +45,12 @@ class RecordingListener final : public CompletionListener {
   bool failing = false;
 };
 
-class FailingJobs final : public ForwardingJobStore {
+class FailingJobs final : public JobStore {
  public:
-  using ForwardingJobStore::ForwardingJobStore;
+  explicit FailingJobs(const JobStore& target) : JobStore(target) {}
   InsertResult insert(const InsertRequest& request, std::int64_t now) override {
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    return ForwardingJobStore::insert(request, now);
+    return JobStore::insert(request, now);
   }
   std::atomic<bool> failing = false;
 };

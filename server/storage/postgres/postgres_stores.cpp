@@ -1,6 +1,5 @@
 #include "server/storage/postgres/postgres_stores.h"
 
-#include "server/queue/stores.h"
 #include "server/storage/postgres/postgres_cluster_store.h"
 #include "server/storage/postgres/postgres_schema.h"
 #include "server/storage/postgres/postgres_task_store.h"

@@ -9,7 +9,6 @@
 #include "server/queue/artifact_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/job_store.h"
-#include "server/queue/stores.h"
 
 namespace storage::sqlite {
 
