@@ -56,6 +56,18 @@ class Submitting(OneDaemon):
                   for changes in ({}, {"camera": view}, {"background": {"color": [0, 0, 1]}})]
         self.assertEqual(reused, [False, True, False])
 
+    def test_reports_a_limited_solution_for_every_view_of_it(self):
+        mirrors = {"type": "box", "min": [-1, -1, -1], "max": [1, 1, 1],
+                   "material": {"color": 1, "diffuse": 0, "ambient": 0, "specular": 0, "reflection": 0.99}}
+        ball = {"type": "sphere", "center": [0, 0, 0], "radius": 0.1, "material": {"color": 0.8, "ambient": 0}}
+        accuracy = {"model": "global", "max_depth": 1000, "target_error": 0.01, "time_budget_ms": 100,
+                    "approximate": {"interreflection": "radiosity"}}
+        # From outside there is nothing to see but the background: the view needs no patches at all.
+        views = [{"position": position, "look_at": [0, 0, 0]} for position in ([0.3, 0.2, 0.8], [0, 0.5, 9])]
+        reports = [self.finished(objects=[mirrors, ball], lights=[{"type": "point", "position": [0.7, 0.5, 0.6]}],
+                                 accuracy=accuracy, camera=camera)["report"]["radiosity"] for camera in views]
+        self.assertEqual([(report["limited"], report["reused"]) for report in reports], [(True, False), (True, True)])
+
     def test_accepts_json_with_a_charset(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": "application/json; charset=utf-8"})
         self.assertEqual(reply.status, 202)

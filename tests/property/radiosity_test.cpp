@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/support/scenes.h"
@@ -235,7 +238,7 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   Scene moved = scenes::room();
   moved.camera.position = {0.5, 0.25, 2};
   moved.camera.up = {0.5, 1, 0.25};
-  moved.image = {24, 16, {}};
+  moved.image = {64, 16, {}};
   const Cached again = compiled_with(cache, moved, "a");
   EXPECT_TRUE(again.reused);
   SceneCache none(0);
@@ -254,6 +257,111 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
   Scene with_file = scenes::room();
   with_file.assets.push_back({"image.png", "/textures/wood/file"});
   EXPECT_FALSE(compiled_with(cache, with_file, "a").reused) << "of a file of unknown content";
+}
+
+/// A gray ball between mirrors: each ray takes so many others that a limit ends the refinement.
+Scene ball_between_mirrors() {
+  Scene scene = scenes::empty(8);
+  scene.camera = {{0.3, 0.2, 0.8}, {0, 0, 0}, {0, 1, 0}, 60};
+  scene.accuracy.max_depth = 1000;
+  scene.accuracy.adaptive = Adaptive{.target_error = 0.01, .time_budget_ms = 1000};
+  scene.accuracy.cutoff_by_chance = true;
+  scenes::add(scene, Box{{-1, -1, -1}, {1, 1, 1}}, scenes::mirror(0.99));
+  scenes::add(scene, Sphere{{0, 0, 0}, 0.1}, gray_wall(0.8));
+  scene.lights.push_back(scenes::point_light({0.7, 0.5, 0.6}, {0.5, 0.5, 0.5}));
+  return scene;
+}
+
+struct Built {
+  bool reused = false, did_work = false;
+  RadiosityFigures figures;
+  std::shared_ptr<const CompiledScene> scene;
+};
+
+Built built_with(SceneCache& cache, Scene scene) {
+  scene.accuracy.model = Accuracy::Model::global;
+  if (!scene.accuracy.adaptive) scene.accuracy.target_error = 4;
+  scene.accuracy.approximate.interreflection = Interreflection::radiosity;
+  RenderControl control;
+  const auto entry = *cache.acquire(scene, {}, control, "everything but the view");
+  const auto compiled = *compile(scene, control, {}, entry.get(), [] { return 0.0; });
+  return {cache_hits(*compiled).radiosity, control.progress() > 0, *radiosity_figures(*compiled), compiled};
+}
+
+void expect_equal(const RadiosityFigures& a, const RadiosityFigures& b, const std::string& of) {
+  EXPECT_EQ(std::tie(a.patches, a.limited, a.stages, a.rays, a.factors, a.sweeps, a.bound),
+            std::tie(b.patches, b.limited, b.stages, b.rays, b.factors, b.sweeps, b.bound))
+      << of;
+}
+
+/// Views of a scene: the light and its audit are those of the first, of which all have the same figures.
+struct View {
+  const char* name;
+  std::function<void(Scene&)> make;
+};
+const std::vector<View> views = {
+    {"the same", [](Scene&) {}},
+    {"from elsewhere",
+     [](Scene& s) {
+       s.camera.position = {-0.5, 0.25, 0.5};
+     }},
+    {"from outside",
+     [](Scene& s) {
+       s.camera.position = {0, 0.5, 9};
+     }},
+    {"past everything",
+     [](Scene& s) {
+       s.camera = {{0, 0, 9}, {0, 0, 20}, {0, 1, 0}, 30};
+     }},
+    {"a panorama", [](Scene& s) { s.camera.type = Camera::Type::panorama; }},
+    {"with a lens", [](Scene& s) { s.camera.aperture = 0.125; }},
+    {"another shape",
+     [](Scene& s) {
+       s.image = {4 * s.image.width, s.image.height / 4, {}};
+     }},
+};
+
+TEST(Radiosity, IsSolvedAndAuditedOnceForAllViews) {
+  for (const bool limited : {false, true}) {
+    const Scene scene = limited ? ball_between_mirrors() : scenes::room();
+    SceneCache cache(64u << 20);
+    const Built first = built_with(cache, scene);
+    EXPECT_FALSE(first.reused);
+    EXPECT_TRUE(first.did_work);
+    EXPECT_EQ(first.figures.limited, limited);
+    for (const View& view : views) {
+      Scene moved = scene;
+      view.make(moved);
+      const Built again = built_with(cache, moved);
+      EXPECT_TRUE(again.reused) << view.name;
+      EXPECT_FALSE(again.did_work) << view.name;
+      expect_equal(again.figures, first.figures, view.name);
+    }
+  }
+}
+
+TEST(Radiosity, GivesEachViewTheSameImageAndErrorFromTheCacheAndWithout) {
+  SceneCache cache(64u << 20), none(0);
+  Scene scene = scenes::room();
+  scene.depth_cue = DepthCue{.front = 1, .back = 4, .color = {0.5, 0.5, 0.5}};  // by the distance from the camera
+  built_with(cache, scene);
+  std::vector<View> all = views;
+  all.push_back({"brighter", [](Scene& s) { s.output.exposure = 2; }});
+  all.push_back({"darker", [](Scene& s) { s.output.exposure = -8; }});
+  all.push_back({"scaled", [](Scene& s) { s.output.overflow = Output::Overflow::scale; }});
+  all.push_back({"small", [](Scene& s) { s.image = {12, 8, {}}; }});
+  for (const View& view : all) {
+    Scene moved = scene;
+    view.make(moved);
+    const Built again = built_with(cache, moved), fresh = built_with(none, moved);
+    expect_equal(again.figures, fresh.figures, view.name);
+    RenderControl control;
+    const Rendered with = *render(*again.scene, {}, control), without = *render(*fresh.scene, {}, control);
+    EXPECT_EQ(with.image.rgb, without.image.rgb) << view.name;
+    EXPECT_EQ(with.error.estimate, without.error.estimate) << view.name;
+    EXPECT_EQ(with.error.approximation, without.error.approximation) << view.name;
+    EXPECT_FALSE(built_with(cache, moved).did_work) << view.name << ", once more";
+  }
 }
 
 TEST(Radiosity, IsCancelledWhileTheSceneIsBuilt) {

@@ -257,7 +257,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scen
 CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::optional<RadiosityFigures> radiosity_figures(const CompiledScene& scene) {
-  return scene.objects.radiosity == nullptr ? std::nullopt : std::optional(scene.objects.radiosity_figures);
+  return scene.objects.radiosity == nullptr ? std::nullopt : std::optional(scene.objects.radiosity->figures);
 }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {

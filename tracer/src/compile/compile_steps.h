@@ -35,11 +35,11 @@ std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Boun
                                           const RenderControl& control);
 
 /// Divides the surfaces that reflect diffusely into patches, and solves for the light that arrives at each
-/// (Approximations::Interreflection), with more patches and rays until paths at some pixels of the image show that the
-/// error is within its share of the target, until a limit is reached, or until more would not pay. Sets the scene's
-/// light of patches; it stays null if no surface has patches. Precondition: the scene is complete otherwise. Runs on
-/// the calling thread's oneTBB arena; after cancellation the result is meaningless. Fails with `cancelled` while
-/// another scene builds the same. Throws std::bad_alloc.
+/// (Approximations::Interreflection), with more patches and rays until paths at some points show that the error is
+/// within its share of the target, until a limit is reached, or until more would not pay. Sets the scene's light of
+/// patches, the same for every view; it stays null if no surface has patches. Precondition: the scene is complete
+/// otherwise. Runs on the calling thread's oneTBB arena; after cancellation the result is meaningless. Fails with
+/// `cancelled` while another scene builds the same. Throws std::bad_alloc.
 std::optional<Failure> solve_radiosity(CompiledScene& scene, const Bounds& finite, const BuildContext& context);
 
 }  // namespace tracer

@@ -47,19 +47,19 @@ Vec3 diffuse_direction(const Vec3& normal, const Vec2& xi) {
 
 PatchPoints::PatchPoints(const CompiledScene& scene, const Region& region, RenderControl& control)
     : scene_(scene), region_(region), control_(control) {
-  const auto hits = from_lines<LineHit>(trial_lines, std::identity());
+  const auto hits = from_lines<LineHit>(trial_lines, 0, std::identity());
   find_dark_sides(hits);
   per_line_ = static_cast<double>(lit(hits, 0).size()) / trial_lines;
 }
 
-std::vector<PatchPoint> PatchPoints::on_lines(std::uint32_t lines, double gap) const {
-  return from_lines<PatchPoint>(lines, [&](const std::vector<LineHit>& hits) { return lit(hits, gap); });
+std::vector<PatchPoint> PatchPoints::on_lines(std::uint32_t lines, double gap, std::uint64_t stream) const {
+  return from_lines<PatchPoint>(lines, stream, [&](const std::vector<LineHit>& hits) { return lit(hits, gap); });
 }
 
 template <class T, class Select>
-std::vector<T> PatchPoints::from_lines(std::uint32_t lines, const Select& select) const {
+std::vector<T> PatchPoints::from_lines(std::uint32_t lines, std::uint64_t stream, const Select& select) const {
   constexpr int hits_of_line_max = 64;
-  const std::uint64_t key = mix(scene_.accuracy.seed ^ 0x7261646961746573u);
+  const std::uint64_t key = mix(scene_.accuracy.seed ^ stream ^ 0x7261646961746573u);
   std::vector<std::vector<T>> selected((lines + block_of_rays - 1) / block_of_rays);
   std::atomic<std::size_t> done{0};
   control_.begin_build_step();

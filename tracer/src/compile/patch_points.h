@@ -42,8 +42,8 @@ class PatchPoints {
 
   /// Points of surfaces that reflect diffusely, on `lines` lines. Left out are those behind a dark side, as on a floor
   /// under a block that stands on it, and those within `gap` of another surface: they would darken the visible part of
-  /// their patch.
-  [[nodiscard]] std::vector<PatchPoint> on_lines(std::uint32_t lines, double gap) const;
+  /// their patch. Lines of other streams are independent.
+  [[nodiscard]] std::vector<PatchPoint> on_lines(std::uint32_t lines, double gap, std::uint64_t stream = 0) const;
 
  private:
   struct LineHit {
@@ -58,7 +58,7 @@ class PatchPoints {
 
   /// The results of select(hits) for the hits on some lines at a time, which are not all kept.
   template <class T, class Select>
-  [[nodiscard]] std::vector<T> from_lines(std::uint32_t lines, const Select& select) const;
+  [[nodiscard]] std::vector<T> from_lines(std::uint32_t lines, std::uint64_t stream, const Select& select) const;
   /// First rays of paths of light, from lights, from what glows and from outside.
   [[nodiscard]] std::vector<Walker> light_sources(const std::vector<LineHit>& hits);
   /// The same from places that emitters light: small ones are on no line.

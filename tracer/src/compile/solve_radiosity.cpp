@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -56,6 +57,28 @@ Stage next_stage(Stage stage, const AuditedError& error, double squared_share) {
   return stage;
 }
 
+using Solved = Result<std::shared_ptr<const Radiosity>, Failure>;
+
+/// The light of patches that the cache has under the name, or that `build` returns as a Solved.
+template <class Build>
+Solved cached(const BuildContext& context, const std::string& name, const Build& build) {
+  using Ticket = std::optional<LruCache::BuildTicket>;
+  auto ticket = context.cache_entry != nullptr ? context.cache_entry->radiosity(name, context.control)
+                                               : Result<Ticket, Failure>(Ticket());
+  if (!ticket) return ticket.error();
+  if (*ticket && (*ticket)->found()) return std::static_pointer_cast<const Radiosity>((*ticket)->found());
+  Solved built = build();
+  if (*ticket && built && *built && !context.control.cancelled()) (*ticket)->store(*built, (*built)->memory_bytes());
+  return built;
+}
+
+/// All that decides the number of stages beside the scene: how levels follow from radiance, and the number of pixels.
+std::string name_of_view(const CompiledScene& scene) {
+  return std::to_string(std::bit_cast<std::uint64_t>(scene.output.exposure)) + ", " +
+         std::to_string(static_cast<int>(scene.output.overflow)) + ", " +
+         std::to_string(std::uint64_t{scene.image.width} * scene.image.height);
+}
+
 /// Refines the light of patches in stages until its error is within its share of the target.
 class RadiosityRefinement {
  public:
@@ -65,9 +88,11 @@ class RadiosityRefinement {
         surfaces_(scene, region, context.control),
         squared_share_(squared_share_of(scene.accuracy)) {}
 
-  std::optional<Failure> run() {
-    if (!(surfaces_.per_line() > 0)) return std::nullopt;
-    RadiosityAudit audit(scene_, squared_share_, context_.control);
+  /// The light of the last stage, with the rays of all; null if no surface has patches.
+  Solved run() {
+    std::shared_ptr<Radiosity> radiosity;
+    if (!(surfaces_.per_line() > 0)) return Solved(radiosity);
+    RadiosityAudit audit(scene_, surfaces_, squared_share_, context_.control);
     constexpr double unknown = std::numeric_limits<double>::infinity();
     std::array<double, 2> before{unknown, unknown};  // squared errors of the last two stages
     for (Stage stage;;) {
@@ -75,7 +100,7 @@ class RadiosityRefinement {
       auto solved = solve(stage);
       if (!solved) return solved.error();
       if (context_.control.cancelled() || (*solved)->arriving.empty()) break;
-      const auto radiosity = std::make_shared<Radiosity>(**solved);
+      radiosity = std::make_shared<Radiosity>(**solved);
       scene_.objects.radiosity = radiosity;
       const AuditedError error = audit.measure(*radiosity);
       count(*radiosity);
@@ -92,9 +117,8 @@ class RadiosityRefinement {
       before = {before[1], error.squared};
       stage = next;
     }
-    if (figures_.stages == 0) scene_.objects.radiosity = nullptr;
-    scene_.objects.radiosity_figures = figures_;
-    return std::nullopt;
+    if (radiosity) radiosity->figures = figures_;
+    return Solved(radiosity);
   }
 
  private:
@@ -112,22 +136,13 @@ class RadiosityRefinement {
   [[nodiscard]] double budget_ms() const { return budget_share * *scene_.accuracy.adaptive->time_budget_ms; }
   [[nodiscard]] double elapsed_ms() const { return has_budget() ? context_.elapsed_ms() : 0; }
 
-  /// The light of patches, from the cache if it has it.
-  Result<std::shared_ptr<const Radiosity>, Failure> solve(const Stage& stage) {
-    using Ticket = std::optional<LruCache::BuildTicket>;
+  Solved solve(const Stage& stage) {
     const std::string name = std::to_string(stage.patches) + " patches, " + std::to_string(stage.row_rays) + " rays";
-    auto acquired = context_.cache_entry != nullptr ? context_.cache_entry->radiosity(name, context_.control)
-                                                    : Result<Ticket, Failure>(Ticket());
-    if (!acquired) return acquired.error();
-    Ticket& ticket = *acquired;
-    if (ticket && ticket->found()) return std::static_pointer_cast<const Radiosity>(ticket->found());
-    all_reused_ = false;
-    std::shared_ptr<const Radiosity> built = build(stage);
-    if (ticket && !context_.control.cancelled()) ticket->store(built, built->memory_bytes());
-    return built;
+    return cached(context_, name, [&] { return build(stage); });
   }
 
-  std::shared_ptr<const Radiosity> build(const Stage& stage) {
+  Solved build(const Stage& stage) {
+    scene_.cache_hits.radiosity = false;
     constexpr double tolerance = 1e-5;
     constexpr std::uint32_t sweeps_max = 1000;
     SurfacePatches patches = divide_surfaces(surfaces_, stage.patches, Limits{}.radiosity_patches, context_.control);
@@ -153,7 +168,7 @@ class RadiosityRefinement {
     const auto& [first, second] = radiosity->by_half_the_rays;
     for (std::size_t patch = 0; patch < std::min(first.size(), second.size()); ++patch)  // equal unless cancelled
       radiosity->arriving.push_back((first[patch] + second[patch]) * 0.5);
-    return radiosity;
+    return Solved(radiosity);
   }
 
   void count(const Radiosity& radiosity) {
@@ -161,7 +176,6 @@ class RadiosityRefinement {
     figures_ = radiosity.figures;
     figures_.rays += rays;
     figures_.stages = static_cast<std::uint32_t>(stages + 1);
-    scene_.cache_hits.radiosity = all_reused_;
   }
 
   CompiledScene& scene_;
@@ -169,7 +183,6 @@ class RadiosityRefinement {
   const PatchPoints surfaces_;
   const double squared_share_;
   RadiosityFigures figures_;
-  bool all_reused_ = true;
 };
 
 }  // namespace
@@ -177,7 +190,13 @@ class RadiosityRefinement {
 std::optional<Failure> solve_radiosity(CompiledScene& scene, const Bounds& finite, const BuildContext& context) {
   const Region region = region_of(scene, finite);
   if (!(region.radius > 0)) return std::nullopt;
-  return RadiosityRefinement(scene, region, context).run();
+  scene.cache_hits.radiosity = true;  // unless a stage is built
+  auto refined =
+      cached(context, name_of_view(scene), [&] { return RadiosityRefinement(scene, region, context).run(); });
+  if (!refined) return refined.error();
+  scene.objects.radiosity = *refined;
+  if (*refined == nullptr) scene.cache_hits.radiosity = false;
+  return std::nullopt;
 }
 
 }  // namespace tracer

@@ -29,7 +29,6 @@ struct ObjectTable {
                               ///< without textures
   Emitters emitters;          ///< those that glow; empty unless the scene needs them
   std::shared_ptr<const Radiosity> radiosity;  ///< null unless patches approximate diffuse light
-  RadiosityFigures radiosity_figures;          ///< rays of all stages of its refinement
   std::vector<MediumBoundary> boundary;        ///< up to the last object that lets light or shadow rays pass
   std::vector<float> diagonal;                 ///< diagonals of bounding boxes, world
 };

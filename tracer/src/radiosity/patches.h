@@ -105,7 +105,7 @@ struct Radiosity {
   PatchGrid patches;
   std::vector<Color> arriving;                         ///< by patch
   std::array<std::vector<Color>, 2> by_half_the_rays;  ///< two independent solutions, of which this is the mean
-  RadiosityFigures figures;                            ///< rays of this solution alone
+  RadiosityFigures figures;                            ///< in the cache of stages, rays of this stage alone
   [[nodiscard]] std::uint64_t memory_bytes() const {
     return patches.memory_bytes() + 3 * arriving.capacity() * sizeof(Color);
   }

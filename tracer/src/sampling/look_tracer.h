@@ -184,7 +184,7 @@ class ApproximationLooks {
     const std::uint64_t samples = exact_.samples() + approximate_.samples();
     const auto spent = static_cast<double>(exact_pool_.statistics().rays.total() + pool_.statistics().rays.total()),
                of_image = static_cast<double>(image.rays.total()),
-               of_patches = static_cast<double>(scene_.objects.radiosity_figures.rays);
+               of_patches = static_cast<double>(scene_.objects.radiosity ? scene_.objects.radiosity->figures.rays : 0);
     // The first looks show the cost of others; until then they may need 16 times the rays of an image's sample.
     const double per_sample = samples > 0
                                   ? 1.5 * spent / static_cast<double>(samples)

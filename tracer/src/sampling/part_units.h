@@ -340,22 +340,7 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
       }
   }
   if (!tracer.trace()) return false;
-  auto radiance = tracer.radiance().begin();
-  for (std::optional<Halves>& mean : means) {
-    Halves halves{};
-    bool measured = true;
-    for (Color& half : halves) {
-      std::uint32_t count = 0;
-      for (std::uint32_t index = 0; index < half_size; ++index, ++radiance) {
-        if (!finite(*radiance)) continue;  // counted by the tracer
-        half += *radiance;
-        ++count;
-      }
-      measured = measured && count > 0;
-      half = half * (1.0 / count);
-    }
-    if (measured) mean = halves;
-  }
+  average_halves(tracer.radiance(), half_size, means);
   return true;
 }
 

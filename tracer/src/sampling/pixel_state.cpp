@@ -177,6 +177,25 @@ double brightest_sample(const PixelState& pixel) {
   return brightest;
 }
 
+void average_halves(std::span<const Color> samples, std::uint32_t half_size, std::span<std::optional<Halves>> means) {
+  auto sample = samples.begin();
+  for (std::optional<Halves>& mean : means) {
+    Halves halves{};
+    bool measured = true;
+    for (Color& half : halves) {
+      std::uint32_t count = 0;
+      for (std::uint32_t index = 0; index < half_size; ++index, ++sample) {
+        if (!finite(*sample)) continue;  // counted by the tracer
+        half += *sample;
+        ++count;
+      }
+      measured = measured && count > 0;
+      half = half * (1.0 / count);
+    }
+    if (measured) mean = halves;
+  }
+}
+
 FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {
   FreshError error;
   for (const auto channel : channels) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "tracer/image.h"
@@ -185,6 +187,8 @@ double brightest_sample(const PixelState& pixel);
 
 /// Means of two fresh halves of samples of a pixel.
 using Halves = std::array<Color, 2>;
+/// Writes the means of samples in sequence, `half_size` for each half; nothing where a half has no finite one.
+void average_halves(std::span<const Color> samples, std::uint32_t half_size, std::span<std::optional<Halves>> means);
 
 /// Squared error of the pixel `value` by two independent halves, which have no part in it.
 struct FreshError {

@@ -38,6 +38,13 @@ bool Wavefront<Features>::trace() {
 }
 
 template <class Features>
+bool Wavefront<Features>::trace(const RayQueue& rays) {
+  BounceQueuesPtr first = acquire_queues(0);
+  first->camera = rays;
+  return trace_all(std::move(first));
+}
+
+template <class Features>
 bool Wavefront<Features>::trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings) {
   BounceQueuesPtr first = acquire_queues(1);
   first->diffuse = diffuse;
@@ -80,7 +87,7 @@ bool Wavefront<Features>::trace_all(BounceQueuesPtr first_bounce) {
       release_queues(std::move(next));
     }
   }
-  if (state_.scene.depth_cue && state_.landings == nullptr)
+  if (state_.scene.depth_cue && !state_.batch.x.empty())  // depth is that of the view
     apply_depth_cue(state_.scene, state_.gbuffer, state_.radiance);
   for (const Color& sample : state_.radiance) state_.statistics.non_finite += finite(sample) ? 0 : 1;
   return !state_.control.cancelled();  // the last bounce may be incomplete

@@ -149,6 +149,8 @@ class Wavefront {
 
   [[nodiscard]] Batch& batch() { return state_.batch; }
   bool trace();
+  /// Traces these rays in place of camera rays, one for each sample of the batch: samples without a place in the image.
+  bool trace(const RayQueue& rays);
   /// Traces diffuse rays in place of camera rays, one for each sample of the batch, and appends to `landings` where
   /// their paths end at patches; radiance() is the rest. Precondition: the scene has patches.
   bool trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings);
