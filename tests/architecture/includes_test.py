@@ -15,7 +15,7 @@ THIRD_PARTY = [
     ("dynamic loading", r"dlfcn\.h", ["tracer/src/image_io/oiio_loader", "tests/"]),
     ("memory mapping", r"sys/mman\.h", ["server/", "tests/"]),
     ("Cairo", r"cairo.*\.h", ["tracer/src/plot/"]),
-    ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "tracer/cli/", "server/worker/process/", "tests/stability/"]),
+    ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "api/cli/", "server/worker/process/", "tests/stability/"]),
     ("nlohmann-json", r"nlohmann/.*", ["api/src/", "server/resources/"]),
     ("cpp-httplib", r"httplib\.h", ["server/http/"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
@@ -27,7 +27,7 @@ THIRD_PARTY = [
     ("GoogleTest", r"g(test|mock)/.*", ["tests/"]),
     # Not yet in use everywhere: included in at most these directories.
     ("prometheus-cpp", r"prometheus/.*", ["server/telemetry/"]),
-    ("CLI11", r"CLI/.*", ["tracer/cli/", "server/daemon/"]),
+    ("CLI11", r"CLI/.*", ["api/cli/", "server/daemon/"]),
 ]
 OPTIONAL = {"prometheus-cpp", "CLI11", "dynamic loading", "memory mapping"}
 
@@ -43,7 +43,7 @@ DIRECTIONS = [
     ("tracer/src/plot/", ["tracer/include/", "tracer/src/plot/"]),
     ("tracer/src/display/", ["tracer/include/", "tracer/src/display/", "tracer/src/math/"]),
     ("tracer/src/", ["tracer/include/", "tracer/src/"]),
-    ("tracer/cli/", ["tracer/include/", "tracer/cli/", "api/include/"]),
+    ("api/cli/", ["tracer/include/", "api/cli/", "api/include/"]),
     ("api/", ["tracer/include/", "api/"]),
     ("server/support/", ["server/support/"]),
     ("server/daemon/", ["server/", "tracer/include/", "api/include/"]),

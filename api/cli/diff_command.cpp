@@ -4,10 +4,10 @@
 #include <string>
 #include <utility>
 
+#include "api/cli/files.h"
+#include "api/cli/messages.h"
+#include "api/cli/options.h"
 #include "api/measurement_json.h"
-#include "tracer/cli/files.h"
-#include "tracer/cli/messages.h"
-#include "tracer/cli/options.h"
 #include "tracer/compare.h"
 #include "tracer/encode.h"
 

@@ -1,4 +1,4 @@
-#include "tracer/cli/progress.h"
+#include "api/cli/progress.h"
 
 #include <unistd.h>
 

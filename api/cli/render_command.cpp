@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "api/cli/files.h"
+#include "api/cli/messages.h"
+#include "api/cli/progress.h"
 #include "api/render_document.h"
-#include "tracer/cli/files.h"
-#include "tracer/cli/messages.h"
-#include "tracer/cli/progress.h"
 #include "tracer/encode.h"
 
 namespace cli {

@@ -1,4 +1,4 @@
-#include "tracer/cli/files.h"
+#include "api/cli/files.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include "api/cli/files.h"
+#include "api/cli/messages.h"
+#include "api/cli/options.h"
+#include "api/cli/progress.h"
 #include "api/measurement_json.h"
-#include "tracer/cli/files.h"
-#include "tracer/cli/messages.h"
-#include "tracer/cli/options.h"
-#include "tracer/cli/progress.h"
 #include "tracer/limits.h"
 #include "tracer/measure.h"
 #include "tracer/plot.h"

@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "api/cli/options.h"
 #include "api/render_document.h"
-#include "tracer/cli/options.h"
 #include "tracer/result.h"
 
 namespace cli {

@@ -1,4 +1,4 @@
-#include "tracer/cli/messages.h"
+#include "api/cli/messages.h"
 
 #include <string_view>
 

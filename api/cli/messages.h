@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "api/cli/options.h"
 #include "api/document.h"
-#include "tracer/cli/options.h"
 #include "tracer/render.h"
 
 namespace cli {

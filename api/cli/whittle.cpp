@@ -5,9 +5,9 @@
 #include <string>
 #include <variant>
 
+#include "api/cli/files.h"
+#include "api/cli/messages.h"
 #include "api/report.h"
-#include "tracer/cli/files.h"
-#include "tracer/cli/messages.h"
 #include "tracer/requirements.h"
 
 namespace cli {

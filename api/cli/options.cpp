@@ -1,4 +1,4 @@
-#include "tracer/cli/options.h"
+#include "api/cli/options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
