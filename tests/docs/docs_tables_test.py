@@ -36,6 +36,12 @@ class EveryPage(unittest.TestCase):
                     if anchor:
                         self.assertIn(anchor, anchors(os.path.relpath(target, SOURCE)))
 
+    def test_names_files_that_exist(self):
+        for page in ("ARCHITECTURE.md", "CONTRIBUTING.md"):
+            named = set(re.findall(r"\b(?:tracer|api|server|tests)/[\w/.-]*\w", text(page)))
+            self.assertGreater(len(named), 10)
+            self.assertEqual([path for path in sorted(named) if not (SOURCE / path).exists()], [], page)
+
     def test_marks_commands_that_are_not_run(self):
         marked = [(page, block) for page in PAGES for block in blocks(page, "console")]
         for page, block in marked:
