@@ -22,6 +22,8 @@
 ///   deep                sends a report that is nested 100,000 deep
 ///   descriptors         sends a message with more descriptors than any has
 ///
+/// An image task gets the result "image". One of the kind "unless FILE" gets none unless FILE exists, and creates it.
+///
 /// While the file that FAKE_WORKER_HANGS names exists, a new process hangs before it is ready.
 
 #include <fcntl.h>
@@ -201,6 +203,17 @@ void run(const Assign& job, const std::shared_ptr<std::atomic<bool>>& cancelled)
   execute("finish nothing", job, *cancelled);
 }
 
+void run(const ImageTask& task) {
+  std::istringstream words(task.work.kind);
+  std::string command, file;
+  words >> command >> file;
+  if (command == "unless" && !exists(file)) {
+    std::ofstream(file) << "received";
+    return;
+  }
+  send_message(ImageTaskResult{task.number, {{}, "image"}});
+}
+
 }  // namespace
 
 int main() {
@@ -225,6 +238,7 @@ int main() {
       const auto flag = cancelled[job->job_id] = std::make_shared<std::atomic<bool>>(false);
       std::thread([assigned = std::make_shared<Assign>(std::move(*job)), flag] { run(*assigned, flag); }).detach();
     }
+    if (const auto* task = std::get_if<ImageTask>(message)) run(*task);
     if (auto* cancel = std::get_if<Cancel>(message)) {
       if (cancelled.contains(cancel->job_id)) *cancelled[cancel->job_id] = true;
     }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -119,6 +120,17 @@ class SupervisorTest : public testing::Test {
       std::string id = queue.submission.submit(std::move(submission))->view.job.id;
       if (!reaches(id, queue::JobState::failed) || find(id).attempt > 0) return id;
     }
+  }
+  std::future<queue::ImageTaskResult> run_image_task(const std::string& kind) {
+    const auto result = std::make_shared<std::promise<queue::ImageTaskResult>>();
+    queue::ImageTask task;
+    task.work.kind = kind;
+    queue.runner.run_image_task(task, [result](queue::ImageTaskResult done) { result->set_value(std::move(done)); });
+    return result->get_future();
+  }
+  static std::string image_of(std::future<queue::ImageTaskResult> result) {
+    const bool done = result.wait_for(std::chrono::minutes(1)) == std::future_status::ready;
+    return done ? result.get().bytes : "no result";
   }
   queue::Job find(const std::string& id) { return queue.queries.find(id).value().job; }
   queue::JobState state(const std::string& id) { return find(id).state; }

@@ -2,7 +2,7 @@
 
 #include <chrono>
 #include <csignal>
-#include <thread>
+#include <utility>
 
 #include "tests/queue/supervised.h"
 
@@ -83,12 +83,29 @@ TEST_F(SupervisorTest, RunsSuspectsOfAnEarlierDaemonAlone) {
 TEST_F(SupervisorTest, RunsASuspectThatIsQueuedWhileAClaimFindsNone) {
   const std::string suspect = submit("");
   const queue::Claim claim = *queue.lifecycle.claim();
+  std::promise<void> started;
   transitions.after_suspect_claim = [&] {  // the first claim after the start is of suspects
+    started.get_future().wait();
     queue.lifecycle.release(suspect, claim.fence, {.suspect = true});
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the notification arrives before the claim ends
+    // The supervisor looks for jobs before it sends a task: it has processed the notification before the claim ends.
+    EXPECT_EQ(image_of(run_image_task("scale")), "image");
   };
   start();
+  started.set_value();
   EXPECT_TRUE(reaches(suspect, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, RepeatsAnImageTaskWhoseWorkerIsEndedForACancelledJob) {
+  auto hurried = settings();
+  hurried.cancel_grace = std::chrono::milliseconds(50);
+  start(hurried);
+  const std::string id = submit("hang " + path("never"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  auto result = run_image_task("unless " + path("received"));
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("received")); }));
+  queue.lifecycle.cancel(id);
+  EXPECT_EQ(image_of(std::move(result)), "image");
+  EXPECT_EQ(log.count("worker_ready"), 2);
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatIsKilledBetweenJobs) {

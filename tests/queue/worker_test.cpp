@@ -11,7 +11,6 @@
 #include <fstream>
 #include <set>
 #include <sstream>
-#include <thread>
 
 #include "server/queue/asset_store.h"
 #include "server/worker/supervisor/child_process.h"
@@ -267,14 +266,14 @@ TEST_F(WorkerTest, ClearsTheCacheWhenIdle) {
   with.executable = worker::default_executable();
   with.cache_idle = std::chrono::milliseconds(100);
   start(with);
-  const auto built_again = [&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // checked at each heartbeat
+  const auto built = [&] {
     const std::string id = submit(sheet(20));
     EXPECT_TRUE(reaches(id, JobState::succeeded));
     return find(id).report.find("\"geometry_reused\":false") != std::string::npos;
   };
-  EXPECT_TRUE(built_again());
-  EXPECT_TRUE(eventually(built_again));
+  EXPECT_TRUE(built());
+  // The cache is empty until a heartbeat has reported the geometry, and once it is cleared. A job uses it in between.
+  EXPECT_TRUE(eventually([&] { return supervisor->cache_bytes().geometry == 0 && built(); }));
 }
 
 /// "VmRSS", "VmHWM": MiB that it has, or had at most.
