@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/storage/files/directory_lock.h"
 #include "server/storage/files/file_stores.h"
 #include "server/support/read_file.h"
 #include "tests/conformance/file_size_limit.h"
@@ -143,14 +144,23 @@ TEST(SqliteStores, RejectsADirectoryThatIsInUse) {
   }
 }
 
-TEST(SqliteStores, WaitsForADirectoryThatIsReleasedSoon) {
+TEST(DirectoryLock, WaitsForADirectoryThatIsReleasedSoon) {
   const TemporaryDirectory directory;
-  auto first = std::make_unique<TestStore>(directory.path());
-  std::jthread soon([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    first.reset();
-  });
-  EXPECT_NO_THROW(TestStore(directory.path()));
+  auto first = std::make_unique<DirectoryLock>(directory.path());
+  int waits = 0;
+  const auto release_at_last = [&] {
+    if (++waits == DirectoryLock::retries) first.reset();
+  };
+  EXPECT_NO_THROW(DirectoryLock(directory.path(), release_at_last));
+  EXPECT_EQ(waits, DirectoryLock::retries);
+}
+
+TEST(DirectoryLock, GivesUpAfterItsRetries) {
+  const TemporaryDirectory directory;
+  const DirectoryLock first(directory.path());
+  int waits = 0;
+  EXPECT_THROW(DirectoryLock(directory.path(), [&] { ++waits; }), StoreFailure);
+  EXPECT_EQ(waits, DirectoryLock::retries);
 }
 
 TEST(SqliteStores, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <thread>
 
 #include "server/queue/job_store.h"
@@ -23,24 +24,24 @@ std::string holder(int fd) {
 
 /// A daemon that was killed while it started a worker leaves the lock to the forked process until that executes. On a
 /// busy machine this takes a moment.
-bool lock_soon(int fd) {
-  constexpr std::chrono::milliseconds pause(10);
-  const auto end = std::chrono::steady_clock::now() + DirectoryLock::patience;
-  while (flock(fd, LOCK_EX | LOCK_NB) < 0) {
-    if (errno != EWOULDBLOCK || std::chrono::steady_clock::now() >= end) return false;
-    std::this_thread::sleep_for(pause);
+bool lock_soon(int fd, const std::function<void()>& wait) {
+  for (int retries = DirectoryLock::retries; flock(fd, LOCK_EX | LOCK_NB) < 0; --retries) {
+    if (errno != EWOULDBLOCK || retries == 0) return false;
+    wait();
   }
   return true;
 }
 
 }  // namespace
 
-DirectoryLock::DirectoryLock(const std::string& directory) {
+void DirectoryLock::pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
+
+DirectoryLock::DirectoryLock(const std::string& directory, const std::function<void()>& wait) {
   if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", directory);
   const std::string path = directory + "/lock";
   fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
   if (fd_ < 0) fail("cannot open", path);
-  if (!lock_soon(fd_)) {
+  if (!lock_soon(fd_, wait)) {
     const int error = errno;
     const std::string process = holder(fd_);
     ::close(fd_);

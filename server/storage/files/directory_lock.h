@@ -1,7 +1,7 @@
 #pragma once
 /// The lock of a data directory.
 
-#include <chrono>
+#include <functional>
 #include <string>
 
 namespace storage::files {
@@ -10,11 +10,13 @@ namespace storage::files {
 /// id of the holder. The kernel releases it when the process ends.
 class DirectoryLock {
  public:
-  /// Time to wait for a lock that another process holds: a killed daemon may need a moment to end.
-  static constexpr std::chrono::seconds patience{3};
+  /// A lock that another process holds is tried again for 3 s: a killed daemon may need a moment to end.
+  static constexpr int retries = 300;
+  static void pause();  ///< 10 ms
 
-  /// Creates the directory where missing. Throws StoreFailure, with the process id of another holder.
-  explicit DirectoryLock(const std::string& directory);
+  /// Creates the directory where missing. Calls `wait` before each retry. Throws StoreFailure, with the process id of
+  /// another holder.
+  explicit DirectoryLock(const std::string& directory, const std::function<void()>& wait = pause);
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
