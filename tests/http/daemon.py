@@ -225,6 +225,15 @@ class Daemon(Served):
         pages = pathlib.Path(f"/proc/{self.process.pid}/statm").read_text(encoding="ascii").split()[1]
         return int(pages) * os.sysconf("SC_PAGESIZE")
 
+    def forget_peak(self):
+        """Makes the memory that is resident now the peak so far (proc_pid_clear_refs(5))."""
+        pathlib.Path(f"/proc/{self.process.pid}/clear_refs").write_text("5", encoding="ascii")
+
+    def peak_bytes(self):
+        """Returns the most memory that was resident at once."""
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="utf-8")
+        return 1024 * int(re.search(r"^VmHWM:\s+(\d+) kB$", status, re.MULTILINE)[1])
+
 
 class OneDaemon(unittest.TestCase):
     """Tests that share a daemon; each uses jobs of its own."""
