@@ -341,15 +341,16 @@ class Recovery(SubmitTest):
 
     def test_server_killed_and_restarted(self):
         with Relay(lambda: self.daemon.port) as relay:
-            with subprocess.Popen(self.sweep_command(relay.url, samples=32), stderr=subprocess.PIPE, text=True) as process:
+            messages = self.directory / "messages"
+            with open(messages, "wb") as written, subprocess.Popen(self.sweep_command(relay.url, samples=32), stderr=written) as process:
                 for jobs, images in ((1, 0), (self.FRAMES, self.FRAMES // 2)):
                     wait_until(lambda j=jobs, i=images: len(self.jobs()) >= j and len(self.images()) >= i, "frames")
+                    before = messages.read_text("utf-8").count("waiting for http://")
                     self.daemon.kill()
-                    time.sleep(0.3)  # the client meets the closed port and waits
+                    wait_until(lambda b=before: messages.read_text("utf-8").count("waiting for http://") > b, "the client, which waits")
                     self.daemon.start()
-                _, output = process.communicate(timeout=PATIENCE_S)
-        self.assertEqual(process.returncode, 0, output)
-        self.assertIn("waiting for http://", output)
+                process.wait(PATIENCE_S)
+        self.assertEqual(process.returncode, 0, messages.read_text("utf-8"))
         self.assert_complete_without_duplicates()
 
     def test_responses_to_submissions_lost(self):
