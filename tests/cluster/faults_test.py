@@ -54,7 +54,8 @@ class FaultsTest(unittest.TestCase):
                     time.sleep(choices.uniform(0.5, 2))
                     cluster.server.kill()
                     cluster.server.start()
-                time.sleep(1)
+                before = len(load.acknowledged)
+                wait_until(lambda: len(load.acknowledged) > before, "a job after the last restart")
             finally:
                 load.stop()
             print(f"{self.database_kills} kill -9 of PostgreSQL:", end=" ")
