@@ -3,7 +3,6 @@ import json
 import pathlib
 import subprocess
 import tempfile
-import time
 import unittest
 
 import numpy
@@ -135,9 +134,11 @@ class Batches(BatchesTest):
         self.browser.one(".bell").click()
         self.browser.until(lambda: self.browser.one(".bell").get_attribute("aria-pressed") == "true", "the bell")
         jobs = [job["id"] for job in json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}"))["items"]]
+        before = self.reads(batch_id)
         self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
         self.browser.until(lambda: "cancelled" in self.cells().values(), "the first one")
-        time.sleep(1)  # longer than the page waits before it reads the batch
+        self.browser.until(lambda: self.reads(batch_id) >= before + 2, "the batch, read for the page and for the bell")
+        self.browser.until(lambda: "cancelled" in self.browser.text(".shares"), "what the page has read")
         self.assertEqual(self.browser.text("[aria-live]"), "")
         self.browser.button("Cancel").click()
         self.assertIn("Cancel 1 job?", self.browser.text("dialog[open] h2"))
@@ -146,6 +147,10 @@ class Batches(BatchesTest):
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/batches/{batch_id}"))
         self.assertEqual(self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "[]")
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question about a batch that has ended")
+
+    def reads(self, batch_id):
+        """How often the batch was read over HTTP."""
+        return sum(row["event"] == "request" and row["path"] == f"/v1/batches/{batch_id}" for row in self.daemon.log_rows())
 
     def append_to_name(self, name):
         """Types into the playground, behind the name of the document that is in it then."""

@@ -7,7 +7,6 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 from selenium.webdriver.common.action_chains import ActionChains
@@ -87,22 +86,30 @@ class Everywhere(BrowserTest):
         for view in ("#/", "#/new"):
             self.browser.get_log("performance")
             self.shown(view)
-            time.sleep(1)
+            if view == "#/new":
+                self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')"), "the editor")
             sizes[view] = self.transferred()
         print(f"transferred: {sizes}")
+        self.assertGreater(min(sizes.values()), 10_000)
         self.assertLessEqual(sizes["#/"], 80_000)
         self.assertLessEqual(sizes["#/new"], 200_000)
 
     def transferred(self):
-        """Bytes of /ui that came over the network since the last call."""
-        urls, total = {}, 0
-        for entry in self.browser.get_log("performance"):
-            message = json.loads(entry["message"])["message"]
-            if message["method"] == "Network.responseReceived":
-                urls[message["params"]["requestId"]] = message["params"]["response"]["url"]
-            if message["method"] == "Network.loadingFinished" and "/ui/" in urls.get(message["params"]["requestId"], ""):
-                total += message["params"]["encodedDataLength"]
-        return total
+        """Bytes of /ui that came over the network since the log was last read. Waits until no file of the page is being loaded; the log has
+        no end of those of workers."""
+        files, sizes = set(), {}
+        def all_are_here():
+            for entry in self.browser.get_log("performance"):
+                message = json.loads(entry["message"])["message"]
+                method, request = message["method"], message["params"].get("requestId")
+                url = message["params"].get("request", {}).get("url", "")
+                if method == "Network.requestWillBeSent" and "/ui/" in url and not url.endswith("-worker.js"):
+                    files.add(request)
+                if method == "Network.loadingFinished":
+                    sizes[request] = message["params"]["encodedDataLength"]
+            return files and files <= sizes.keys()
+        self.browser.until(all_are_here, "the files of the page")
+        return sum(sizes[file] for file in files)
 
 
 @unittest.skipUnless(os.geteuid() == 0, "makes a namespace of its own")

@@ -132,11 +132,11 @@ class Life(JobPage):
         self.open(f"#/jobs/{job}")
         self.expected.append("/preview")  # asked for while the job is cancelled
         sources = set()
-        self.browser.requests()
         begin = time.monotonic()
+        self.browser.requests()
         self.browser.until(lambda: self.browser.all(".viewer img") and sources.add(self.browser.one(".viewer img").get_attribute("src")) or len(sources) >= 3, "three previews")
-        seconds = time.monotonic() - begin
         requests = [url for _, url in self.browser.requests() if f"/v1/jobs/{job}" in url]
+        seconds = time.monotonic() - begin
         self.assertLessEqual(len(requests), 3 * seconds + 3, requests)
         self.browser.button("Cancel").click()
         self.browser.button("Cancel it", "dialog[open]").click()
