@@ -1,5 +1,5 @@
 #pragma once
-/// Finds what is probably a mistake in a scene that can be rendered.
+/// Finds probable errors in a scene that can be rendered.
 
 #include <cstddef>
 #include <vector>

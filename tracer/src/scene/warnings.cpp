@@ -176,7 +176,7 @@ class WarningFinder {
           "angles are in degrees, got " + text_of(spot->outer_angle_deg) + ": is it in radians?");
   }
 
-  /// Radiance may be above 1; only a color of bytes is probably a mistake.
+  /// Radiance may be above 1; only a color of bytes is probably an error.
   void check_radiance(const std::string& path, const Color& color) {
     const double most = max_component(color);
     const auto is_byte = [](double c) { return c == std::trunc(c) && c <= 255; };
