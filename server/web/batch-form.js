@@ -47,7 +47,7 @@ export function NewBatch() {
   try {
     scene = JSON.parse(document.value || 'null');
   } catch {
-    // The playground's text is not complete; the sentence below says so.
+    // The playground's text is not complete; the sentence below reports it.
   }
   const sweep = sweepOf(axes.value), jobs = sweep ? combinations(sweep) : 0;
   const change = (/** @type {number} */ row, /** @type {Partial<Axis>} */ changes) => { axes.value = axes.value.map((each, i) => i === row ? {...each, ...changes} : each); };

@@ -68,7 +68,7 @@ function Axes({batch, jobs, refresh}) {
   /** The place of lines that are out of view. @param {number} lines @param {'width' | 'height'} way */
   const space = (lines, way) => lines > 0 && html`<td aria-hidden="true" style=${{[way]: `${lines * (CELL[way] + CELL.gap) - CELL.gap}px`, [`min-${way}`]: `${lines * (CELL[way] + CELL.gap) - CELL.gap}px`}}></td>`;
   const spaceRow = (/** @type {number} */ lines) => lines > 0 && html`<tr>${space(lines, 'height')}</tr>`;
-  return html`${others.length > 0 && html`<div class="wishes">${others.map((axis, place) => html`<label><code>${axis}</code> <select value=${places.value[place] || 0}
+  return html`${others.length > 0 && html`<div class="form-fields">${others.map((axis, place) => html`<label><code>${axis}</code> <select value=${places.value[place] || 0}
       onChange=${(/** @type {any} */ event) => { const next = [...places.value]; next[place] = Number(event.target.value); places.value = next; }}>
       ${batch.sweep[axis].map((/** @type {any} */ each, /** @type {number} */ i) => html`<option value=${i}>${valueText(each)}</option>`)}</select></label>`)}</div>`}
     <div class="panel axes" tabindex="0" role="region" aria-label=${text.sheet}><table aria-rowcount=${rows.length + 1} aria-colcount=${columns.length + 1}>
@@ -80,7 +80,7 @@ function Axes({batch, jobs, refresh}) {
 /** @param {any} value */
 const valueText = (value) => JSON.stringify(value).slice(0, 40);
 
-/** What a frame changes. @param {Job | undefined} job @param {number} index */
+/** Changes of a frame. @param {Job | undefined} job @param {number} index */
 function frameText(job, index) {
   if (!job?.variation?.values) return text.frame(index);
   const short = (/** @type {any} */ value) => typeof value === 'number' ? String(Number(value.toPrecision(5))) : JSON.stringify(value);

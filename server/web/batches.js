@@ -94,16 +94,16 @@ function One({id}) {
 
 /** @param {{batch: import('@preact/signals').Signal<Batch | null>, list: JobList, fps: import('@preact/signals').Signal<number>, images: number}} properties */
 function Actions({batch, list, fps, images}) {
-  const asked = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
+  const proposed = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
   const {id, name, links, jobs} = /** @type {Batch} */ (batch.value);
   const open = (jobs.queued || 0) + (jobs.running || 0);
-  useEffect(() => { asked.value = ''; }, [open === 0]);  // the question is about what was
+  useEffect(() => { proposed.value = ''; }, [open === 0]);  // the question is about what was
   const post = (/** @type {string} */ path) => attempt(async () => {
-    asked.value = '';
+    proposed.value = '';
     batch.value = await postJson(path, undefined);
     list.scheduleReload();
   });
-  const remove = () => attempt(async () => { asked.value = ''; await request('DELETE', `/v1/batches/${id}`); go('#/batches'); });
+  const remove = () => attempt(async () => { proposed.value = ''; await request('DELETE', `/v1/batches/${id}`); go('#/batches'); });
   const loading = useSignal('');
   const save = (/** @type {string} */ path, /** @type {string} */ kind) => attempt(async () => {
     loading.value = kind;
@@ -115,9 +115,9 @@ function Actions({batch, list, fps, images}) {
   return html`${open > 0 && html`<${Bell} ids=${[`batch/${id}`]} label=${words.bell.ringBatch} />`}
     ${links.artifacts && images > 0 && html`${button(links.artifacts, 'tar')}${button(`/v1/batches/${id}/animation.apng?fps=${fps.value}`, 'apng')}<button onClick=${() => copy(video)} title=${video}>${text.video}</button>`}
     ${mayWrite.value && html`${links.retry && html`<button onClick=${() => post(links.retry)}>${text.retry}</button>`}
-      ${links.cancel && html`<button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
-      ${open === 0 && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}
-      <${Dialog} open=${asked.value !== ''} onClose=${() => { asked.value = ''; }} title=${words.job.sure}>${asked.value && html`<div class="stack"><h2>${words.queue.confirm[asked.value](asked.value === 'cancel' ? open : total)}</h2>
-        <div class="row"><button onClick=${() => { asked.value = ''; }}>${words.queue.back}</button>
-          <button class="primary" onClick=${asked.value === 'cancel' ? () => post(links.cancel) : remove}>${words.queue.doIt[asked.value]}</button></div></div>`}</${Dialog}>`}`;
+      ${links.cancel && html`<button onClick=${() => { proposed.value = 'cancel'; }}>${words.queue.cancel}</button>`}
+      ${open === 0 && html`<button class="danger" onClick=${() => { proposed.value = 'remove'; }}>${words.queue.remove}</button>`}
+      <${Dialog} open=${proposed.value !== ''} onClose=${() => { proposed.value = ''; }} title=${words.job.sure}>${proposed.value && html`<div class="stack"><h2>${words.queue.confirm[proposed.value](proposed.value === 'cancel' ? open : total)}</h2>
+        <div class="row"><button onClick=${() => { proposed.value = ''; }}>${words.queue.back}</button>
+          <button class="primary" onClick=${proposed.value === 'cancel' ? () => post(links.cancel) : remove}>${words.queue.doIt[proposed.value]}</button></div></div>`}</${Dialog}>`}`;
 }

@@ -11,7 +11,7 @@ export class Bells {
     this.ring = ring;
     this.changed = changed;
     this.headers = headers;
-    /** Of jobs, and "batch/" with those of batches. @type {Set<string>} */
+    /** Identifiers of jobs, and "batch/" with those of batches. @type {Set<string>} */
     this.ids = new Set();
     /** Batches that are read soon. @type {Set<string>} */
     this.soon = new Set();

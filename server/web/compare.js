@@ -51,7 +51,7 @@ function Pair({a, b}) {
   const mode = MODES.find((each) => each === query.get('mode')) || 'wipe';
   const [z, x, y] = ['z', 'x', 'y'].map((name) => Number(query.get(name)) || 0);
   const view = useSignal({zoom: z, x, y});
-  const asked = Number(query.get('tolerance') || NaN), tolerance = useSignal(Number.isNaN(asked) ? 1 : asked);
+  const requested = Number(query.get('tolerance') || NaN), tolerance = useSignal(Number.isNaN(requested) ? 1 : requested);
   useEffect(() => {
     const worker = new Caller('image-worker.js'), closing = new AbortController();
     /** @type {string[]} */

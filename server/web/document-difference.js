@@ -1,4 +1,4 @@
-/** What differs in two JSON values, by JSON pointer. */
+/** Differences of two JSON values, by JSON pointer. */
 
 /** The values of a document by pointer. @param {any} value @param {string} at @param {Map<string, string>} into */
 function flatten(value, at, into) {

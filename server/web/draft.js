@@ -1,4 +1,4 @@
-/** Live drafts: each change of the text is checked, then rendered small and quickly; when typing stops, as the document asks. */
+/** Live drafts: each change of the text is checked, then rendered small and quickly; when typing stops, with the settings of the document. */
 import {batch, signal} from '@preact/signals';
 import {getJson, mayWrite, postJson, Problem, request} from './api.js';
 
@@ -91,13 +91,13 @@ export class Drafts {
     if (!this.isLarge()) this.timer = window.setTimeout(() => this.run(), TYPING_PAUSE_MS);
   }
 
-  /** A draft now, whatever the switches say. */
+  /** Renders a draft now, whatever the switches are. */
   now() {
     clearTimeout(this.timer);
     this.run(true);
   }
 
-  /** Whether texts are drafted as they change. @param {boolean} on */
+  /** Switches drafts of texts as they change on or off. @param {boolean} on */
   setAuto(on) {
     this.auto.value = on;
     if (!on || this.isLarge()) return;
@@ -107,15 +107,15 @@ export class Drafts {
     this.run();
   }
 
-  /** A large text is not even checked before the user asks for a draft. */
+  /** A large text is not even checked before the user requests a draft. */
   isLarge() {
     const isLarge = this.text.length > AUTO_BYTES_MAX;
     if (isLarge || this.manualReason.value === 'size') this.manualReason.value = isLarge ? 'size' : '';
     return isLarge;
   }
 
-  /** @param {boolean} [asked] by the user */
-  async run(asked = false) {
+  /** @param {boolean} [requested] by the user */
+  async run(requested = false) {
     const number = this.latest, text = this.text;
     if (!mayWrite.value || !this.isJson(text)) return;  // a key that may only read renders nothing
     const controller = this.inFlight = new AbortController();
@@ -126,7 +126,7 @@ export class Drafts {
       this.validation.value = validation;
       this.onValidated(text, validation);
       if (!validation.valid) return;
-      if (!asked && (await this.tooSlow(text, validation, controller.signal) || !this.auto.value)) return;
+      if (!requested && (await this.tooSlow(text, validation, controller.signal) || !this.auto.value)) return;
       await this.draft(number, text, DRAFT_BUDGET_MS, controller.signal);
       if (number === this.latest && this.refine.value) this.timer = window.setTimeout(() => this.startRefining(number), REFINE_AFTER_MS);
     } catch (error) {
@@ -151,7 +151,7 @@ export class Drafts {
     }
   }
 
-  /** Whether one sample per pixel of the draft takes long; a draft takes no less. @param {string} text @param {Validation} validation @param {AbortSignal} signal */
+  /** True if one sample per pixel of the draft takes long; a draft takes no less. @param {string} text @param {Validation} validation @param {AbortSignal} signal */
   async tooSlow(text, validation, signal) {
     let seconds = validation.estimate.seconds;
     if (seconds > AUTO_SECONDS_MAX) {

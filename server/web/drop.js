@@ -1,6 +1,6 @@
 /** Files of the user: uploaded once under their SHA-256, and named at the cursor if they are dropped into the editor. */
 import {postJson, request} from './api.js';
-import {say} from './parts.js';
+import {announce} from './parts.js';
 import {words} from './words.js';
 import {Caller} from './workers.js';
 
@@ -13,7 +13,7 @@ export async function upload(file) {
   const hash = await hasher.call({method: 'sha256', bytes: await file.arrayBuffer()});
   const {missing} = await postJson('/v1/assets/missing', {sha256: [hash]});
   if (missing.length > 0) {
-    say(words.playground.uploading(file.name));
+    announce(words.playground.uploading(file.name));
     await request('PUT', `/v1/assets/${hash}`, {bytes: file, headers: {'Content-Type': 'application/octet-stream'}});
   }
   return {hash, isNew: missing.length > 0};
@@ -29,6 +29,6 @@ export async function nameFiles(editor, files, from) {
     const {at} = place, text = editor.text(), end = text.indexOf('"', at), begin = text.lastIndexOf('"', at - 1);
     const inString = begin >= 0 && end >= 0 && !/[\n:,{}[\]]/.test(text.slice(begin + 1, end)) && /[:,[]\s*$/.test(text.slice(0, begin));
     editor.change([inString ? {from: begin, to: end + 1, insert} : {from: at, to: at, insert}]);
-    say(isNew ? words.playground.uploaded(file.name) : words.playground.known(file.name));
+    announce(isNew ? words.playground.uploaded(file.name) : words.playground.known(file.name));
   }
 }

@@ -4,7 +4,7 @@ import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {getJson, mayWrite, postJson, request} from './api.js';
 import {figure} from './format.js';
-import {attempt, Entry, HeatLegend, say} from './parts.js';
+import {announce, attempt, Entry, HeatLegend} from './parts.js';
 import {go} from './routes.js';
 import {Caller} from './workers.js';
 import {words} from './words.js';
@@ -95,7 +95,7 @@ export function HeatMap({job, heat}) {
     const scene = await getJson(`/v1/jobs/${job.id}/scene`), output = scene.output || {};
     const formats = new Set([...(output.formats || ['png']), 'png', 'exr']), layers = new Set([...(output.layers || []), 'error', 'samples']);
     const made = await postJson('/v1/jobs', {...scene, output: {...output, formats: [...formats], layers: [...layers]}});
-    say(text.submitted);
+    announce(text.submitted);
     go(`#/jobs/${made.id}?tab=error`);
   });
   const hasLayers = exr.value && (exr.value.channels.error || exr.value.channels.samples);

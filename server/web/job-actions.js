@@ -1,11 +1,11 @@
-/** What can be done with a job: cancel, retry, remove, measure, its priority. */
+/** Actions on a job: cancel, retry, remove, measure, its priority. */
 import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {mayWrite, postJson, Problem, request} from './api.js';
 import {documentOf} from './job-source.js';
 import {addKeys} from './keys.js';
-import {attempt, Bell, Dialog, Entry, say} from './parts.js';
+import {announce, attempt, Bell, Dialog, Entry} from './parts.js';
 import {go, route, routeOf} from './routes.js';
 import {words} from './words.js';
 
@@ -13,14 +13,14 @@ const text = words.job;
 
 /** @param {{job: import('@preact/signals').Signal<any>, etag: import('@preact/signals').Signal<string>}} properties */
 export function Actions({job, etag}) {
-  const asked = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
+  const proposed = useSignal(/** @type {'' | 'cancel' | 'remove'} */ (''));
   const {id, state, priority} = job.value;
   const isOpen = state === 'queued' || state === 'running';
   const mayRetry = state === 'failed' || state === 'cancelled';
-  const cancel = () => attempt(async () => { asked.value = ''; job.value = await postJson(`/v1/jobs/${id}/cancel`, undefined); });
+  const cancel = () => attempt(async () => { proposed.value = ''; job.value = await postJson(`/v1/jobs/${id}/cancel`, undefined); });
   const retry = () => attempt(async () => { job.value = await postJson(`/v1/jobs/${id}/retry`, undefined); });
   const remove = () => attempt(async () => {
-    asked.value = '';
+    proposed.value = '';
     await request('DELETE', `/v1/jobs/${id}`).catch((error) => { if (!(error instanceof Problem) || error.status !== 404) throw error; });
     go('#/');
   });
@@ -35,11 +35,11 @@ export function Actions({job, etag}) {
       const reply = await request('GET', `/v1/jobs/${id}`), now = await reply.json();
       etag.value = reply.headers.get('ETag') || '';
       job.value = now;
-      say(text.raced(now.priority, wanted));
+      announce(text.raced(now.priority, wanted));
     }
   });
-  useEffect(() => { asked.value = ''; }, [isOpen]);  // the question is about what was
-  useEffect(() => addKeys({'c': () => { if (isOpen) asked.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
+  useEffect(() => { proposed.value = ''; }, [isOpen]);  // the question is about what was
+  useEffect(() => addKeys({'c': () => { if (isOpen) proposed.value = 'cancel'; }, 'r': () => { if (mayRetry) retry(); }}), [id, state]);
   const hasImage = job.value.artifacts.some((/** @type {any} */ each) => each.name.startsWith('image.')) && !job.value.expired;
   const tradeOff = job.value.kind === 'measure' && route.value.page === 'jobs';
   const edit = html`${tradeOff && html`<a class="button" href=${`#/measure/${id}`}>${text.tradeOff}</a>`}<a class="button" href=${`#/edit/${id}`}>${text.edit}</a>${hasImage && html`<a class="button" href=${`#/compare?a=${id}`}>${text.compare}</a>`}`;
@@ -48,9 +48,9 @@ export function Actions({job, etag}) {
   return html`${bell}${edit}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button><a class="button" href=${`#/batches/new?job=${id}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>`}
     ${isOpen && html`<label class="switch">${words.queue.columns.priority}<${Entry} class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
-      <button onClick=${() => { asked.value = 'cancel'; }}>${words.queue.cancel}</button>`}
+      <button onClick=${() => { proposed.value = 'cancel'; }}>${words.queue.cancel}</button>`}
     ${mayRetry && html`<button onClick=${retry}>${words.queue.retry}</button>`}
-    ${state !== 'running' && html`<button class="danger" onClick=${() => { asked.value = 'remove'; }}>${words.queue.remove}</button>`}
-    <${Dialog} open=${asked.value !== ''} onClose=${() => { asked.value = ''; }} title=${text.sure}>${asked.value && html`<div class="stack"><h2>${words.queue.confirm[asked.value](1)}</h2>
-      <div class="row"><button onClick=${() => { asked.value = ''; }}>${words.queue.back}</button><button class="primary" onClick=${asked.value === 'cancel' ? cancel : remove}>${text.doIt[asked.value]}</button></div></div>`}</${Dialog}>`;
+    ${state !== 'running' && html`<button class="danger" onClick=${() => { proposed.value = 'remove'; }}>${words.queue.remove}</button>`}
+    <${Dialog} open=${proposed.value !== ''} onClose=${() => { proposed.value = ''; }} title=${text.sure}>${proposed.value && html`<div class="stack"><h2>${words.queue.confirm[proposed.value](1)}</h2>
+      <div class="row"><button onClick=${() => { proposed.value = ''; }}>${words.queue.back}</button><button class="primary" onClick=${proposed.value === 'cancel' ? cancel : remove}>${text.doIt[proposed.value]}</button></div></div>`}</${Dialog}>`;
 }

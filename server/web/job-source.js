@@ -50,7 +50,7 @@ export function useJob(id) {
   return {job, etag, problem};
 }
 
-/** Where the playground keeps its text: of each job whose document is edited, and the one of no job. @param {string} job */
+/** Key of the text that the playground keeps: one for each job whose document is edited, and one without a job. @param {string} job */
 const storedAs = (job) => job ? `${STORED_TEXT}.${job}` : STORED_TEXT;
 
 /** Keeps a text of the playground: in this tab, and the one of no job also for later. @param {string} job @param {string} text */

@@ -8,7 +8,7 @@ import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
-import {attempt, copy, download, Entry, Failure, imageUrl, NotModelled, say, State} from './parts.js';
+import {announce, attempt, copy, download, Entry, Failure, imageUrl, NotModelled, State} from './parts.js';
 import {errorText} from './queue.js';
 import {addKeys, DIGITS} from './keys.js';
 import {route, setQuery} from './routes.js';
@@ -60,7 +60,7 @@ function useLayer(job) {
     if (!wanted || !job) return;
     const controller = new AbortController();
     const parameters = `layer=${layer}&max=${LAYER_SIDE}${stops !== 0 ? `&exposure=${stops}` : ''}${COUNTS.includes(layer) ? '&map=heat' : ''}`;
-    imageUrl(`/v1/jobs/${job.id}/view.png?${parameters}`, controller.signal).then((made) => { url.value = made; }, (error) => { if (!controller.signal.aborted) say(error.message); });
+    imageUrl(`/v1/jobs/${job.id}/view.png?${parameters}`, controller.signal).then((made) => { url.value = made; }, (error) => { if (!controller.signal.aborted) announce(error.message); });
     return () => { controller.abort(); URL.revokeObjectURL(url.value); url.value = ''; };
   }, [job?.id, wanted, layer, stops]);
   return {layer, stops, url: url.value};
@@ -130,7 +130,7 @@ function Layers({job, view}) {
   const isShown = job.state === 'succeeded' && job.kind === 'render' && !job.expired;
   useEffect(() => {
     if (!hasLayers) return;
-    documentOf(job.id).then((document) => { const asked = JSON.parse(document).output?.layers || []; layers.value = LAYERS.filter((each) => each === 'color' || asked.includes(each)); }, () => undefined);
+    documentOf(job.id).then((document) => { const requested = JSON.parse(document).output?.layers || []; layers.value = LAYERS.filter((each) => each === 'color' || requested.includes(each)); }, () => undefined);
   }, [job.id, hasLayers]);
   const show = (/** @type {string} */ name) => setQuery({layer: name === 'color' ? null : name});
   const brighten = (/** @type {number} */ by) => expose((Number(route.value.query.get('exposure')) || 0) + by);

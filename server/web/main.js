@@ -6,7 +6,7 @@ import {useEffect, useRef} from 'preact/hooks';
 import {identify, key, locked, mayWrite, me, setKey} from './api.js';
 import {count, duration} from './format.js';
 import {addKeys, disabled, helpOpen, setEnabled} from './keys.js';
-import {Dialog, Icon, say, toast, toastRoute} from './parts.js';
+import {announce, Dialog, Icon, toast, toastRoute} from './parts.js';
 import {go, route, routeOf} from './routes.js';
 import {serviceState} from './service-state.js';
 import {connection, figures, health, rung, startStream} from './store.js';
@@ -28,7 +28,7 @@ const PAGES = {
 
 // ---- theme
 
-/** 'dark', 'light', or as the system says. */
+/** 'dark', 'light', or the setting of the system. */
 const theme = signal(localStorage.getItem(STORED_THEME) || 'auto');
 const systemIsLight = matchMedia('(prefers-color-scheme: light)');
 
@@ -150,4 +150,4 @@ function App() {
 render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById('app')));
 identify().catch(() => { setTimeout(() => identify().catch(() => undefined), 1000); });
 startStream();
-effect(() => { if (rung.value) say(words.bell.ended(rung.value.name, words.states[/** @type {'failed'} */ (rung.value.state)]), routeOf(rung.value)); });
+effect(() => { if (rung.value) announce(words.bell.ended(rung.value.name, words.states[/** @type {'failed'} */ (rung.value.state)]), routeOf(rung.value)); });

@@ -60,24 +60,24 @@ function Result({job, measurement, scene}) {
   return html`<div class="measured">
     <section class="panel"><${Plot} measurement=${measurement} selected=${selected} select=${select} />
       <p class="dim">${text.of(points.length, measurement.width, measurement.height)} ${text.referenceIs(reference.samples, figure(reference.error))}</p></section>
-    <section class="panel choice"><${Wishes} measurement=${measurement} select=${select} />
+    <section class="panel choice"><${LimitFields} measurement=${measurement} select=${select} />
       ${points[selected] ? html`<${Chosen} job=${job} point=${points[selected]} scene=${scene} />` : html`<p class="dim">${text.choose}</p>`}</section>
     <section class="panel"><h2>${text.points}</h2><${Table} points=${points} front=${pareto_front} selected=${selected} select=${select} /></section>
     ${advice.length > 0 && html`<section class="panel"><h2>${text.advice}</h2><ul class="advice">${advice.map((sentence) => html`<li>${sentence}</li>`)}</ul></section>`}
   </div>`;
 }
 
-/** What the user has or needs. @param {{measurement: Measurement, select: (index: number) => void}} properties */
-function Wishes({measurement, select}) {
+/** Fields for the time that the user has, or the error that the user needs. @param {{measurement: Measurement, select: (index: number) => void}} properties */
+function LimitFields({measurement, select}) {
   const answer = useSignal('');
   const choose = (/** @type {'seconds' | 'claimed'} */ limited, /** @type {string} */ limit) => {
     const index = cheapest(measurement, limited, Number(limit));
     answer.value = limit === '' || index >= 0 ? '' : text.none[limited];
     if (limit !== '' && index >= 0) select(index);
   };
-  const field = (/** @type {'seconds' | 'claimed'} */ limited) => html`<label>${text.wish[limited]} <input type="number" min="0" step="any" data-limit=${limited}
+  const field = (/** @type {'seconds' | 'claimed'} */ limited) => html`<label>${text.limit[limited]} <input type="number" min="0" step="any" data-limit=${limited}
     onInput=${(/** @type {any} */ event) => choose(limited, event.target.value)} /> ${text.unit[limited]}</label>`;
-  return html`<div class="wishes">${field('seconds')} ${field('claimed')}</div><p class="dim" role="status">${answer.value}</p>`;
+  return html`<div class="form-fields">${field('seconds')} ${field('claimed')}</div><p class="dim" role="status">${answer.value}</p>`;
 }
 
 /** A setting: its numbers, what it changes, and what to do with it. @param {{job: Record<string, any>, point: Point, scene: string}} properties */

@@ -1,4 +1,4 @@
-/** Moves the camera of a document: orbit around its look_at, pan, dolly. Y is up unless the camera says otherwise. */
+/** Moves the camera of a document: orbit around its look_at, pan, dolly. Y is up unless the camera has an `up`. */
 
 /** @typedef {[number, number, number]} Vec */
 /** @typedef {{position: Vec, look_at: Vec, up: Vec}} View */

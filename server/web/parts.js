@@ -89,12 +89,12 @@ export function Dialog({open, onClose, title, children}) {
 }
 
 export const toast = signal('');
-/** Where the sentence leads; empty: nowhere. */
+/** Route that the sentence links to; empty: none. */
 export const toastRoute = signal('');
 let toastTimer = 0;
 
 /** Shows a sentence for some seconds, and to screen readers. @param {string} text @param {string} [to] the route of a link */
-export function say(text, to = '') {
+export function announce(text, to = '') {
   toast.value = text;
   toastRoute.value = to;
   clearTimeout(toastTimer);
@@ -107,7 +107,7 @@ export async function attempt(action) {
     await action();
   } catch (error) {
     if (!(error instanceof Problem)) throw error;
-    say(error.requestId ? `${error.message} (request ${error.requestId})` : error.message);
+    announce(error.requestId ? `${error.message} (request ${error.requestId})` : error.message);
   }
 }
 
@@ -122,9 +122,9 @@ export async function copy(text) {
     area.select();
     const isCopied = document.execCommand('copy');
     area.remove();
-    if (!isCopied) return say(words.playground.notCopied);
+    if (!isCopied) return announce(words.playground.notCopied);
   }
-  say(words.playground.copied);
+  announce(words.playground.copied);
 }
 
 /** A small image of a job, once it is in view. @param {{job: Record<string, any>, side?: number}} properties */

@@ -41,7 +41,7 @@ class Frames {
       this.bitmaps.set(at, bitmap);
       this.decoded(at);
     } catch {
-      // The one before stays; want() asks again.
+      // The one before stays; want() requests it again.
       this.bitmaps.delete(at);
     }
   }

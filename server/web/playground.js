@@ -10,7 +10,7 @@ import {nameFiles} from './drop.js';
 import {count, duration, figure, size} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
 import {documentOf, storedText, storeText} from './job-source.js';
-import {attempt, copy, Entry, Failure, NotModelled, say} from './parts.js';
+import {announce, attempt, copy, Entry, Failure, NotModelled} from './parts.js';
 import {pick, placeIn} from './pick.js';
 import {applied, changesTo, wholeRangeOf} from './pointers.js';
 import {go, route, routeOf} from './routes.js';
@@ -178,7 +178,7 @@ export function Playground({id}) {
         if (!place || (scene.image?.crop && shown.kind !== 'draft')) return;
         const pointer = await pick(scene, place, made.size);
         if (pointer) edit.goTo(pointer);
-        else say(text.background);
+        else announce(text.background);
       });
       const camera = new CameraDrag(edit, made, goToObject);
       const down = (/** @type {PointerEvent} */ event) => camera.pointer(event), wheel = (/** @type {WheelEvent} */ event) => camera.wheel(event);
@@ -296,7 +296,7 @@ function Facts({drafts, editor}) {
   </aside>`;
 }
 
-/** The error that the document asks for, and a way to ask for another. @param {{editor: {current: Editor | null}}} properties */
+/** The target error of the document, and a field to change it. @param {{editor: {current: Editor | null}}} properties */
 function Target({editor}) {
   const value = () => {
     try {
@@ -309,7 +309,7 @@ function Target({editor}) {
     const {model, approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
     if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {model, target_error: target, approximate, max_depth, cutoff}));
   };
-  return html`<label class="wish">${text.target}<${Entry} type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
+  return html`<label class="target-field">${text.target}<${Entry} type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
 }
 
 /** @param {{issues: import('./api.js').Issue[], goTo: (pointer: string) => void}} properties */

@@ -6,7 +6,7 @@ import {mayWrite, postJson} from './api.js';
 import {age, count, duration, figure, levels} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
-import {attempt, Bell, Dialog, Entry, Failure, say, State, Thumbnail} from './parts.js';
+import {announce, attempt, Bell, Dialog, Entry, Failure, State, Thumbnail} from './parts.js';
 import {go, route, routeOf, setQuery} from './routes.js';
 import {figures, listen} from './store.js';
 import {words} from './words.js';
@@ -164,47 +164,47 @@ function Row({job, index, isCurrent, isSelected, toggle}) {
   </tr>`;
 }
 
-/** What can be done with the selected jobs. @param {{list: JobList, filter: Record<string, string>, selected: import('@preact/signals').Signal<Set<string>>}} properties */
+/** Actions on the selected jobs. @param {{list: JobList, filter: Record<string, string>, selected: import('@preact/signals').Signal<Set<string>>}} properties */
 function BulkBar({list, filter, selected}) {
   /** The selection that stands for all jobs of the filter, until it changes. */
   const widened = useSignal(/** @type {Set<string> | null} */ (null)), everything = widened.value === selected.value;
-  const asked = useSignal(/** @type {{selection: Set<string>, action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
+  const proposed = useSignal(/** @type {{selection: Set<string>, action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
   /** A question is about the selection of its time. */
-  const confirmed = asked.value?.selection === selected.value ? asked.value : null;
+  const confirmed = proposed.value?.selection === selected.value ? proposed.value : null;
   const clear = () => { selected.value = new Set(); };
-  const ask = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
+  const propose = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
     const selection = selected.value, body = widened.value === selection ? {action, filter} : {action, ids: [...selection]};
     const trial = await postJson('/v1/jobs/bulk', {...body, dry_run: true});
-    asked.value = {selection, action, body, matched: trial.matched, refused: trial.refused.length};
+    proposed.value = {selection, action, body, matched: trial.matched, refused: trial.refused.length};
   });
   const run = () => attempt(async () => {
-    if (!asked.value) return;
-    const {action, body} = asked.value;
-    asked.value = null;
+    if (!proposed.value) return;
+    const {action, body} = proposed.value;
+    proposed.value = null;
     const {done, refused} = await postJson('/v1/jobs/bulk', body);
-    say(text.outcome(text[action], done, refused.length));
+    announce(text.outcome(text[action], done, refused.length));
     selected.value = new Set(refused.map((/** @type {{id: string}} */ each) => each.id));
     list.scheduleReload();
   });
   useEffect(() => addKeys({
-    'c': () => { if (selected.value.size > 0) ask('cancel'); }, 'r': () => { if (selected.value.size > 0) ask('retry'); }, 'Esc': clear,
+    'c': () => { if (selected.value.size > 0) propose('cancel'); }, 'r': () => { if (selected.value.size > 0) propose('retry'); }, 'Esc': clear,
   }), [list]);
   if (selected.value.size === 0 || !mayWrite.value) return null;
   const canSelectAll = Object.keys(filter).length > 0 && list.order.length > selected.value.size;
-  const shown = new Set(list.order), says = text.selected(selected.value.size, [...selected.value].filter((id) => !shown.has(id)).length);
-  return html`<div class="bulk" role="toolbar" aria-label=${says}>
-    <strong class="number">${everything ? text.allMatching : says}</strong>
+  const shown = new Set(list.order), summary = text.selected(selected.value.size, [...selected.value].filter((id) => !shown.has(id)).length);
+  return html`<div class="bulk" role="toolbar" aria-label=${summary}>
+    <strong class="number">${everything ? text.allMatching : summary}</strong>
     ${canSelectAll && !everything && html`<button class="quiet" onClick=${() => { widened.value = selected.value; }}>${text.allMatching}</button>`}
     ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
     <${Bell} ids=${[...selected.value]} label=${words.bell.ringAll} />
-    <button onClick=${() => ask('cancel')}>${text.cancel}</button>
-    <button onClick=${() => ask('retry')}>${text.retry}</button>
-    <button class="danger" onClick=${() => ask('remove')}>${text.remove}</button>
+    <button onClick=${() => propose('cancel')}>${text.cancel}</button>
+    <button onClick=${() => propose('retry')}>${text.retry}</button>
+    <button class="danger" onClick=${() => propose('remove')}>${text.remove}</button>
     <button class="quiet" onClick=${clear}>${text.clearSelection}</button>
-    <${Dialog} open=${confirmed !== null} onClose=${() => { asked.value = null; }} title=${text.columns.state}>${confirmed && html`<div class="stack">
+    <${Dialog} open=${confirmed !== null} onClose=${() => { proposed.value = null; }} title=${text.columns.state}>${confirmed && html`<div class="stack">
       <h2>${text.confirm[confirmed.action](confirmed.matched - confirmed.refused)}</h2>
       ${confirmed.refused > 0 && html`<p class="dim">${text.notPossible(confirmed.refused)}</p>`}
-      <div class="row"><button onClick=${() => { asked.value = null; }}>${text.back}</button>
+      <div class="row"><button onClick=${() => { proposed.value = null; }}>${text.back}</button>
         <button class="primary" disabled=${confirmed.matched === confirmed.refused} onClick=${run}>${text.doIt[confirmed.action]}</button></div></div>`}</${Dialog}>
   </div>`;
 }

@@ -22,7 +22,7 @@ export function parseRoute(hash) {
 export const route = signal(parseRoute(location.hash));
 addEventListener('hashchange', () => { route.value = parseRoute(location.hash); });
 
-/** Where a job or a batch is shown. @param {{id: string, kind: string}} shown */
+/** Route of the page of a job or a batch. @param {{id: string, kind: string}} shown */
 export const routeOf = ({id, kind}) => `#/${kind === 'measure' ? 'measure' : kind === 'batch' ? 'batches' : 'jobs'}/${id}`;
 
 /** @param {string} hash */

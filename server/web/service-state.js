@@ -1,4 +1,4 @@
-/** What the service does, in one word, and what to do about it. */
+/** State of the service, in one word, and what to do about it. */
 import {size} from './format.js';
 import {words} from './words.js';
 

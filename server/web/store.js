@@ -1,4 +1,4 @@
-/** What the service reports of itself while the page is open: connection, figures of the queue, events of jobs. */
+/** State of the service while the page is open: connection, figures of the queue, events of jobs. */
 import {effect, signal, untracked} from '@preact/signals';
 import {identify, key, locked} from './api.js';
 import {Bells} from './bells.js';
@@ -20,7 +20,7 @@ const STORED_BELLS = 'whittle.bells';
 export const bells = signal(/** @type {string[]} */ (JSON.parse(localStorage.getItem(STORED_BELLS) || '[]')));
 /** The last one that ended; this tab announces it. @type {import('@preact/signals').Signal<import('./bells.js').Ended | null>} */
 export const rung = signal(null);
-/** Asks for the end of jobs to be announced, or no longer. @type {(ids: string[], on: boolean) => void} */
+/** Requests that the end of jobs is announced, or no longer. @type {(ids: string[], on: boolean) => void} */
 export let setBells = () => undefined;
 
 /** @type {Set<{event: (event: JobEvent) => void, reload: () => void}>} */
@@ -60,8 +60,8 @@ function shareStream() {
   };
   worker.port.start();
   setBells = (ids, on) => worker.port.postMessage({type: 'bells', ids, on});
-  const tell = () => { if (document.visibilityState === 'visible') worker.port.postMessage({type: 'visible'}); };
-  document.addEventListener('visibilitychange', tell);
+  const notifyVisible = () => { if (document.visibilityState === 'visible') worker.port.postMessage({type: 'visible'}); };
+  document.addEventListener('visibilitychange', notifyVisible);
   return {
     enter: () => worker.port.postMessage({type: 'enter', key: key.value, ids: bells.value}),
     leave: () => worker.port.postMessage({type: 'leave'}),

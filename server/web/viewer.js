@@ -26,7 +26,7 @@ const linear = (byte) => byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 2
 
 /** @param {Properties} properties */
 export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valueAt, view: shared, children}) {
-  const box = useRef(/** @type {HTMLElement | null} */ (null)), picture = useRef(/** @type {HTMLImageElement | null} */ (null));
+  const box = useRef(/** @type {HTMLElement | null} */ (null)), imageElement = useRef(/** @type {HTMLImageElement | null} */ (null));
   const own = useSignal({zoom: 0, x: 0, y: 0}), view = shared || own;
   const wipe = useSignal(50), resized = useSignal(0);
   const pixel = useSignal('');
@@ -67,7 +67,7 @@ export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valu
     pixel.value = column >= 0 && row >= 0 && column < width && row < height ? describe(column, row) : '';
   };
   const describe = (/** @type {number} */ column, /** @type {number} */ row) => {
-    const image = picture.current, place = `x ${column}, y ${row}`;
+    const image = imageElement.current, place = `x ${column}, y ${row}`;
     if (!image?.complete || image.naturalWidth === 0) return place;
     const canvas = new OffscreenCanvas(1, 1), context = canvas.getContext('2d');
     if (!context) return place;
@@ -92,7 +92,7 @@ export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valu
   const edge = (/** @type {number} */ share) => `inset(0 0 0 ${share}%)`;
   return html`<section class="viewer" aria-label=${alt}>
     <div class="canvas" ref=${box} onPointerDown=${drag} onPointerMove=${probe} onPointerLeave=${() => { pixel.value = ''; }}>
-      ${url ? html`<img ref=${picture} class=${sharp} style=${style} src=${url} alt=${alt} draggable=${false} />` : html`<div class="empty">${children}</div>`}
+      ${url ? html`<img ref=${imageElement} class=${sharp} style=${style} src=${url} alt=${alt} draggable=${false} />` : html`<div class="empty">${children}</div>`}
       ${url && cover && html`<img class=${sharp} style=${{...style, clipPath: edge(wipe.value)}} src=${cover} alt=${coverAlt} draggable=${false} data-cover="yes" />`}
     </div>
     <div class="caption">

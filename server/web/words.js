@@ -19,13 +19,13 @@ export const words = {
   connection: {live: 'Live', connecting: 'Connecting', polling: 'Polling', lost: 'No connection'},
   connectionHelp: {
     live: 'Changes arrive as they happen.', connecting: 'Catching up with the service.',
-    polling: 'Event streams are not available; the page asks every 5 seconds.', lost: 'The service does not answer; the page keeps trying.',
+    polling: 'Event streams are not available; the page polls every 5 seconds.', lost: 'The service does not answer; the page keeps trying.',
   },
   service: {idle: 'Idle', busy: 'Busy', waiting: 'Waiting', full: 'Queue full', disk: 'Disk full', store: 'Store down', draining: 'Stopping', notReady: 'Not ready', lost: 'Unreachable'},
   serviceHelp: {
     full: 'New jobs are refused until others have ended. Cancel what is not needed.',
     disk: (/** @type {string} */ free, /** @type {string} */ reserve) => `${free} free, new jobs are refused below ${reserve}. Remove jobs, or free space on the server.`,
-    store: 'Jobs cannot be stored. The log of the service says why.', draining: 'Running jobs end; new ones are refused until the service is back.', lost: 'The service does not answer. What the page shows may be old.',
+    store: 'Jobs cannot be stored. The reason is in the log of the service.', draining: 'Running jobs end; new ones are refused until the service is back.', lost: 'The service does not answer. What the page shows may be old.',
   },
   bell: {
     ring: 'Notify me when it ends', ringAll: 'Notify me when they end', ringBatch: 'Notify me when the batch ends',
@@ -72,7 +72,7 @@ export const words = {
     edit: 'Edit a copy', copyDocument: 'Copy the document', at: 'Time', attempt: 'Attempt', worker: 'worker', expires: (/** @type {string} */ at) => `Document and images are deleted at ${at}.`, copyAs: (/** @type {string} */ name) => `Copy as ${name}`,
     noWebhooks: 'This job calls no webhook.', again: 'Send again', sure: 'Are you sure?', doIt: {cancel: 'Cancel it', remove: 'Remove it'},
     compare: 'Compare', tradeOff: 'Trade-off',
-    raced: (/** @type {number} */ theirs, /** @type {string} */ yours) => `The job changed meanwhile: its priority is ${theirs}, you asked for ${yours}. Nothing was changed.`,
+    raced: (/** @type {number} */ theirs, /** @type {string} */ yours) => `The job changed meanwhile: its priority is ${theirs}, you set ${yours}. Nothing was changed.`,
   },
   error: {
     sentence: (/** @type {string} */ estimate, /** @type {number} */ percent) => `The estimate is ${estimate} levels of 255: the true error is at most that in ${percent} of 100 images.`,
@@ -110,10 +110,10 @@ export const words = {
     document: 'the document', front: 'best in time and claimed error', whisker: 'up to the claimed error',
     of: (/** @type {number} */ n, /** @type {number} */ width, /** @type {number} */ height) => `${n} ${n === 1 ? 'setting' : 'settings'} at ${width} × ${height}.`,
     referenceIs: (/** @type {number} */ samples, /** @type {string} */ error) => `The reference has ${samples} samples per pixel; its own error (dashed) is ${error} levels.`,
-    wish: {seconds: 'I have', claimed: 'I need'}, unit: {seconds: 's', claimed: 'levels'},
+    limit: {seconds: 'I have', claimed: 'I need'}, unit: {seconds: 's', claimed: 'levels'},
     none: {seconds: 'No setting is that fast.', claimed: 'No setting claims to be that exact.'}, choose: 'Choose a point.',
     time: 'Time', error: 'True error', claimed: 'Claimed error', modelError: 'Model error', totalError: 'Total error', totalIs: (/** @type {string} */ value) => `${value} levels from the rendering equation`, broken: 'below the true one', setting: 'Setting', onFront: 'best', points: 'Settings', advice: 'Advice',
-    change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document asks for this already.', render: 'Render with it', use: 'Put into the document', compare: 'Compare with the reference',
+    change: 'Accuracy', now: 'Document', then: 'This setting', same: 'The document has this setting already.', render: 'Render with it', use: 'Put into the document', compare: 'Compare with the reference',
   },
   batches: {
     empty: 'No batches yet', emptyText: 'A batch renders one scene with different values: of the camera, of materials, of the accuracy.', create: 'New batch', jobs: 'Jobs', more: 'Show more', toList: 'All batches',
@@ -136,7 +136,7 @@ export const words = {
     render: 'Render', renderHelp: 'Submit as a job', copyAs: 'Copy as', commands: {curl: 'curl', python: 'Python', whittle: 'whittle command'}, copied: 'Copied', notCopied: 'The browser does not let this page copy.', measure: 'Measure',
     measureHelp: 'Measure time against error at many settings',
     manual: {size: 'The document is large: drafts on request only.', time: 'A draft would take more than 2 s: drafts on request only.'},
-    draft: 'draft', refining: 'refining', refined: 'as the document asks', error: 'error ≤',
+    draft: 'draft', refining: 'refining', refined: 'as in the document', error: 'error ≤',
     waiting: 'The image appears here', waitingText: 'It follows while you type. Drag in it to orbit, shift-drag to pan, use the wheel to come closer; click on an object to go to its text.',
     invalid: (/** @type {number} */ n) => n === 1 ? '1 problem in the document' : `${n} problems in the document`,
     hint: 'Click: go to the object. Drag: orbit. Shift-drag: pan. Wheel: closer.', background: 'Nothing is there: the background.',
@@ -152,7 +152,7 @@ export const words = {
     help: 'Single keys work outside of text fields. Each can be switched off.',
     list: /** @type {[string, string][]} */ ([
       ['?', 'This list'], ['g q', 'Queue'], ['g n', 'Playground'], ['g b', 'Batches'], ['g s', 'System'], ['/', 'Search'], ['j', 'Next row'], ['k', 'Previous row'], ['Enter', 'Open the row'],
-      ['x', 'Select the row'], ['c', 'Cancel what is selected (asks)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
+      ['x', 'Select the row'], ['c', 'Cancel what is selected (after confirmation)'], ['r', 'Retry what is selected'], ['+', 'Zoom in'], ['-', 'Zoom out'],
       ['0', 'Zoom to 1:1'], ['f', 'Fit'], ['1 … 7', 'Layer, or way to compare'], ['[', 'Darker'], [']', 'Brighter'], [' ', 'Play or pause'], [',', 'Previous image'], ['.', 'Next image'], ['Esc', 'Clear the selection'],
     ]),
   },

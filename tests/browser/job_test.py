@@ -167,8 +167,8 @@ class Life(JobPage):
         self.expected.append("412")
         self.daemon.request("PATCH", f"/v1/jobs/{job}", {"priority": 7}, {"If-Match": "*"})
         self.browser.execute_script("arguments[0].value = '70'; arguments[0].dispatchEvent(new Event('change', {bubbles: true}))", field)
-        said = self.browser.until(lambda: self.browser.text("[aria-live]"), "the race")
-        self.assertRegex(said, r"priority is 7, you asked for 70")
+        announced = self.browser.until(lambda: self.browser.text("[aria-live]"), "the race")
+        self.assertRegex(announced, r"priority is 7, you set 70")
         self.assertEqual(self.daemon.job(job)["priority"], 7)
 
     def test_follows_what_others_do_to_the_job(self):
