@@ -2,7 +2,7 @@
 """Writes the example scenes beside this file: scenes/generate.py [DIRECTORY].
 
 The output is the same every time, and a test compares the committed files with it. It needs the standard library only.
-Each scene is one function that reads like its document. Lengths are scene units; y is up unless a scene says otherwise.
+Each scene is one function that reads like its document. Lengths are scene units; y is up unless the camera has an `up`.
 """
 import json
 import math
@@ -137,7 +137,7 @@ def flake_buds():
 def sphereflake():
     """The balls of the Standard Procedural Databases at size factor 4, in their own frame: z is up. 7,381 balls, and
     the floor as an endless plane: 7,382 objects."""
-    balls = flake((0, 0, 0), 0.5, (0, 0, 1), 4, flake_buds())
+    spheres = flake((0, 0, 0), 0.5, (0, 0, 1), 4, flake_buds())
     return {
         "version": 1, "name": "sphereflake",
         "image": {"width": 512, "height": 512},
@@ -151,7 +151,7 @@ def sphereflake():
             "ball": {"color": [1, 0.9, 0.7], "diffuse": 0.5, "specular": 0.5, "shininess": 3.0827, "reflection": 0.5}},
         "objects": [{"type": "plane", "point": [0, 0, -0.5], "normal": [0, 0, 1], "material": "floor"}]
                    + [{"type": "sphere", "center": center, "radius": radius, "material": "ball"}
-                      for center, radius in balls],
+                      for center, radius in spheres],
         "accuracy": {"samples": [4, 4], "max_depth": 12},
     }
 

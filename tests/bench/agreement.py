@@ -1,5 +1,5 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
-"""Whether the images of Whittle and Blender's Cycles have the same limit in every pixel.
+"""Tests that the images of Whittle and Blender's Cycles have the same limit in every pixel.
 
     tests/bench/agreement.py [SCENE ...] [--size 128x128] [--samples 64] [--images 16] [--keep DIRECTORY]
 
@@ -174,7 +174,7 @@ def main():
     programs.require_programs("blender")
     width, height = map(int, options.size.split("x"))
     print(f"{'':16} {'agree':>9} {'beyond 1 %':>11} {'beyond 5 %':>11} {'spread':>7} {'bias in %':>16}")
-    met = True
+    agree = True
     for name in options.scenes or SCENES:
         scene = {"version": 1, **SCENES[name](), "image": {"width": width, "height": height}}
         with tempfile.TemporaryDirectory() as temporary:
@@ -188,10 +188,10 @@ def main():
             for program, images in (("whittle", ours), ("cycles", theirs)):
                 ppm.write_png(images.mean(0), options.keep / f"{name}_{program}.png")
         found = compare(ours, theirs)
-        met = met and found["agree"] >= 0.9975
+        agree = agree and found["agree"] >= 0.9975
         print(f"{name:16} {100 * found['agree']:7.3f} % {100 * found['beyond 1 %']:9.2f} % {100 * found['beyond 5 %']:9.2f} % "
               f"{found['spread']:7.3f} {found['bias']:8.3f} +- {found['+-']:.3f}")
-    sys.exit(0 if met else 1)
+    sys.exit(0 if agree else 1)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How far one PostgreSQL server carries: 1,000 slots on 50 simulated nodes (the daemon's stores, queue and messages; a renderer that
+"""Load of one PostgreSQL server: 1,000 slots on 50 simulated nodes (the daemon's stores, queue and messages; a renderer that
 sleeps), then a database of a million jobs. Prints jobs/s claimed and completed, events/s to 100 listeners, the time from submit to claim,
 and for each size of the database its bytes and the time of lists and claims. The server syncs each commit.
 

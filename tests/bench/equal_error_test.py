@@ -34,7 +34,7 @@ class CostAtEqualError(unittest.TestCase):
     def test_of_a_measured_error_is_its_cost(self):
         self.assertEqual(cost_at(points((4, 1), (2, 2), (1, 8)), 2, "cpu_s"), (2, "2"))
 
-    def test_belongs_to_the_cheapest_setting_that_reaches_it(self):
+    def test_is_the_time_of_the_cheapest_setting_that_reaches_it(self):
         self.assertEqual(cost_at(points((4, 1), (1, 50), (0.9, 6), (0.5, 7)), 1, "cpu_s").setting, "0.9")
 
     def test_is_not_extrapolated_to_smaller_errors(self):

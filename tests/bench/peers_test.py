@@ -128,7 +128,7 @@ SMALL = {"mountain": 6, "pot": 12, "molecule": 40, "waves": 40}
 
 
 class Radiosity(unittest.TestCase):
-    """Of POV-Ray: a glowing rectangle becomes an area light."""
+    """POV-Ray gets an area light for a glowing rectangle."""
 
     def export(self, source):
         with tempfile.TemporaryDirectory() as directory:

@@ -5,7 +5,7 @@
 
 The runs alternate. Each line has the wall time of the trace and the processor time of all daemons and workers, for one
 node and for two, and their ratios; the last line has the medians. It needs two cores that are otherwise idle: the wall
-times of a busy machine say nothing, the processor time is the overhead in any case.
+times of a busy machine are useless, the processor time is the overhead in any case.
 """
 import argparse
 import pathlib

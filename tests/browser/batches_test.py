@@ -104,8 +104,8 @@ class Batches(BatchesTest):
 
     def test_downloads_the_animation(self):
         """Acceptance test 39 through the page; images of two sizes are refused in words."""
-        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
+        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
         batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
         self.open(f"#/batches/{batch_id}")
         self.browser.button("Animation").click()
@@ -115,8 +115,8 @@ class Batches(BatchesTest):
         self.browser.until(lambda: self.browser.text(".player .number") == "3 / 24", "the third image")
         self.browser.button("Play", ".player")
         self.browser.button("Download animation").click()
-        self.browser.until((folder / "turn.apng").exists, "the file")
-        found = frames((folder / "turn.apng").read_bytes())
+        self.browser.until((directory / "turn.apng").exists, "the file")
+        found = frames((directory / "turn.apng").read_bytes())
         self.assertEqual(len(found), 24)
         jobs = json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}&limit=200"))["items"][::-1]
         for (_, png), job in zip(found, jobs, strict=True):

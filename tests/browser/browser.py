@@ -66,7 +66,7 @@ class Browser(webdriver.Chrome):
         return self.one(selector).text
 
     def errors(self):
-        """What the page logged as an error since the last call."""
+        """Errors that the page logged since the last call."""
         return [f"{entry['source']}: {entry['message']}" for entry in self.get_log("browser") if entry["level"] == "SEVERE"]
 
     def requests(self):

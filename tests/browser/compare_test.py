@@ -26,10 +26,10 @@ class Compare(BrowserTest):
 
     def by_command(self, first, second, name="image.png"):
         """`whittle diff --json` of the files of two jobs."""
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as directory:
             paths = []
             for index, job in enumerate((first, second)):
-                paths.append(pathlib.Path(folder, f"{index}-{name}"))
+                paths.append(pathlib.Path(directory, f"{index}-{name}"))
                 paths[-1].write_bytes(self.daemon.get(f"/v1/jobs/{job}/{name}").body)
             done = subprocess.run([BIN / "whittle", "diff", *paths, "--json"], check=False, capture_output=True, text=True)
         return json.loads(done.stdout)
@@ -90,8 +90,8 @@ class Compare(BrowserTest):
         """A reference by its hash: uploaded once, linear images are shown as sRGB."""
         job, other = self.rendered(name="tried"), self.rendered(name="reference", ambient=0.2, output={"formats": ["png", "exr"]})
         for name in ("image.png", "image.exr"):
-            with tempfile.TemporaryDirectory() as folder:
-                path = pathlib.Path(folder, name)
+            with tempfile.TemporaryDirectory() as directory:
+                path = pathlib.Path(directory, name)
                 path.write_bytes(self.daemon.get(f"/v1/jobs/{other}/{name}").body)
                 self.open(f"#/compare?a={job}")
                 self.browser.one("input[type=file]").send_keys(str(path))

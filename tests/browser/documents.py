@@ -32,7 +32,7 @@ CURSORS = [
 
 
 def is_plain(text):
-    """Whether it is an object whose values Python writes again as they are."""
+    """True for an object whose values Python writes again as they are."""
     try:
         value = json.loads(text)
         return isinstance(value, dict) and json.loads(json.dumps(value, allow_nan=False)) == value
@@ -40,7 +40,7 @@ def is_plain(text):
         return False
 
 
-def line_of(document, pointer):
+def line_at(document, pointer):
     """The line of the value at a pointer, or of the nearest part around it, as set_document() writes the document."""
     parts = [part.replace("~1", "/").replace("~0", "~") for part in urllib.parse.unquote(pointer.removeprefix("#")).split("/")[1:]]
     marked, inner = copy.deepcopy(document), None

@@ -1,4 +1,4 @@
-"""What holds for every view: accessibility, narrow screens, sizes, no other host."""
+"""Requirements of every view: accessibility, narrow screens, sizes, no other host."""
 import hashlib
 import http.client
 import json
@@ -152,8 +152,8 @@ def look():
 class FarDaemon(Daemon):
     """At 192.0.2.1, where it needs keys; its requests have one."""
 
-    def __init__(self, folder):
-        keys = pathlib.Path(folder) / "keys"
+    def __init__(self, directory):
+        keys = pathlib.Path(directory) / "keys"
         self.key = new_key(keys, "ann", "jobs:read,jobs:write")
         super().__init__("--keys", str(keys), listen="192.0.2.1:0")
 
@@ -166,10 +166,10 @@ class FarDaemon(Daemon):
 
 def use_from_afar():
     """Upload, copy, compare."""
-    with tempfile.TemporaryDirectory() as folder, FarDaemon(folder) as daemon, Browser() as browser:
+    with tempfile.TemporaryDirectory() as directory, FarDaemon(directory) as daemon, Browser() as browser:
         job = daemon.submit(scene(96, 72))
         daemon.wait_for_end(job)
-        image = pathlib.Path(folder) / "reference.png"
+        image = pathlib.Path(directory) / "reference.png"
         other = daemon.submit(scene(96, 72, ambient=0.2))
         daemon.wait_for_end(other)
         image.write_bytes(daemon.get(f"/v1/jobs/{other}/image.png").body)

@@ -130,7 +130,7 @@ class Life(JobPage):
         job = self.daemon.submit(long_scene())
         self.daemon.wait_for_state(job, "running")
         self.open(f"#/jobs/{job}")
-        self.expected.append("/preview")  # asked for while the job is cancelled
+        self.expected.append("/preview")  # requested while the job is cancelled
         sources = set()
         begin = time.monotonic()
         self.browser.requests()
@@ -186,7 +186,7 @@ class Life(JobPage):
         self.open("#/jobs/50%")
         self.browser.until(lambda: self.browser.all(".empty h1"), "the page of no job")
 
-    def test_says_why_a_job_failed(self):
+    def test_shows_why_a_job_failed(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(name="late", job={"deadline": "2020-01-01T00:00:00Z"}))
         job = json_of(reply)["id"]
         self.daemon.wait_for_state(job, "failed")
@@ -210,7 +210,7 @@ class Life(JobPage):
             self.check_links(name)
 
     def test_the_document_is_shown_whole_in_an_editor_that_changes_nothing(self):
-        """Of a document that is larger than the 100,000 characters that were once shown."""
+        """The document is larger than the 100,000 characters that were once shown."""
         document = example("tiny", accuracy={"samples": [1, 1]})
         document["objects"] += [{**document["objects"][0], "radius": 0.5 + index / 10_000} for index in range(800)]
         text = json.dumps(document, indent=2)
@@ -231,12 +231,13 @@ class Life(JobPage):
         with urllib.request.urlopen(self.address(f"v1/jobs/{job['id']}/image.png")) as reply:
             image = reply.read()
         for name, program in (("curl", ["bash"]), ("Python", [sys.executable]), ("whittle command", ["bash"])):
-            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+            with self.subTest(name), tempfile.TemporaryDirectory() as directory:
                 self.browser.execute_script("window.copied = ''")
                 self.browser.button(f"Copy as {name}").click()
                 command = self.browser.until(lambda: self.browser.execute_script("return window.copied"), "the command")
-                subprocess.run(program, input=command, text=True, check=True, cwd=folder, env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
-                self.assertEqual(pathlib.Path(folder, "image.png").read_bytes(), image)
+                subprocess.run(program, input=command, text=True, check=True, cwd=directory,
+                               env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
+                self.assertEqual(pathlib.Path(directory, "image.png").read_bytes(), image)
 
 
 del JobPage  # only its subclasses have tests

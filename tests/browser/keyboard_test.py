@@ -82,7 +82,7 @@ class Keyboard(BrowserTest):
         self.wait_for_route(other["id"])
         self.browser.until(lambda: self.browser.all(".facts-list dd[data-value]"), "the numbers")
 
-        self.expected.append("/preview?max=")  # may be asked for in the moment of the cancellation
+        self.expected.append("/preview?max=")  # may be requested in the moment of the cancellation
         running = self.daemon.submit(scene(2048, 2048, samples=256, name="long"))
         self.open("#/")
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{running}"]'), "the row")
@@ -142,7 +142,7 @@ class Keyboard(BrowserTest):
         box = self.browser.one(f'.rows tr[data-id="{jobs[0]}"] input')
         ActionChains(self.browser).key_down(Keys.SHIFT).click(box).key_up(Keys.SHIFT).perform()
         self.browser.until(lambda: self.browser.execute_script(selected) == [jobs[1], jobs[0]], "both rows")
-        self.expected.append("404")  # the page may ask for the job that was cancelled when it is removed
+        self.expected.append("404")  # the page may request the job that was cancelled when it is removed
         for job in jobs:
             self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.daemon.request("DELETE", f"/v1/jobs/{jobs[0]}")

@@ -55,7 +55,7 @@ class TradeOff(BrowserTest):
         self.assertEqual(errors, sorted(errors))
 
     def test_shows_the_errors_of_models(self):
-        """Of the first settings, while the measurement runs: those of radiosity with small targets take long."""
+        """The first settings, while the measurement runs: those of radiosity with small targets take long."""
         lamp = {"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "material": {"diffuse": 0, "emission": 4}}
         document = scene(objects=[*scene()["objects"], lamp])
         request = {"scene": document, "settings": {"parameters": ["model"], "reference_samples": 16}}

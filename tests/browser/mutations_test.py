@@ -19,9 +19,9 @@ from tests.support.sources import SOURCE
 TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".html": "text/html; charset=utf-8", ".svg": "image/svg+xml"}
 
 
-def build_page(folder, name, old, new):
+def build_page(directory, name, old, new):
     """The files of the page with one change of a source."""
-    sources, cache = folder / "web", folder / "cache"
+    sources, cache = directory / "web", directory / "cache"
     shutil.copytree(SOURCE / "server/web", sources)
     text = (sources / name).read_text(encoding="utf-8")
     assert text.count(old) == 1, f"{old!r} is not in {name}"
@@ -30,8 +30,8 @@ def build_page(folder, name, old, new):
     for each in ("package.json", "package-lock.json", ".npmrc", "installed"):
         shutil.copyfile(page_test.CACHE / each, cache / each)
     (cache / "node_modules").symlink_to(page_test.CACHE / "node_modules")
-    subprocess.run(["/usr/bin/python3", sources / "build.py", cache, folder / "out"], check=True, timeout=400)
-    return folder / "out/files"
+    subprocess.run(["/usr/bin/python3", sources / "build.py", cache, directory / "out"], check=True, timeout=400)
+    return directory / "out/files"
 
 
 class Proxy(http.server.ThreadingHTTPServer):
@@ -113,8 +113,8 @@ class Mutations(unittest.TestCase):
         return "\n".join(text for _, text in result.failures + result.errors)
 
     def changed(self, name, old, new):
-        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        return build_page(folder, name, old, new)
+        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        return build_page(directory, name, old, new)
 
     def test_of_none_there_is_no_failure(self):
         page = self.changed("main.js", "/** The page:", "/** A page:")

@@ -14,7 +14,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
-from tests.browser.documents import CURSORS, is_plain, line_of
+from tests.browser.documents import CURSORS, is_plain, line_at
 from tests.http.daemon import json_of, scene
 from tests.reader import invalid_documents
 from tests.support.sources import SOURCE, text
@@ -144,7 +144,7 @@ class Drafts(Playground):
         self.daemon.wait_for_state(job, "cancelled")
         print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
 
-    def test_ask_for_an_error(self):
+    def test_set_a_target_error(self):
         self.set_document({**scene(64, 48), "accuracy": {"samples": [4, 4], "max_depth": 3}})
         field = self.browser.until(lambda: next((each for each in self.browser.all(".target") if "max_depth" in self.document()), None), "the field")
         field.send_keys("1", Keys.ENTER)
@@ -152,7 +152,7 @@ class Drafts(Playground):
         self.browser.until(lambda: self.browser.one(".target").get_attribute("value") == "1", "the target in the field")
 
     def test_follow_a_document_that_takes_long(self):
-        """What counts is the time of a draft, not that of the document."""
+        """The time of a draft counts, not that of the document."""
         self.browser.all("label.switch input")[1].click()  # no refinement
         before = self.browser.one(".canvas img").get_attribute("src")
         self.set_document({**json.loads(SHAPES), "accuracy": {"target_error": 0.02}})
@@ -274,7 +274,7 @@ class Assistance(Playground):
                 self.browser.until(lambda expected=expected: self.browser.execute_script(
                     "return [...document.querySelectorAll('.facts section:first-child li')].map((each) => [each.querySelector('code').textContent, each.querySelector('strong')?.textContent])")
                     == [[pointer or "#", code] for pointer, code in expected[:20]], "the problems")
-                lines = {line_of(document, pointer) for pointer, _ in expected}
+                lines = {line_at(document, pointer) for pointer, _ in expected}
                 self.browser.until(lambda lines=lines: set(self.diagnostics()) == lines, f"marks at {lines}")
         self.assertGreaterEqual(checked, 30)
 

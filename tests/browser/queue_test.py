@@ -160,7 +160,8 @@ class Queue(BrowserTest):
         self.browser.switch_to.new_window("tab")
         self.browser.get(self.address(f"#/jobs/{jobs[1]}"))
         self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        self.browser.execute_script("window.said = []; new MutationObserver(() => said.push(document.querySelector('[aria-live]').textContent))"
+        self.browser.execute_script("window.announced = [];"
+                                    "new MutationObserver(() => announced.push(document.querySelector('[aria-live]').textContent))"
                                     ".observe(document.querySelector('[aria-live]'), {childList: true, characterData: true, subtree: true})")
         self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
         begin = time.monotonic()
@@ -169,7 +170,7 @@ class Queue(BrowserTest):
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/jobs/{jobs[0]}"))
         self.browser.one(".bell").click()
         self.browser.until(lambda: jobs[1] in self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "the other bell")
-        self.assertEqual(len(set(self.browser.execute_script("return said"))), 1)
+        self.assertEqual(len(set(self.browser.execute_script("return announced"))), 1)
         self.browser.close()
         self.browser.switch_to.window(first)
         self.assertEqual(self.browser.text("[aria-live]"), "")
@@ -196,7 +197,7 @@ class Queue(BrowserTest):
 class Connection(BrowserTest):
     expected_errors = ("net::ERR_",)
 
-    def test_says_that_the_service_is_gone_and_returns(self):
+    def test_shows_that_the_service_is_gone_and_returns(self):
         """Acceptance test 15; the times are printed."""
         self.open("#/")
         self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
@@ -278,7 +279,7 @@ class ApiKeys(unittest.TestCase):
         field.clear()
         field.send_keys(key, Keys.ENTER)
 
-    def test_are_asked_for_once_and_stay_in_the_tab(self):
+    def test_are_requested_once_and_stay_in_the_tab(self):
         self.open()
         self.browser.one("dialog[open] input[type=password]")
         requests = [url for _, url in self.browser.requests() if "/v1/" in url and not url.endswith("/v1/me")]
@@ -304,7 +305,7 @@ class ApiKeys(unittest.TestCase):
         self.assertIn(self.keys["ann"], self.browser.execute_script(stored))
         self.assertNotIn(self.keys["ann"], self.daemon.log())
 
-    def test_that_are_removed_are_asked_for_again_and_the_text_stays(self):
+    def test_that_are_removed_are_requested_again_and_the_text_stays(self):
         self.open("#/new")
         self.enter(self.keys["ann"])
         self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
@@ -328,7 +329,7 @@ class ApiKeys(unittest.TestCase):
 
     def test_are_not_needed_by_the_browser_to_save_a_large_file(self):
         """The page gets a ticket for it, and the file is never in its memory."""
-        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         output = {"formats": ["png", "exr"], "layers": ["depth", "normal", "albedo", "object_id"], "half": False}
         batch = self.submitted("/v1/batches", {"name": "large", "scene": scene(1200, 900, output=output), "frames": [{"ambient": index / 10} for index in range(4)]})
         headers = {"Authorization": f"Bearer {self.keys['bob']}"}
@@ -337,11 +338,11 @@ class ApiKeys(unittest.TestCase):
         self.assertGreater(len(tar), 8_000_000)
         self.open(f"#/batches/{batch}")
         self.enter(self.keys["bob"])
-        self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
+        self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
         self.browser.button("Download all").click()
-        self.browser.until((folder / f"{batch}.tar").exists, "the file")
-        self.browser.until(lambda: (folder / f"{batch}.tar").stat().st_size == len(tar), "all of it")
-        self.assertEqual((folder / f"{batch}.tar").read_bytes(), tar)
+        self.browser.until((directory / f"{batch}.tar").exists, "the file")
+        self.browser.until(lambda: (directory / f"{batch}.tar").stat().st_size == len(tar), "all of it")
+        self.assertEqual((directory / f"{batch}.tar").read_bytes(), tar)
         self.assertIn("/v1/tickets", " ".join(url for method, url in self.browser.requests() if method == "POST"))
 
     def test_that_may_only_read_see_no_controls(self):

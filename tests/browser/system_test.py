@@ -15,7 +15,7 @@ from tests.support.sources import text
 
 
 class System(BrowserTest):
-    def test_says_that_jobs_run_and_what_is_used(self):
+    def test_shows_that_jobs_run_and_what_is_used(self):
         self.daemon.wait_for_end(self.daemon.submit(scene()))
         for _ in range(3):
             self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
@@ -27,7 +27,7 @@ class System(BrowserTest):
         self.assertEqual(len(self.browser.all(".plot canvas")), 4)
 
     def test_shows_the_numbers_of_the_service(self):
-        """A part of acceptance test 42: the page shows what /v1/status says."""
+        """A part of acceptance test 42: the page shows the figures of /v1/status."""
         self.open("#/system")
         status = json_of(self.daemon.get("/v1/status"))
         shown = self.browser.text(".system")
@@ -54,7 +54,7 @@ class Header(unittest.TestCase):
         return self.browser.text(".service")
 
     @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
-    def test_says_that_the_disk_is_full_and_that_the_service_stops(self):
+    def test_shows_that_the_disk_is_full_and_that_the_service_stops(self):
         """Acceptance test 41; the times are printed."""
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
             self.opened(daemon)
@@ -75,7 +75,7 @@ class Header(unittest.TestCase):
         self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
         self.browser.until(lambda: self.header() == "Idle", "the word")
 
-    def test_says_that_the_queue_is_full_and_that_nothing_can_be_stored(self):
+    def test_shows_that_the_queue_is_full_and_that_nothing_can_be_stored(self):
         """The times are printed."""
         with Daemon("--queued-jobs", "2") as daemon:
             self.opened(daemon)

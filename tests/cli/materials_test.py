@@ -149,7 +149,7 @@ class Materials(unittest.TestCase):
 
 
 def luminance(*rgb):
-    """Of sRGB code values from 0 to 1, by IEC 61966-2-1 and ITU-R BT.709."""
+    """Linear values of sRGB code values from 0 to 1, by IEC 61966-2-1 and ITU-R BT.709."""
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 

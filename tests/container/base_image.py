@@ -23,7 +23,7 @@ NOT_NEEDED = ("usr/share/man", "usr/share/info", "usr/share/locale", "usr/share/
 
 
 def of_this_machine(root):
-    """Where packages come from, and how: the mirror, its keys, a proxy."""
+    """Settings of the packages' sources: the mirror, its keys, a proxy."""
     apt = pathlib.Path("/etc/apt")
     for path in (apt / "sources.list", apt / "sources.list.d" / "debian.sources"):
         (root / path.relative_to("/")).unlink(missing_ok=True)

@@ -27,14 +27,14 @@ class ClusterOfTheReadme(unittest.TestCase):
         images.database()
         if reason := machine.why_no_networks() or machine.why_no("docker-compose", "openssl"):
             raise unittest.SkipTest(f"Compose joins services by a network: {reason}")
-        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        compose = Compose(cls.folder)
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        compose = Compose(cls.directory)
         cls.addClassCleanup(compose.down)
         for name in ("api", "scenes"):
-            (cls.folder / name).symlink_to(SOURCE / name)
+            (cls.directory / name).symlink_to(SOURCE / name)
         output = compose.run("\n".join(PREPARATIONS))
         compose.key = re.search(r"^whittle_[0-9a-f]{64}$", output, re.MULTILINE).group()
-        variables = {"WHITTLE_KEY": compose.key, "SSL_CERT_FILE": str(compose.folder / "secrets/tls.crt"), "no_proxy": "*"}
+        variables = {"WHITTLE_KEY": compose.key, "SSL_CERT_FILE": str(compose.directory / "secrets/tls.crt"), "no_proxy": "*"}
         try:
             cls.output = compose.run(COMMANDS, variables, checked=["database"])
         except AssertionError as failure:
@@ -58,7 +58,7 @@ class ClusterOfTheReadme(unittest.TestCase):
         self.assertEqual(set(taken), {node["id"] for node in nodes if node["role"] == "worker"})
 
     def test_downloads_all_images(self):
-        shots = sorted((self.folder / "shots").glob("*.png"))
+        shots = sorted((self.directory / "shots").glob("*.png"))
         self.assertEqual(len(shots), 200, self.output)
         self.assertEqual({read_png(path.read_bytes()).shape[1] for path in shots}, {32, 64, 96, 128})
 

@@ -20,14 +20,14 @@ PROJECT = "whittletest"
 ASSET_BYTES = 100_000_000
 
 
-def write_secrets(folder):
+def write_secrets(directory):
     """A key and a certificate for localhost; the key."""
-    folder.mkdir()
-    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", folder / "keys"], check=True, capture_output=True, text=True)
+    directory.mkdir()
+    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", directory / "keys"], check=True, capture_output=True, text=True)
     subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
-                    "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", folder / "tls.key",
-                    "-out", folder / "tls.crt"], check=True, capture_output=True)
-    for path in folder.iterdir():
+                    "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", directory / "tls.key",
+                    "-out", directory / "tls.crt"], check=True, capture_output=True)
+    for path in directory.iterdir():
         path.chmod(0o644)  # read by the users of the containers
     return made.stdout.strip()
 
@@ -35,10 +35,10 @@ def write_secrets(folder):
 class Compose:
     """The services of compose.yaml, until they are taken down."""
 
-    def __init__(self, folder):
-        self.folder = pathlib.Path(folder) / "docker"
-        shutil.copytree(SOURCE / "docker", self.folder, ignore=shutil.ignore_patterns("secrets"))
-        self.key = write_secrets(self.folder / "secrets")
+    def __init__(self, directory):
+        self.directory = pathlib.Path(directory) / "docker"
+        shutil.copytree(SOURCE / "docker", self.directory, ignore=shutil.ignore_patterns("secrets"))
+        self.key = write_secrets(self.directory / "secrets")
         self.address = STORE / "podman.sock"
         self.address.unlink(missing_ok=True)
         # pylint: disable-next=consider-using-with
@@ -52,8 +52,8 @@ class Compose:
         compose = f"docker-compose --host unix://{self.address} --project-name {PROJECT}"
         docker = f'docker() {{ if [ "$1" = compose ]; then shift; {compose} "$@"; else podman "$@"; fi; }}'
         environment = {**podman_environment(), "COMPOSE_INTERACTIVE_NO_CLI": "1", **(variables or {})}
-        with open(self.folder / "log", "w+", encoding="utf-8") as log:
-            with subprocess.Popen(["bash", "-euc", f"{docker}\n{lines}"], cwd=self.folder.parent, stdout=log, stderr=log,
+        with open(self.directory / "log", "w+", encoding="utf-8") as log:
+            with subprocess.Popen(["bash", "-euc", f"{docker}\n{lines}"], cwd=self.directory.parent, stdout=log, stderr=log,
                                   env=environment) as running:
                 end = time.monotonic() + PATIENCE_S
                 while running.poll() is None and time.monotonic() < end:
@@ -85,7 +85,7 @@ class Proxied(Served):
     def __init__(self, compose, proxy="proxy"):
         self.proxy = proxy
         self.port = 8443
-        self.trust = ssl.create_default_context(cafile=compose.folder / "secrets" / "tls.crt")
+        self.trust = ssl.create_default_context(cafile=compose.directory / "secrets" / "tls.crt")
         self.allowed = {"Authorization": f"Bearer {compose.key}"}
 
     def connection(self, port):
@@ -141,14 +141,14 @@ class ComposeBehindTls(unittest.TestCase):
         connection.request("GET", f"/v1/jobs/{job_id}/events", headers=self.daemon.allowed)
         stream = connection.getresponse()
         self.assertEqual(stream.headers["Content-Type"], "text/event-stream")
-        heard = b""
-        while b"event: progress" not in heard:
+        received = b""
+        while b"event: progress" not in received:
             line = stream.readline()
-            self.assertTrue(line, heard)
-            heard += line
+            self.assertTrue(line, received)
+            received += line
         self.assertEqual(self.daemon.job(job_id)["state"], "running")
         self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-        self.assertIn(b'"state":"cancelled"', heard + stream.read())
+        self.assertIn(b'"state":"cancelled"', received + stream.read())
 
     def test_takes_an_asset_of_100_megabytes(self):
         block = hashlib.sha256(b"an asset").digest() * 1000

@@ -22,7 +22,7 @@ def sandbox_of(container):
     return wait_until(lambda: json_of(container.get("/v1/version"))["sandbox"], "the worker")
 
 
-def picture_of(daemon, job_id):
+def image_of(daemon, job_id):
     job = daemon.wait_for_end(job_id)
     if job["state"] != "succeeded":
         raise AssertionError(job)
@@ -38,8 +38,8 @@ class ConfinedContainer(unittest.TestCase):
     def test_renders_the_sphereflake_as_the_daemon_outside_does(self):
         document = json.loads((SOURCE / "scenes/sphereflake.json").read_text(encoding="utf-8"))
         with Daemon() as outside:
-            expected = picture_of(outside, outside.submit(document))
-        self.assertEqual(picture_of(self.container, self.container.submit(document)), expected)
+            expected = image_of(outside, outside.submit(document))
+        self.assertEqual(image_of(self.container, self.container.submit(document)), expected)
 
     def test_serves_the_page(self):
         page = self.container.get("/", Accept="text/html")
@@ -74,8 +74,8 @@ class ConfinedContainer(unittest.TestCase):
     def test_writes_to_its_data_and_nowhere_else(self):
         self.assertTrue(self.container.can_write("/var/lib/whittle"))
         self.assertTrue(self.container.can_write("/tmp"))
-        for folder in ("/", "/opt/whittle/bin", "/etc", "/var/lib", "/usr/lib"):
-            self.assertFalse(self.container.can_write(folder), folder)
+        for directory in ("/", "/opt/whittle/bin", "/etc", "/var/lib", "/usr/lib"):
+            self.assertFalse(self.container.can_write(directory), directory)
         mounts = pathlib.Path(f"/proc/{self.container.pid}/mountinfo").read_text(encoding="utf-8").splitlines()
         (root,) = [mount.split() for mount in mounts if mount.split()[4] == "/"]
         self.assertIn("ro", root[5].split(","))
@@ -98,7 +98,7 @@ class ConfinedContainer(unittest.TestCase):
     def test_is_found_healthy_by_its_own_check(self):
         self.assertEqual(attempt("healthcheck", "run", self.container.name).returncode, 0)
 
-    def test_says_what_it_is(self):
+    def test_has_a_title_a_version_and_a_user(self):
         (image,) = json.loads(podman("image", "inspect", self.image))
         labels = image["Labels"]
         self.assertEqual((labels["org.opencontainers.image.title"], labels["org.opencontainers.image.version"]), ("Whittle", "0.1.0"))
@@ -130,12 +130,12 @@ class ConfinedLife(unittest.TestCase):
     def test_finds_its_jobs_again_after_kill_9(self):
         ids = [self.container.submit(scene(name=f"job {i}")) for i in range(5)]
         ids.append(self.container.submit(long_scene()))
-        first = picture_of(self.container, ids[0])
+        first = image_of(self.container, ids[0])
         self.container.wait_for_state(ids[-1], "running")
         self.container.signal("KILL")
         self.assertEqual(self.container.exit_code(), 128 + 9)
         self.container.start()
-        self.assertEqual(picture_of(self.container, ids[0]), first)
+        self.assertEqual(image_of(self.container, ids[0]), first)
         for job_id in ids[1:-1]:
             self.assertEqual(self.container.wait_for_end(job_id)["state"], "succeeded")
         self.container.wait_for_state(ids[-1], "running")
@@ -166,7 +166,7 @@ class MemoryLimit(unittest.TestCase):
             job = container.wait_for_end(waiting)
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "worker_crashed"), job)
             self.assertEqual(container.pid, daemon)
-            picture_of(container, container.submit(scene()))
+            image_of(container, container.submit(scene()))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ CONFINED = ("--read-only", "--cap-drop", "all", "--security-opt", "no-new-privil
 
 
 def enter_network(descriptor):
-    """Of the calling thread alone."""
+    """Moves the calling thread alone."""
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.setns(descriptor, CLONE_NEWNET) != 0:
         raise OSError(ctypes.get_errno(), "setns")
@@ -92,10 +92,10 @@ class Running(Served):
     def inspect(self):
         return json.loads(podman("inspect", self.name))[0]
 
-    def can_write(self, folder):
-        """Whether root, whom no permission holds, could write there as the container sees it."""
+    def can_write(self, directory):
+        """True if root, whom no permission holds, could write there as the container sees it."""
         try:
-            os.rmdir(tempfile.mkdtemp(dir=f"/proc/{self.pid}/root{folder}"))
+            os.rmdir(tempfile.mkdtemp(dir=f"/proc/{self.pid}/root{directory}"))
             return True
         except OSError as failure:
             if failure.errno != errno.EROFS:

@@ -22,20 +22,20 @@ class ContainerCommands(unittest.TestCase):
         images.whittle()
         if reason := machine.why_no_networks():
             raise unittest.SkipTest(f"they open a port: {reason}")
-        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle")
         cls.addClassCleanup(attempt, "rm", "--force", "--time", "0", "whittle")
         start, maintenance = COMMANDS
         cls.check_config, cls.backup = maintenance.splitlines()
         build, *lines = start.splitlines()
         assert build == "docker build -f docker/Dockerfile -t whittle .", build  # which tests.container.images did
-        said = cls.run_lines("\n".join(lines))
-        cls.key = {"Authorization": "Bearer " + re.search(r"^whittle_[0-9a-f]{64}$", said.stderr, re.MULTILINE).group()}
+        done = cls.run_lines("\n".join(lines))
+        cls.key = {"Authorization": "Bearer " + re.search(r"^whittle_[0-9a-f]{64}$", done.stderr, re.MULTILINE).group()}
         cls.daemon = Running("whittle").until_ready()
 
     @classmethod
     def run_lines(cls, lines):
-        done = subprocess.run(["bash", "-euc", f'docker() {{ podman "$@"; }}\n{lines}'], cwd=cls.folder, env=podman_environment(),
+        done = subprocess.run(["bash", "-euc", f'docker() {{ podman "$@"; }}\n{lines}'], cwd=cls.directory, env=podman_environment(),
                               check=False, capture_output=True, text=True, timeout=300)
         if done.returncode != 0:
             raise AssertionError(f"{lines}\n{done.stdout}{done.stderr}")
@@ -62,12 +62,12 @@ class ContainerCommands(unittest.TestCase):
     def test_make_a_backup_that_can_be_restored(self):
         submitted = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {**self.key, "Prefer": "wait=30"}))
         path = f"/v1/jobs/{submitted['id']}/image.png"
-        picture = self.daemon.request("GET", path, headers=self.key).body
+        image = self.daemon.request("GET", path, headers=self.key).body
         self.run_lines(self.backup)
-        (copy,) = self.folder.glob("????-??-??")
+        (copy,) = self.directory.glob("????-??-??")
         subprocess.run(["chown", "-R", "10001:10001", copy], check=True)
         with Container("whittle", "--network", "none", "--volume", f"{copy}:/var/lib/whittle") as restored:
-            self.assertEqual(restored.get(path).body, picture)
+            self.assertEqual(restored.get(path).body, image)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Podman over a store of its own, below the build folder or where WHITTLE_CONTAINERS says: nothing of the machine's own
+"""Podman over a store of its own, below the build directory or in $WHITTLE_CONTAINERS: nothing of the machine's own
 containers is seen or changed, and a second run finds the layers of the first.
 
-Without systemd: health checks are asked for by hand, control groups are made directly.
+Without systemd: health checks are run by hand, control groups are made directly.
 """
 import functools
 import os
@@ -33,7 +33,7 @@ network_config_dir = "{STORE}/networks"
 
 
 def environment(driver):
-    """What podman, and whoever starts it, is to know."""
+    """Environment of podman and of the programs that start it."""
     STORE.mkdir(parents=True, exist_ok=True)
     (STORE / "containers.conf").write_text(CONTAINERS_CONF, encoding="ascii")
     storage = f'[storage]\ndriver = "{driver}"\ngraphroot = "{STORE}/{driver}"\nrunroot = "{STORE}/run"\n'
@@ -47,10 +47,10 @@ def podman_environment():
     """With overlays where the store's file system bears them, else with copies, which start ten times slower."""
     for driver in ("overlay", "vfs"):
         found = environment(driver)
-        asked = subprocess.run(["podman", "info"], env=found, check=False, capture_output=True, text=True, timeout=PATIENCE_S)
-        if asked.returncode == 0:
+        info = subprocess.run(["podman", "info"], env=found, check=False, capture_output=True, text=True, timeout=PATIENCE_S)
+        if info.returncode == 0:
             return found
-    raise AssertionError(f"podman info: {asked.stderr}")
+    raise AssertionError(f"podman info: {info.stderr}")
 
 
 def attempt(*arguments, **options):

@@ -28,14 +28,14 @@ def build(name, context, *options, file="Dockerfile"):
            "--build-arg", f"BASE={base_image.by_digest()}", "--file", pathlib.Path(context) / file, *options, context)
 
 
-def npm_options(folder):
+def npm_options(directory):
     """Options of a build that give npm this machine's registry and certificates. Only the stage that compiles has them."""
     registry = subprocess.run(["npm", "config", "get", "registry"], check=True, capture_output=True, text=True).stdout.strip()
     settings, options = [f"registry={registry}"], []
     if certificates := os.environ.get("NODE_EXTRA_CA_CERTS"):
         settings.append("cafile=/etc/npm-certificates.pem")
         options += ["--volume", f"{certificates}:/etc/npm-certificates.pem:ro"]
-    npmrc = pathlib.Path(folder, "npmrc")
+    npmrc = pathlib.Path(directory, "npmrc")
     npmrc.write_text("\n".join(settings) + "\n", encoding="utf-8")
     return [*options, "--volume", f"{npmrc}:/root/.npmrc:ro"]
 
@@ -52,8 +52,8 @@ def whittle():
     options = ["--build-arg", "VERSION=0.1.0", "--build-arg", "REVISION=test"]
     if COMPILE:
         build("whittle-libraries", SOURCE, "--target", "libraries", file="docker/Dockerfile")
-        with tempfile.TemporaryDirectory() as folder:
-            build("whittle", SOURCE, *options, *npm_options(folder), "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
+        with tempfile.TemporaryDirectory() as directory:
+            build("whittle", SOURCE, *options, *npm_options(directory), "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
     else:
         with tempfile.TemporaryDirectory() as context:
             ready_programs(pathlib.Path(context))
@@ -63,7 +63,7 @@ def whittle():
 
 
 def remove_leftovers():
-    """Of a run that was killed. The store is the tests' own."""
+    """Removes what a killed run left. The store is the tests' own."""
     podman("pod", "rm", "--all", "--force")
     podman("rm", "--all", "--force", "--volumes")
     podman("volume", "prune", "--force")
@@ -103,7 +103,7 @@ def database():
 
 
 def made(name):
-    """`name`, if there is such an image: where there is none, main said why."""
+    """`name`, if there is such an image: where there is none, main printed the reason."""
     if not has_image(name):
         raise unittest.SkipTest(machine.why_no_packages() or f"there is no image {name}")
     return name

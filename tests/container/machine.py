@@ -1,6 +1,6 @@
-"""What this machine lets containers do. Each function returns "" when it can be done, else the sentence that says why not.
+"""Abilities of containers on this machine. Each function returns "" for one that is there, else a sentence with the reason.
 
-Asked of the kernel and of Debian's own tools, never of the container engine: what the machine forbids is skipped with its
+The kernel and Debian's own tools are queried, never the container engine: what the machine forbids is skipped with its
 reason, and what the engine then gets wrong is a failure.
 """
 import functools
@@ -15,7 +15,7 @@ CGROUPS = pathlib.Path("/sys/fs/cgroup")
 
 
 def answer_of(*command):
-    """Exit code, and the last line of what it said."""
+    """Exit code, and the last line of the output."""
     try:
         done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired) as failure:
@@ -52,10 +52,10 @@ def why_no_containers():
         return "the store of images and the base image are made by root, and this is another user"
     if reason := why_no("podman", "runc", "debootstrap", "unshare", "ip"):
         return reason
-    code, said = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
-                           "mount", "-t", "tmpfs", "tmpfs", "/mnt")
+    code, output = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
+                             "mount", "-t", "tmpfs", "tmpfs", "/mnt")
     if code:
-        return f"namespaces or mounts are forbidden here: {said}"
+        return f"namespaces or mounts are forbidden here: {output}"
     return why_no_limits()
 
 
@@ -67,18 +67,18 @@ def why_no_networks():
     for command in (["ip", "link", "add", "whittle0", "type", "bridge"],
                     ["ip", "link", "add", "whittle1", "type", "veth", "peer", "name", "whittle2"],
                     ["iptables", "--table", "nat", "--list"]):
-        code, said = answer_of("unshare", "--net", *command)
+        code, output = answer_of("unshare", "--net", *command)
         if code:
-            return f"\"{' '.join(command)}\" is impossible here: {said}"
+            return f"\"{' '.join(command)}\" is impossible here: {output}"
     return ""
 
 
 @functools.cache
 def debian_mirror():
-    """Where this machine gets Debian 12 from."""
-    _, said = answer_of("apt-get", "indextargets", "--format", "$(SITE)", "Codename: bookworm", "Component: main",
-                        "Created-By: Packages")
-    return said
+    """Address of the server from which this machine installs Debian 12."""
+    _, output = answer_of("apt-get", "indextargets", "--format", "$(SITE)", "Codename: bookworm", "Component: main",
+                          "Created-By: Packages")
+    return output
 
 
 @functools.cache
@@ -87,6 +87,6 @@ def why_no_packages():
     mirror = debian_mirror()
     if urllib.parse.urlsplit(mirror).scheme not in ("http", "https"):
         return "apt has no list of Debian 12's packages from a server; apt-get update?"
-    with tempfile.TemporaryDirectory() as folder:
-        code, said = answer_of("/usr/lib/apt/apt-helper", "download-file", f"{mirror}/dists/bookworm/InRelease", f"{folder}/x")
-    return f"Debian's packages cannot be fetched here: {said}" if code else ""
+    with tempfile.TemporaryDirectory() as directory:
+        code, output = answer_of("/usr/lib/apt/apt-helper", "download-file", f"{mirror}/dists/bookworm/InRelease", f"{directory}/x")
+    return f"Debian's packages cannot be fetched here: {output}" if code else ""

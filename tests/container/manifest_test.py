@@ -1,7 +1,7 @@
 """The Kubernetes manifest as podman plays it: the same pod, with its claim, its settings and its keys.
 
 What needs a cluster is not tried here: the service and its name, the network policy, which podman has no place for, and
-the probes by themselves, which the test asks in their place.
+the probes by themselves, which the test sends in their place.
 """
 import os
 import subprocess
@@ -24,9 +24,9 @@ def documents(name):
         return list(yaml.safe_load_all(file))
 
 
-def new_key(folder):
+def new_key(directory):
     """A key, and the file of its hash."""
-    path = os.path.join(folder, "keys")
+    path = os.path.join(directory, "keys")
     made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", path], check=True, capture_output=True, text=True)
     with open(path, encoding="ascii") as file:
         return made.stdout.strip(), file.read()
@@ -38,8 +38,8 @@ class Pod(unittest.TestCase):
         images.whittle()
         if reason := machine.why_no_networks():
             raise unittest.SkipTest(f"a pod has a network: {reason}")
-        cls.folder = cls.enterClassContext(tempfile.TemporaryDirectory())
-        cls.key, hashed = new_key(cls.folder)
+        cls.directory = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.key, hashed = new_key(cls.directory)
         # podman 4.3 mounts a secret's data as it stands, not decoded from base64, so it is not played but made.
         secret = {"apiVersion": "v1", "kind": "Secret", "metadata": {"name": "whittle-keys"}, "data": {"keys": hashed}}
         podman("secret", "create", "whittle-keys", "-", input=yaml.safe_dump(secret))
@@ -54,7 +54,7 @@ class Pod(unittest.TestCase):
 
     @classmethod
     def play(cls, played=(), *options):
-        path = os.path.join(cls.folder, "played.yaml")
+        path = os.path.join(cls.directory, "played.yaml")
         with open(path, "w", encoding="utf-8") as file:
             yaml.safe_dump_all(played or documents("config.yaml") + documents("deployment.yaml"), file)
         podman("play", "kube", *options, path)
@@ -68,12 +68,12 @@ class Pod(unittest.TestCase):
     def test_answers_every_probe(self):
         (container,) = self.spec["containers"]
         for kind in ("startupProbe", "livenessProbe", "readinessProbe"):
-            asked = container[kind]["httpGet"]
-            self.assertEqual(asked["port"], "health")
-            self.assertEqual(self.daemon.health(asked["path"]).status, 200, kind)
+            probe = container[kind]["httpGet"]
+            self.assertEqual(probe["port"], "health")
+            self.assertEqual(self.daemon.health(probe["path"]).status, 200, kind)
         self.assertIn(b"whittle_", self.daemon.health("/metrics").body)
 
-    def test_is_confined_as_the_manifest_says(self):
+    def test_is_confined_as_in_the_manifest(self):
         status = status_of(self.daemon.pid)
         self.assertEqual(status["Uid"].split(), [str(self.spec["securityContext"]["runAsUser"])] * 4)
         self.assertEqual((status["CapEff"], status["CapBnd"]), ("0" * 16,) * 2)

@@ -25,14 +25,14 @@ def with_mesh(name):
 class Examples(OneDaemon):
     options = ("--assets", str(SCENES))
 
-    def assert_same_picture_as_on_the_command_line(self, name):
+    def assert_same_image_as_on_the_command_line(self, name):
         # Small images suffice, because the files are compared.
         document = json.loads((SCENES / f"{name}.json").read_text("utf-8"))
         document["image"] = {"width": 160, "height": 90}
         reply = self.daemon.request("POST", "/v1/render", document)
         self.assertEqual(reply.status, 200, reply.body)
-        with tempfile.TemporaryDirectory() as folder:
-            here = pathlib.Path(folder)
+        with tempfile.TemporaryDirectory() as directory:
+            here = pathlib.Path(directory)
             (here / "assets").symlink_to(SCENES / "assets")
             (here / "scene.json").write_text(json.dumps(document), encoding="utf-8")
             done = whittle("render", here / "scene.json", "-o", here / "out.png")
@@ -40,14 +40,14 @@ class Examples(OneDaemon):
             self.assertEqual(reply.body, (here / "out.png").read_bytes())
 
     def test_with_textures_equal_the_command_line(self):
-        self.assert_same_picture_as_on_the_command_line("textures")
+        self.assert_same_image_as_on_the_command_line("textures")
 
     def test_with_meshes_equal_the_command_line(self):
-        self.assert_same_picture_as_on_the_command_line("mesh_files")
+        self.assert_same_image_as_on_the_command_line("mesh_files")
 
     def test_with_an_environment_and_normal_maps_equal_the_command_line(self):
-        self.assert_same_picture_as_on_the_command_line("environment")
-        self.assert_same_picture_as_on_the_command_line("relief")
+        self.assert_same_image_as_on_the_command_line("environment")
+        self.assert_same_image_as_on_the_command_line("relief")
 
     def test_are_valid(self):
         document = json.loads((SCENES / "mesh_files.json").read_text("utf-8"))
@@ -58,20 +58,20 @@ class Names(OneDaemon):
     @classmethod
     def setUpClass(cls):
         cls.outside = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        cls.folder = cls.outside / "assets"
-        (cls.folder / "deep" / "er").mkdir(parents=True)
-        for path in (cls.outside / "secret.png", cls.folder / "tile.png", cls.folder / "deep" / "er" / "tile.png"):
+        cls.directory = cls.outside / "assets"
+        (cls.directory / "deep" / "er").mkdir(parents=True)
+        for path in (cls.outside / "secret.png", cls.directory / "tile.png", cls.directory / "deep" / "er" / "tile.png"):
             shutil.copy(SCENES / "assets/tile.png", path)
         for name, target in (("out.png", cls.outside / "secret.png"), ("up.png", "../secret.png"), ("up", ".."),
                              ("loop.png", "loop.png"), ("in.png", "deep/er/tile.png"), ("deep/up.png", "../tile.png"),
-                             ("proc.png", f"/proc/{os.getpid()}/root{cls.folder}/tile.png")):
-            (cls.folder / name).symlink_to(target)
-        os.mkfifo(cls.folder / "pipe.png")
+                             ("proc.png", f"/proc/{os.getpid()}/root{cls.directory}/tile.png")):
+            (cls.directory / name).symlink_to(target)
+        os.mkfifo(cls.directory / "pipe.png")
         with socket.socket(socket.AF_UNIX) as bound:
-            bound.bind(str(cls.folder / "socket.png"))
-        with open(cls.folder / "huge.png", "wb") as huge:
+            bound.bind(str(cls.directory / "socket.png"))
+        with open(cls.directory / "huge.png", "wb") as huge:
             huge.truncate(256_000_001)
-        cls.options = ("--assets", str(cls.folder))
+        cls.options = ("--assets", str(cls.directory))
         super().setUpClass()
 
     def issue(self, document, path="/v1/jobs"):
@@ -82,7 +82,7 @@ class Names(OneDaemon):
 
     def test_outside_the_directory_are_malformed(self):
         for name in ("../secret.png", "deep/../tile.png", "..", ".", "./tile.png", "deep//er/tile.png", "tile.png/",
-                     str(self.folder / "tile.png"), "/", "", "deep\\er\\tile.png", "..\\secret.png", "tile.png\0",
+                     str(self.directory / "tile.png"), "/", "", "deep\\er\\tile.png", "..\\secret.png", "tile.png\0",
                      "ti\nle.png"):
             for document in (textured(name), with_mesh(name)):
                 issue = self.issue(document)
@@ -105,20 +105,20 @@ class Names(OneDaemon):
         self.assertEqual((verdict["valid"], len(verdict["errors"])), (False, 1))
 
     def test_may_be_links_to_files_in_the_directory(self):
-        pictures = {self.daemon.request("POST", "/v1/render", textured(name)).body
-                    for name in ("tile.png", "deep/er/tile.png", "in.png", "deep/up.png")}
-        self.assertEqual(len(pictures), 1)
-        self.assertTrue(pictures.pop().startswith(b"\x89PNG"))
+        images = {self.daemon.request("POST", "/v1/render", textured(name)).body
+                  for name in ("tile.png", "deep/er/tile.png", "in.png", "deep/up.png")}
+        self.assertEqual(len(images), 1)
+        self.assertTrue(images.pop().startswith(b"\x89PNG"))
 
 
 class BadFiles(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        shutil.copy(SCENES / "assets/tile.png", self.folder / "tile.png")
-        shutil.copy(SCENES / "assets/vase.obj", self.folder / "vase.obj")
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        shutil.copy(SCENES / "assets/tile.png", self.directory / "tile.png")
+        shutil.copy(SCENES / "assets/vase.obj", self.directory / "vase.obj")
 
     def daemon(self, *options):
-        return self.enterContext(Daemon("--assets", self.folder, *options))
+        return self.enterContext(Daemon("--assets", self.directory, *options))
 
     def assert_fails(self, job, pointer, reason):
         """Asserts that the job failed with one issue at its first attempt."""
@@ -128,9 +128,9 @@ class BadFiles(unittest.TestCase):
         self.assertIn(reason, issue["detail"])
 
     def test_fail_only_their_job_with_its_pointer(self):
-        (self.folder / "text.png").write_text("no picture", encoding="utf-8")
-        (self.folder / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
-        (self.folder / "empty.ply").touch()
+        (self.directory / "text.png").write_text("no image", encoding="utf-8")
+        (self.directory / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
+        (self.directory / "empty.ply").touch()
         daemon = self.daemon()
         worker = wait_until(daemon.worker, "a worker")
         for document, pointer, reason in ((textured("text.png"), TEXTURE_FILE, "text.png: is no PNG, JPEG"),
@@ -144,14 +144,14 @@ class BadFiles(unittest.TestCase):
         self.assertIn(worker, daemon.worker_pids())
 
     def test_removed_or_changed_after_submission_fail_the_job(self):
-        (self.folder / "pipe.png").touch()
+        (self.directory / "pipe.png").touch()
         daemon = self.daemon("--jobs", "1")
         first = daemon.submit(long_scene())
         daemon.wait_for_state(first, "running")
         jobs = [daemon.submit(textured(name)) for name in ("tile.png", "pipe.png")]
         for name in ("tile.png", "pipe.png"):
-            (self.folder / name).unlink()
-        os.mkfifo(self.folder / "pipe.png")
+            (self.directory / name).unlink()
+        os.mkfifo(self.directory / "pipe.png")
         daemon.request("POST", f"/v1/jobs/{first}/cancel")
         self.assert_fails(daemon.wait_for_end(jobs[0]), TEXTURE_FILE, "tile.png: no such file")
         self.assert_fails(daemon.wait_for_end(jobs[1]), TEXTURE_FILE, "pipe.png: is no ordinary file")

@@ -8,7 +8,7 @@ import unittest
 
 from tests.http.daemon import BIN, Daemon, long_scene, scene
 
-SMALL = 32 << 10  # QueueSettings::small_picture_bytes
+SMALL = 32 << 10  # small_bytes_max of sqlite_stores.cpp
 
 
 def back_up(data, into):
@@ -18,8 +18,8 @@ def back_up(data, into):
 
 class Backup(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.into = self.folder / "backups" / "monday"
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.into = self.directory / "backups" / "monday"
 
     def test_of_a_running_daemon_contains_its_jobs_images_and_uploads(self):
         asset = b"some bytes that nobody reads"
@@ -27,9 +27,9 @@ class Backup(unittest.TestCase):
         with Daemon() as daemon:
             done = daemon.submit(scene(150, 150, job={"name": "done", "labels": {"shot": "1"}}, output={"formats": ["png", "exr"]}))
             daemon.wait_for_end(done)
-            pictures = {file: daemon.get(f"/v1/jobs/{done}/{file}").body for file in ("image.png", "image.exr")}
-            self.assertLess(len(pictures["image.png"]), SMALL, "beside the rows")
-            self.assertGreater(len(pictures["image.exr"]), SMALL, "a file")
+            images = {file: daemon.get(f"/v1/jobs/{done}/{file}").body for file in ("image.png", "image.exr")}
+            self.assertLess(len(images["image.png"]), SMALL, "beside the rows")
+            self.assertGreater(len(images["image.exr"]), SMALL, "a file")
             running = daemon.submit(long_scene())
             daemon.wait_for_state(running, "running")
             waiting = [daemon.submit(scene(name=f"waiting {i}", job={"priority": 1})) for i in range(20)]
@@ -39,8 +39,8 @@ class Backup(unittest.TestCase):
             self.assertEqual(daemon.job(running)["state"], "running")
             after = daemon.submit(scene(name="after the backup"))
         with Daemon(data=self.into) as restored:
-            for file, picture in pictures.items():
-                self.assertEqual(restored.get(f"/v1/jobs/{done}/{file}").body, picture)
+            for file, image in images.items():
+                self.assertEqual(restored.get(f"/v1/jobs/{done}/{file}").body, image)
             self.assertEqual(restored.job(done)["labels"], {"shot": "1"})
             self.assertEqual(restored.get(f"/v1/assets/{name}").body, asset)
             self.assertEqual(restored.get(f"/v1/jobs/{after}").status, 404)
@@ -91,8 +91,8 @@ class Backup(unittest.TestCase):
         with Daemon() as daemon:
             job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
             sha256 = job["artifacts"][0]["sha256"]
-            picture = daemon.data / sha256[:2] / sha256
-            picture.write_bytes(picture.read_bytes()[:-1] + b"?")
+            image = daemon.data / sha256[:2] / sha256
+            image.write_bytes(image.read_bytes()[:-1] + b"?")
             made = back_up(daemon.data, self.into)
         self.assertEqual(made.returncode, 1)
         self.assertIn(f"{sha256} is damaged", made.stderr)
@@ -110,16 +110,16 @@ class Backup(unittest.TestCase):
             sha256 = job["artifacts"][0]["sha256"]
             for path, message in ((daemon.data / sha256[:2] / sha256, f"image.exr of job {job['id']}"),
                                   (daemon.data / "uploads" / name[:2] / name, f"the upload {name}")):
-                path.rename(self.folder / "kept")
+                path.rename(self.directory / "kept")
                 made = back_up(daemon.data, self.into)
                 self.assertEqual(made.returncode, 1, message)
                 self.assertIn(message, made.stderr)
                 self.assertFalse(self.into.exists())
-                (self.folder / "kept").rename(path)
+                (self.directory / "kept").rename(path)
             self.assertEqual(back_up(daemon.data, self.into).returncode, 0)
 
     def test_rejects_a_directory_that_is_no_data_directory(self):
-        made = back_up(self.folder / "nothing", self.into)
+        made = back_up(self.directory / "nothing", self.into)
         self.assertEqual(made.returncode, 1)
         self.assertRegex(made.stderr, r"^whittled: --backup: cannot open .*/nothing/whittle\.db: ")
 
@@ -128,8 +128,8 @@ class Backup(unittest.TestCase):
             done = daemon.submit(scene())
             daemon.wait_for_end(done)
             daemon.kill()
-            shutil.copytree(daemon.data, self.folder / "stopped")
-        self.assertEqual(back_up(self.folder / "stopped", self.into).returncode, 0)
+            shutil.copytree(daemon.data, self.directory / "stopped")
+        self.assertEqual(back_up(self.directory / "stopped", self.into).returncode, 0)
         with Daemon(data=self.into) as restored:
             self.assertEqual(restored.job(done)["state"], "succeeded")
 

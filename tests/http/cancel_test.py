@@ -1,5 +1,5 @@
 """Cancels of running jobs, at random moments of renders of many kinds: each is cancelled or was done before, and what waits
-behind it runs at once and at no cost, also where the worker hears nothing.
+behind it runs at once and at no cost, also where the worker receives nothing.
 """
 import os
 import random

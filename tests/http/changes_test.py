@@ -39,7 +39,7 @@ class Times(OneDaemon):
 
     def test_delete_expired_images_unless_another_job_has_them(self):
         kept = self.finished(name="expiry")
-        job = self.finished(name="expiry", job={"expires_in": 4})  # its pictures are seen before
+        job = self.finished(name="expiry", job={"expires_in": 4})  # its images are seen before
         self.assertEqual(kept["artifacts"][0]["sha256"], job["artifacts"][0]["sha256"])
         self.assertEqual(time_of(job["expires_at"]) - time_of(job["ended_at"]), datetime.timedelta(seconds=4))
         wait_until(lambda: self.daemon.job(job["id"])["expired"], "expiry")

@@ -51,7 +51,7 @@ class Compare(OneDaemon):
         return self.daemon.get(f"/v1/jobs/{job['id']}/{name}").body
 
     def by_command(self, a, b, *options):
-        """What the command line says of the same bytes."""
+        """Output of the command line for the same bytes."""
         with tempfile.TemporaryDirectory() as directory:
             paths = [pathlib.Path(directory) / name for name in ("a", "b", "heat.png")]
             paths[0].write_bytes(a)

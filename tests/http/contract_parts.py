@@ -92,7 +92,7 @@ class ContractParts:
         self.check(seen, redeliver, self.daemon.request("POST", redeliver.format(id=job_id, delivery=NOBODY)), "POST")
 
     def check_unreadable_images(self, seen):
-        """Of files whose bytes have changed, but not their number."""
+        """Problems of files whose bytes have changed, but not their number."""
         document = scene(600, 600, samples=2, output={"formats": ["png", "exr"]})
         batch = json_of(self.daemon.request("POST", "/v1/batches", {"scene": document, "frames": [{}]}))
         job = self.daemon.wait_for_end(json_of(self.daemon.get(batch["links"]["jobs"]))["items"][0]["id"])

@@ -113,7 +113,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.check_service(seen)
         self.check_submissions(seen)
         self.check_jobs(seen)
-        self.check_pictures(seen)
+        self.check_images(seen)
         self.check_measurements(seen)
         self.check_previews(seen)
         self.check_unreadable_images(seen)
@@ -272,7 +272,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.check(seen, "/v1/jobs/{id}", change, "PATCH")
         self.check(seen, "/v1/jobs/{id}/retry", self.daemon.request("POST", f"/v1/jobs/{cancelled}/retry"), "POST")
 
-    def check_pictures(self, seen):
+    def check_images(self, seen):
         job = self.daemon.wait_for_end(self.daemon.submit(scene(output={
             "formats": ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]})))
         self.check_artifacts(seen, job)
@@ -321,7 +321,7 @@ class Contract(ContractParts, unittest.TestCase):
             path = job["links"]["events"]
             schema = {"$ref": "#/components/schemas/Event", "components": self.document["components"]}
 
-            def nothing_is_left_to_tell():
+            def nothing_is_left_to_report():
                 reply = daemon.get(path)
                 self.check(seen, "/v1/jobs/{id}/events", reply)
                 fields = dict(line.split(": ", 1) for line in reply.body.decode().splitlines() if line)
@@ -331,7 +331,7 @@ class Contract(ContractParts, unittest.TestCase):
                 return reply.status == 204
 
             # A job seen to have ended before that was, an event reports its end once more.
-            wait_until(nothing_is_left_to_tell, "the end of the job's events")
+            wait_until(nothing_is_left_to_report, "the end of the job's events")
             self.check(seen, "/v1/jobs/{id}/events", daemon.get(f"/v1/jobs/{NOBODY}/events"))
             self.check(seen, "/v1/events", daemon.request("HEAD", "/v1/events"))
             with daemon.socket() as connection:

@@ -66,12 +66,12 @@ class CopyTest(unittest.TestCase):
     def setUpClass(cls):
         cls.server = PostgresServer()
         cls.addClassCleanup(cls.server.close)
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        (cls.folder / "secret").write_text("whsec_" + "MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw" + "\n")
-        cls.options = ("--webhook-secret-file", str(cls.folder / "secret"), "--webhook-networks", "127.0.0.0/8")
-        with Daemon(*cls.options, data=cls.folder / "data") as daemon:
+        directory = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(directory.cleanup)
+        cls.directory = pathlib.Path(directory.name)
+        (cls.directory / "secret").write_text("whsec_" + "MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw" + "\n")
+        cls.options = ("--webhook-secret-file", str(cls.directory / "secret"), "--webhook-networks", "127.0.0.0/8")
+        with Daemon(*cls.options, data=cls.directory / "data") as daemon:
             cls.once = fill(daemon)
             cls.content = content_of(daemon)
             daemon.terminate()
@@ -84,14 +84,14 @@ class CopyTest(unittest.TestCase):
         self.cluster = ("--database", self.server.uri(self.database), *self.artifacts)
 
     def command(self, *options):
-        return ([BIN / "whittled", *map(str, options)], {"cwd": self.folder, "env": {**os.environ, **KEYS}, "text": True})
+        return ([BIN / "whittled", *map(str, options)], {"cwd": self.directory, "env": {**os.environ, **KEYS}, "text": True})
 
     def run_command(self, *options):
         words, settings = self.command(*options)
         return subprocess.run(words, check=False, capture_output=True, **settings)
 
     def to_cluster(self):
-        return ("--data", self.folder / "data", "--copy-to", self.server.uri(self.database), *self.artifacts)
+        return ("--data", self.directory / "data", "--copy-to", self.server.uri(self.database), *self.artifacts)
 
     def copy(self, *options):
         result = self.run_command(*options)
@@ -108,7 +108,7 @@ class CopyTest(unittest.TestCase):
 
     def test_copies_everything_to_a_cluster_and_back(self):
         self.copy(*self.to_cluster())
-        back = self.folder / f"back-{self.database}"
+        back = self.directory / f"back-{self.database}"
         self.copy(*self.cluster, "--copy-to", back)
         self.assert_same(*self.cluster)
         self.assert_same(data=back)
@@ -141,7 +141,7 @@ class CopyTest(unittest.TestCase):
 
     def test_continues_a_copy_to_a_directory_after_kill_9(self):
         self.copy(*self.to_cluster())
-        back = self.folder / f"resumed-{self.database}"
+        back = self.directory / f"resumed-{self.database}"
         part = back.with_name(back.name + ".part") / "whittle.db"
         self.kill_in_the_middle(*self.cluster, "--copy-to", back, until=lambda: part.exists() and part.stat().st_size, requests=4)
         self.assertFalse(back.exists())
@@ -153,7 +153,7 @@ class CopyTest(unittest.TestCase):
         key = next(key for key in self.bucket.objects.objects if "/artifacts/" in key)
         good = self.bucket.objects.objects[key]
         self.bucket.objects.objects[key] = b"x" + good[1:]
-        back = self.folder / f"damaged-{self.database}"
+        back = self.directory / f"damaged-{self.database}"
         result = self.run_command(*self.cluster, "--copy-to", back)
         self.assertEqual(result.returncode, 1)
         self.assertIn(key.rpartition("/")[2] + " is missing or damaged", result.stderr)
@@ -170,9 +170,9 @@ class CopyTest(unittest.TestCase):
     def test_refuses_what_is_no_empty_end(self):
         self.copy(*self.to_cluster())
         self.assertIn("has tables already", self.run_command(*self.to_cluster()).stderr)
-        self.assertIn("exists already", self.run_command(*self.cluster, "--copy-to", self.folder).stderr)
-        self.assertIn("has no data of a daemon", self.run_command("--data", self.folder / "none", *self.to_cluster()[2:]).stderr)
-        with Daemon(data=self.folder / "data"):
+        self.assertIn("exists already", self.run_command(*self.cluster, "--copy-to", self.directory).stderr)
+        self.assertIn("has no data of a daemon", self.run_command("--data", self.directory / "none", *self.to_cluster()[2:]).stderr)
+        with Daemon(data=self.directory / "data"):
             self.assertIn("is in use by process", self.run_command(*self.to_cluster()[:3], self.server.uri(self.server.new_database()), *self.artifacts).stderr)
         for options, sentence in ((("--copy-to", ""), "needs the URI"), (("--copy-to", "postgres:///x"), "needs --artifacts"),
                                   (("--copy-to", "directory", *self.artifacts), "needs --database"),

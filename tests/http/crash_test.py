@@ -26,7 +26,7 @@ class KilledDaemon(unittest.TestCase):
     def test_preserves_accepted_jobs_and_finished_images(self):
         with Daemon("--jobs", "3") as daemon:  # large ones leave the third to small ones
             finished = [daemon.submit(middling_scene(index)) for index in range(3)]
-            pictures = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
+            images = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
             running = [daemon.submit(long_scene(name=f"long {index}")) for index in range(2)]
             for job_id in running:
                 daemon.wait_for_state(job_id, "running")
@@ -40,7 +40,7 @@ class KilledDaemon(unittest.TestCase):
             for job_id in finished:
                 job = daemon.job(job_id)
                 self.assertEqual((job["state"], job["attempt"]), ("succeeded", 1))
-                self.assertEqual(sha256_of(daemon, job), pictures[job_id])
+                self.assertEqual(sha256_of(daemon, job), images[job_id])
             for job_id in running:  # they run again, from the start, and the death is not held against them
                 job = daemon.wait_for_state(job_id, "running")
                 self.assertEqual(job["attempt"], 1)
@@ -48,7 +48,7 @@ class KilledDaemon(unittest.TestCase):
             for before, job_id in zip(finished, queued):
                 job = daemon.wait_for_end(job_id)
                 self.assertEqual(job["state"], "succeeded", job["problem"])
-                self.assertEqual(sha256_of(daemon, job), pictures[before], "equal documents, equal pictures")
+                self.assertEqual(sha256_of(daemon, job), images[before], "equal documents, equal images")
 
     def test_repeated_kills_lose_no_acknowledged_job(self):
         with Daemon() as daemon:

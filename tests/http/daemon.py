@@ -138,8 +138,8 @@ class Daemon(Served):
         self.options = options
         self.environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
         self.environment.update(environment or {})
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-http-"))
-        self.data = pathlib.Path(data) if data else self.folder / "data"
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="whittle-http-"))
+        self.data = pathlib.Path(data) if data else self.directory / "data"
         self.process = None
         self.listen = listen
         self.start()
@@ -152,7 +152,7 @@ class Daemon(Served):
         library = environment.pop("LD_PRELOAD", None)  # for the daemon alone
         self.port = None  # another listener may get the old one
         preload = ("env", f"LD_PRELOAD={library}") if library else ()
-        self.log_path = self.folder / f"log-{time.monotonic_ns()}"
+        self.log_path = self.directory / f"log-{time.monotonic_ns()}"
         with open(self.log_path, "wb") as log:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
@@ -169,7 +169,7 @@ class Daemon(Served):
             self.process.kill()
             self.process.wait(PATIENCE_S)
             self.process.stdout.close()
-            raise AssertionError(f"whittled said {line!r}\n{self.log()}")
+            raise AssertionError(f"whittled printed {line!r}\n{self.log()}")
         return int(found.group(1))
 
     def __enter__(self):
@@ -179,10 +179,10 @@ class Daemon(Served):
         if self.process.poll() is None:
             self.kill()
         self.process.stdout.close()
-        lines = [line for path in self.folder.glob("log-*") for line in path.read_text("utf-8").splitlines(keepends=True)]
+        lines = [line for path in self.directory.glob("log-*") for line in path.read_text("utf-8").splitlines(keepends=True)]
         strange = [line for line in lines if not line.startswith("{") or (
             line.endswith("\n") and json.loads(line)["event"] == "worker_output" and not self.worker_may_speak)]
-        shutil.rmtree(self.folder)
+        shutil.rmtree(self.directory)
         if strange:  # a sanitizer's report, an abort's last words
             raise AssertionError("in the daemon's log:\n" + "".join(strange))
 

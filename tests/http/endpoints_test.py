@@ -15,11 +15,11 @@ NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 def peak_bytes(document):
     """Peak memory of the command line while it renders the scene."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = f"{folder}/scene.json"
+    with tempfile.TemporaryDirectory() as directory:
+        path = f"{directory}/scene.json"
         with open(path, "w", encoding="utf-8") as file:
             json.dump(document, file)
-        arguments = [BIN / "whittle", "render", path, "-o", f"{folder}/out.png"]
+        arguments = [BIN / "whittle", "render", path, "-o", f"{directory}/out.png"]
         # Started by a small process, because Linux counts the memory of the parent until exec.
         starter = ("import os, sys; pid = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ); "
                    "_, status, usage = os.wait4(pid, 0); print(usage.ru_maxrss); sys.exit(status != 0)")

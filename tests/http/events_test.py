@@ -187,7 +187,7 @@ class EventsOfAllJobs(unittest.TestCase):
                 self.assertEqual([event["data"]["state"] for event in seen if event["event"] != "progress"],
                                  ["queued", "running", "succeeded"])
             daemon.terminate()
-            daemon.start()  # which knows no event of the time before
+            daemon.start()  # its history of events is empty
             with Stream(daemon, "/v1/events", last) as stream:
                 reset = next(stream.events())
                 self.assertEqual(reset["event"], "reset")
@@ -223,7 +223,7 @@ class EventsOfAllJobs(unittest.TestCase):
     def test_end_on_drain_after_the_jobs(self):
         options = ("--jobs", "1", "--drain-s", "600")  # however slow the machine: a job not done by then goes back
         with Daemon(*options) as daemon, Stream(daemon, "/v1/events") as stream:
-            daemon.submit(scene(2000, 1500, samples=4))  # long enough to tell of
+            daemon.submit(scene(2000, 1500, samples=4))  # long enough for events
             stream.until(lambda event: event["event"] == "progress")  # a job no worker has begun goes back to the queue
             daemon.process.terminate()
             events = list(stream.events())

@@ -1,5 +1,5 @@
 """A disk that fails at each step in turn, of all that a job's life takes: as full (ENOSPC) and as broken (EIO), once and
-for a while. Whatever fails, no accepted job is lost, none ends twice, no picture is half, a request that was answered is
+for a while. Whatever fails, no accepted job is lost, none ends twice, no image is half, a request that was answered is
 answered the same again, and with a sound disk everything ends well.
 
 The disk is tests/http/failing_disk.cpp under the daemon. Under a sanitizer there is nothing of it: that wants to be the
@@ -51,12 +51,12 @@ class Control:
 class FailingDisk:
     """A daemon on a disk with injected failures, and its replies."""
 
-    def __init__(self, folder, files="", *options):
+    def __init__(self, directory, files="", *options):
         """Operations on `files` of the data directory fail, by default on all."""
-        self.control = Control(pathlib.Path(folder) / "control")
-        data = pathlib.Path(folder) / "data"
+        self.control = Control(pathlib.Path(directory) / "control")
+        data = pathlib.Path(directory) / "data"
         environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_PREFIX": f"{data}/{files}",
-                       "FAILING_DISK_CONTROL": str(pathlib.Path(folder) / "control")}
+                       "FAILING_DISK_CONTROL": str(pathlib.Path(directory) / "control")}
         self.daemon = Daemon("--jobs", "1", *options, data=data, environment=environment)
         self.answered = {}  # key: (document, body)
         self.statuses = collections.Counter()
@@ -91,11 +91,11 @@ class FailingDisk:
                 assert self.answered[key][1] == reply.body, (self.answered[key], reply.body)
             self.answered[key] = (document, reply.body)
 
-    def live(self, key, picture_seed):
-        """All that is written: an upload, a job with a small picture and a large one, a job that is cancelled, one that is
+    def live(self, key, image_seed):
+        """All that is written: an upload, a job with a small image and a large one, a job that is cancelled, one that is
         removed."""
         self.request("PUT", f"/v1/assets/{hashlib.sha256(UPLOAD + key.encode()).hexdigest()}", UPLOAD + key.encode())
-        self.submit(key, scene(150, 150, accuracy={"samples": [1, 1], "seed": picture_seed}, output={"formats": ["png", "exr"]}))
+        self.submit(key, scene(150, 150, accuracy={"samples": [1, 1], "seed": image_seed}, output={"formats": ["png", "exr"]}))
         self.submit(key + "-later", scene(job={"run_after": "2999-01-01T00:00:00Z"}))
         if key + "-later" in self.answered:
             job_id = json.loads(self.answered[key + "-later"][1])["id"]
@@ -117,8 +117,8 @@ class FailingDisk:
 @unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
 class EachStep(unittest.TestCase):
     def steps_of_a_life(self):
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
-            disk = FailingDisk(folder)
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
+            disk = FailingDisk(directory)
             with disk.daemon:
                 disk.control.fail(10**9, 10**9, errno.EIO)  # counts from here
                 disk.live("counted", 0)
@@ -131,9 +131,9 @@ class EachStep(unittest.TestCase):
 
     def try_each(self, error, length, every=1):
         steps = self.steps_of_a_life()
-        self.assertGreater(steps, 12, "an upload, two jobs and a picture are more than that")
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
-            disk = FailingDisk(folder)
+        self.assertGreater(steps, 12, "an upload, two jobs and an image are more than that")
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
+            disk = FailingDisk(directory)
             with disk.daemon:
                 hit = 0
                 for first in range(1, steps + 1, every):
@@ -151,7 +151,7 @@ class EachStep(unittest.TestCase):
                 return disk
 
     def check_end(self, disk):
-        daemon, states, pictures = disk.daemon, collections.Counter(), set()
+        daemon, states, images = disk.daemon, collections.Counter(), set()
         for key, (_, body) in disk.answered.items():
             job = daemon.job(json.loads(body)["id"])
             if key.endswith("-later"):
@@ -163,7 +163,7 @@ class EachStep(unittest.TestCase):
             self.assertEqual(len(job["artifacts"]), 2)
             for artifact in job["artifacts"]:
                 self.assertEqual(hashlib.sha256(daemon.get(artifact["url"]).body).hexdigest(), artifact["sha256"])
-                pictures.add(artifact["sha256"])
+                images.add(artifact["sha256"])
         self.assertGreater(states["succeeded"], 0)
         known = {json.loads(body)["id"] for _, body in disk.answered.values()}
         listed, cursor = set(), ""
@@ -185,7 +185,7 @@ class EachStep(unittest.TestCase):
 
     def check_ends_once(self, daemon):
         ends = collections.Counter()
-        for path in daemon.folder.glob("log-*"):
+        for path in daemon.directory.glob("log-*"):
             for line in path.read_text("utf-8").splitlines():
                 row = json.loads(line)
                 if row["event"] in ("job_succeeded", "job_failed"):
@@ -211,10 +211,10 @@ class WebhookStore(unittest.TestCase):
         receiver = webhooks_test.Receiver()
         self.addCleanup(receiver.server_close)
         self.addCleanup(receiver.shutdown)
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
-            secret = pathlib.Path(folder) / "secret"
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
+            secret = pathlib.Path(directory) / "secret"
             secret.write_text(webhooks_test.SECRET_TEXT, "ascii")
-            disk = FailingDisk(folder, "webhooks.db", "--webhook-secret-file", secret, "--webhook-networks", "127.0.0.0/8")
+            disk = FailingDisk(directory, "webhooks.db", "--webhook-secret-file", secret, "--webhook-networks", "127.0.0.0/8")
             with disk.daemon:
                 for step in range(1, 13):
                     self.break_at(disk, step, scene(job={"webhook": {"url": receiver.url(f"/{step}")}}))

@@ -24,10 +24,10 @@ SEED = int(os.environ.get("WHITTLE_SEED", str(random.SystemRandom().randrange(10
 
 
 def may_mount():
-    with tempfile.TemporaryDirectory() as folder:
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "whittle", folder], capture_output=True, check=False).returncode:
+    with tempfile.TemporaryDirectory() as directory:
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "whittle", directory], capture_output=True, check=False).returncode:
             return False
-        subprocess.run(["umount", folder], check=True)
+        subprocess.run(["umount", directory], check=True)
         return True
 
 
@@ -35,23 +35,23 @@ class Disk:
     """A tmpfs; use as a context manager."""
 
     def __init__(self, size):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-full-"))
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "whittle", self.folder], check=True)
-        self.data = self.folder / "data"
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="whittle-full-"))
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "whittle", self.directory], check=True)
+        self.data = self.directory / "data"
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        subprocess.run(["umount", "-l", self.folder], check=True)
-        self.folder.rmdir()
+        subprocess.run(["umount", "-l", self.directory], check=True)
+        self.directory.rmdir()
 
     def free(self):
-        return shutil.disk_usage(self.folder).free
+        return shutil.disk_usage(self.directory).free
 
     def fill(self):
         """Fills the disk to the last byte."""
-        with open(self.folder / "filler", "ab", buffering=0) as file:
+        with open(self.directory / "filler", "ab", buffering=0) as file:
             with contextlib.suppress(OSError):
                 while True:
                     file.write(bytes(1 << 16))
@@ -60,7 +60,7 @@ class Disk:
                     file.write(bytes(512))
 
     def make_room(self):
-        (self.folder / "filler").unlink(missing_ok=True)
+        (self.directory / "filler").unlink(missing_ok=True)
 
 
 def problem_of(reply):
@@ -114,7 +114,7 @@ class FullDisk(unittest.TestCase):
             job_id = daemon.submit(scene(2500, 2000, samples=4, name="large", output={"formats": ["exr"]}))
             daemon.wait_for_state(job_id, "running")
             disk.fill()
-            wait_until(lambda: "attempt_failed" in daemon.log() or daemon.job(job_id)["state"] != "running", "the picture")
+            wait_until(lambda: "attempt_failed" in daemon.log() or daemon.job(job_id)["state"] != "running", "the image")
             disk.make_room()
             job = daemon.wait_for_end(job_id)
             self.assertEqual(job["state"], "succeeded", job["problem"])
@@ -209,7 +209,7 @@ class Bounds(unittest.TestCase):
     def test_include_a_configurable_reserve(self):
         with Disk("64m") as disk:
             with Daemon("--disk-free-bytes", "0", data=disk.data) as daemon:
-                (disk.folder / "filler").write_bytes(bytes(disk.free() - (4 << 20)))
+                (disk.directory / "filler").write_bytes(bytes(disk.free() - (4 << 20)))
                 self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
                 daemon.terminate()
             with Daemon(data=disk.data) as daemon:

@@ -226,10 +226,10 @@ class Image(OneDaemon):
 
     def test_is_served_in_ranges(self):
         size = len(self.whole)
-        for asked, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
-                                  (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
-            reply = self.daemon.get(self.path, Range=f"bytes={asked}")
-            self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), asked)
+        for requested, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
+                                      (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
+            reply = self.daemon.get(self.path, Range=f"bytes={requested}")
+            self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), requested)
             self.assertEqual(reply.headers["Content-Range"], f"bytes {begin}-{end - 1}/{size}")
 
     def test_is_whole_for_multiple_invalid_or_outdated_ranges(self):
@@ -243,8 +243,8 @@ class Image(OneDaemon):
         self.assertEqual((reply.status, reply.body), (206, self.whole[:2]))
 
     def test_reports_its_size_for_ranges_outside(self):
-        for asked in (f"bytes={len(self.whole)}-", "bytes=-0"):
-            reply = self.daemon.get(self.path, Range=asked)
+        for requested in (f"bytes={len(self.whole)}-", "bytes=-0"):
+            reply = self.daemon.get(self.path, Range=requested)
             self.assert_problem(reply, 416, "range_not_satisfiable")
             self.assertEqual(reply.headers["Content-Range"], f"bytes */{len(self.whole)}")
 

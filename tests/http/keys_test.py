@@ -1,4 +1,4 @@
-"""Who may use the daemon: keys and their scopes, and without keys this machine's users alone."""
+"""Access to the daemon: keys and their scopes, and without keys this machine's users alone."""
 import pathlib
 import re
 import signal
@@ -24,13 +24,13 @@ def new_key(path, name, *scopes):
 class WithKeys(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        cls.path = cls.folder / "keys"
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.path = cls.directory / "keys"
         cls.keys = {"reader": new_key(cls.path, "reader", "jobs:read"), "writer": new_key(cls.path, "writer", "jobs:write"),
                     "both": new_key(cls.path, "both"), "admin": new_key(cls.path, "boss", "admin")}
         cls.daemon = cls.enterClassContext(Daemon("--keys", cls.path))
 
-    def ask(self, key, method="GET", path="/v1/jobs", body=None, scheme="Bearer"):
+    def send(self, key, method="GET", path="/v1/jobs", body=None, scheme="Bearer"):
         headers = {} if key is None else {"Authorization": f"{scheme} {self.keys.get(key, key)}"}
         return self.daemon.request(method, path, body, headers)
 
@@ -39,17 +39,17 @@ class WithKeys(unittest.TestCase):
     def test_nobody_gets_in_without_a_key(self):
         for method, path, body in (("GET", "/v1/jobs", None), ("POST", "/v1/jobs", scene()), ("POST", "/v1/render", scene()),
                                    ("GET", "/v1/version", None), ("GET", "/v1/events", None), ("HEAD", "/v1/jobs", None)):
-            reply = self.ask(None, method, path, body)
+            reply = self.send(None, method, path, body)
             self.assertEqual(reply.status, 401, path)
             self.assertEqual(reply.headers["WWW-Authenticate"], "Bearer")
-        self.assert_problem(self.ask(None), 401, "unauthenticated")
+        self.assert_problem(self.send(None), 401, "unauthenticated")
 
     def test_nor_with_one_that_is_not_known_or_not_sent_as_one(self):
         good = self.keys["both"]
         for key in ("whittle_" + "0" * 64, good[:-1], good + "0", good.upper(), ""):
-            self.assert_problem(self.ask(key), 401, "unauthenticated")
-        self.assert_problem(self.ask("both", scheme="Basic"), 401, "unauthenticated")
-        self.assertEqual(self.ask("both", scheme="bearer").status, 200)
+            self.assert_problem(self.send(key), 401, "unauthenticated")
+        self.assert_problem(self.send("both", scheme="Basic"), 401, "unauthenticated")
+        self.assertEqual(self.send("both", scheme="bearer").status, 200)
 
     def test_a_body_is_not_even_read_without_a_key(self):
         with self.daemon.socket() as connection:
@@ -58,29 +58,29 @@ class WithKeys(unittest.TestCase):
             self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 401 Unauthorized\r\n")
 
     def test_scopes_decide_who_reads_and_who_writes(self):
-        self.assertEqual(self.ask("reader").status, 200)
-        self.assertEqual(self.ask("both", "POST", "/v1/jobs", scene()).status, 202)
-        self.assertEqual(self.ask("writer", "POST", "/v1/jobs", scene()).status, 202)
-        self.assertEqual(self.ask("admin", "POST", "/v1/jobs", scene()).status, 202)
-        self.assertEqual(self.ask("admin").status, 200)
+        self.assertEqual(self.send("reader").status, 200)
+        self.assertEqual(self.send("both", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.send("writer", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.send("admin", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.send("admin").status, 200)
         for key, method, body in (("reader", "POST", scene()), ("writer", "GET", None)):
-            reply = self.ask(key, method, "/v1/jobs", body)
+            reply = self.send(key, method, "/v1/jobs", body)
             problem = self.assert_problem(reply, 403, "forbidden")
             self.assertRegex(problem["detail"], r"scope jobs:(read|write)$")
             self.assertEqual(reply.headers["WWW-Authenticate"], 'Bearer error="insufficient_scope"')
-        self.assert_problem(self.ask("reader", "DELETE", "/v1/jobs/0190a000-0000-7000-8000-000000000001"), 403, "forbidden")
+        self.assert_problem(self.send("reader", "DELETE", "/v1/jobs/0190a000-0000-7000-8000-000000000001"), 403, "forbidden")
 
     def test_each_key_can_read_what_it_is_and_has(self):
         for key, name, scopes in (("reader", "reader", ["jobs:read"]), ("writer", "writer", ["jobs:write"]),
                                   ("both", "both", ["jobs:read", "jobs:write"]),
                                   ("admin", "boss", ["jobs:read", "jobs:write", "admin"])):
-            reply = self.ask(key, path="/v1/me")
+            reply = self.send(key, path="/v1/me")
             me = json_of(reply)
             self.assertEqual((reply.headers["Cache-Control"], me["name"], me["scopes"]), ("no-store", name, scopes))
             self.assertEqual(me["quotas"], {"queued_jobs": 100_000, "artifact_bytes": 1 << 40})
-        self.assert_problem(self.ask("nobody", path="/v1/me"), 401, "unauthenticated")
-        self.assert_problem(self.ask("writer", path="/v1/queue"), 403, "forbidden")
-        self.assertEqual(self.ask("reader", "DELETE", "/v1/me").status, 405)
+        self.assert_problem(self.send("nobody", path="/v1/me"), 401, "unauthenticated")
+        self.assert_problem(self.send("writer", path="/v1/queue"), 403, "forbidden")
+        self.assertEqual(self.send("reader", "DELETE", "/v1/me").status, 405)
         with Daemon("--keys", self.path, "--key-queued-jobs", "7", "--key-artifact-bytes", "1000000") as daemon:
             def me(key):
                 return json_of(daemon.get("/v1/me", Authorization=f"Bearer {self.keys[key]}"))
@@ -96,51 +96,51 @@ class WithKeys(unittest.TestCase):
             self.assertEqual({job["owner"] for job in jobs}, {"both"})
 
     def test_every_reader_sees_every_job(self):
-        job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))
-        self.assertEqual(self.ask("reader", path=job["links"]["self"]).status, 200)
+        job = json_of(self.send("both", "POST", "/v1/jobs", scene()))
+        self.assertEqual(self.send("reader", path=job["links"]["self"]).status, 200)
 
     def test_readers_see_views_and_animations_of_others_and_writers_compare_them(self):
-        batch = json_of(self.ask("both", "POST", "/v1/batches", {"scene": scene(), "frames": [{}, {}]}))
-        jobs = [job["id"] for job in json_of(self.ask("both", path=batch["links"]["jobs"]))["items"]]
+        batch = json_of(self.send("both", "POST", "/v1/batches", {"scene": scene(), "frames": [{}, {}]}))
+        jobs = [job["id"] for job in json_of(self.send("both", path=batch["links"]["jobs"]))["items"]]
         for job in jobs:
-            self.ask("both", path=f"/v1/jobs/{job}?wait=60")
+            self.send("both", path=f"/v1/jobs/{job}?wait=60")
         animation = f"/v1/batches/{batch['id']}/animation.apng"
         for path in (f"/v1/jobs/{jobs[0]}/view.png", animation, animation + "?max=16"):
-            self.assertEqual(self.ask("reader", path=path).status, 200, path)
+            self.assertEqual(self.send("reader", path=path).status, 200, path)
         pair = {"a": jobs[0], "b": jobs[1]}
-        self.assert_problem(self.ask("reader", "POST", "/v1/compare", pair), 403, "forbidden")
-        self.assertEqual(json_of(self.ask("admin", "POST", "/v1/compare", pair))["rmse"], 0)
+        self.assert_problem(self.send("reader", "POST", "/v1/compare", pair), 403, "forbidden")
+        self.assertEqual(json_of(self.send("admin", "POST", "/v1/compare", pair))["rmse"], 0)
 
     def test_a_ticket_reads_one_path_without_a_key(self):
-        job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))["id"]
-        self.ask("both", path=f"/v1/jobs/{job}?wait=60")
+        job = json_of(self.send("both", "POST", "/v1/jobs", scene()))["id"]
+        self.send("both", path=f"/v1/jobs/{job}?wait=60")
         path = f"/v1/jobs/{job}/view.png?max=16"
-        self.assert_problem(self.ask(None, "POST", "/v1/tickets", {"path": path}), 401, "unauthenticated")
-        self.assert_problem(self.ask("writer", "POST", "/v1/tickets", {"path": path}), 403, "forbidden")
-        reply = self.ask("reader", "POST", "/v1/tickets", {"path": path})
+        self.assert_problem(self.send(None, "POST", "/v1/tickets", {"path": path}), 401, "unauthenticated")
+        self.assert_problem(self.send("writer", "POST", "/v1/tickets", {"path": path}), 403, "forbidden")
+        reply = self.send("reader", "POST", "/v1/tickets", {"path": path})
         self.assertEqual((reply.status, reply.headers["Cache-Control"]), (200, "no-store"), reply.body)
         url = json_of(reply)["url"]
         self.assertTrue(url.startswith(path + "&ticket=reader."), url)
-        self.assertEqual(self.ask(None, path=url).body, self.ask("reader", path=path).body)
-        self.assertEqual(self.ask(None, "HEAD", url).status, 200)
+        self.assertEqual(self.send(None, path=url).body, self.send("reader", path=path).body)
+        self.assertEqual(self.send(None, "HEAD", url).status, 200)
         ticket = url.split("ticket=")[1]
         other = url[:-1] + ("0" if url[-1] != "0" else "1")
         for wrong in (other, f"/v1/jobs/{job}?ticket={ticket}", url.replace("reader.", "both."), url.replace("=reader.", "=reader.9")):
-            self.assert_problem(self.ask(None, path=wrong), 401, "unauthenticated")
+            self.assert_problem(self.send(None, path=wrong), 401, "unauthenticated")
         for method, body in (("DELETE", None), ("POST", {})):
-            self.assert_problem(self.ask(None, method, f"/v1/jobs/{job}?ticket={ticket}", body), 401, "unauthenticated")
+            self.assert_problem(self.send(None, method, f"/v1/jobs/{job}?ticket={ticket}", body), 401, "unauthenticated")
         for bad in ("/metrics", "http://127.0.0.1/v1/jobs", "/v1/jobs#x", "/v1/a b"):
-            self.assert_problem(self.ask("reader", "POST", "/v1/tickets", {"path": bad}), 422, "invalid_request")
+            self.assert_problem(self.send("reader", "POST", "/v1/tickets", {"path": bad}), 422, "invalid_request")
         self.assertNotIn(ticket, self.daemon.log())
 
     def test_what_the_service_is_and_how_it_does_needs_no_key(self):
         for path in ("/", "/docs", "/docs/scene", "/openapi.json"):
-            self.assertEqual(self.ask(None, path=path).status, 200)
+            self.assertEqual(self.send(None, path=path).status, 200)
         for path in ("/healthz", "/metrics"):
             self.assertEqual(self.daemon.health(path).status, 200)
 
     def test_the_log_names_the_key_of_a_request(self):
-        request_id = self.ask("reader").headers["X-Request-Id"]
+        request_id = self.send("reader").headers["X-Request-Id"]
         rows = wait_until(lambda: [row for row in self.daemon.log_rows() if row.get("request_id") == request_id], "the line")
         self.assertEqual(rows[0]["key"], "reader")
 
@@ -156,7 +156,7 @@ class WithKeys(unittest.TestCase):
         self.assertEqual(self.path.stat().st_mode & 0o777, 0o600)
 
     def test_the_file_is_read_again_on_sighup_and_a_wrong_one_changes_nothing(self):
-        path = self.folder / "changing"
+        path = self.directory / "changing"
         old = new_key(path, "old")
         with Daemon("--keys", path) as daemon:
             def status(key):
@@ -177,7 +177,7 @@ class WithKeys(unittest.TestCase):
             self.assertEqual((status(old), status(new)), (401, 401))
 
     def test_a_removed_key_loses_its_streams_and_long_polls(self):
-        path = self.folder / "removed"
+        path = self.directory / "removed"
         keys = {name: {"Authorization": f"Bearer {new_key(path, name)}"} for name in ("kept", "gone")}
         with Daemon("--keys", path) as daemon:
             def opened(key, route, **headers):
@@ -206,31 +206,31 @@ class WithKeys(unittest.TestCase):
         self.assertEqual(made.returncode, 0)
         self.assertRegex(made.stdout, r"\Aann jobs:read [0-9a-f]{64}\n\Z")
         key = re.match(r"whittle_[0-9a-f]{64}$", made.stderr, re.MULTILINE).group()
-        path = self.folder / "elsewhere"
+        path = self.directory / "elsewhere"
         path.write_text(made.stdout, encoding="ascii")
         with Daemon("--keys", path) as daemon:
             self.assertEqual(daemon.get("/v1/jobs", Authorization=f"Bearer {key}").status, 200)
 
-    def test_mistakes_in_the_file_are_reported_at_the_start_all_at_once(self):
-        path = self.folder / "wrong"
+    def test_errors_in_the_file_are_reported_at_the_start_all_at_once(self):
+        path = self.directory / "wrong"
         digits = "0" * 64
         path.write_text(f"# keys\nann jobs:read {digits}\nbob jobs:all {digits}\nb*b admin {digits}\nsue admin 12\nann admin\n"
                         f"joe admin {digits}\n")
         for task in ((), ("--check-config",)):
-            result = whittled(*task, "--keys", path, "--data", self.folder / "data")
+            result = whittled(*task, "--keys", path, "--data", self.directory / "data")
             self.assertEqual(result.returncode, 2)
             lines = re.findall(r"^whittled: --keys: .*wrong:(\d): ", result.stderr, re.MULTILINE)
             self.assertEqual(lines, ["3", "4", "5", "6", "7"], result.stderr)
         path.write_text("# none\n")
         self.assertIn("no key", whittled("--check-config", "--keys", path).stderr)
-        self.assertIn("cannot read", whittled("--check-config", "--keys", self.folder / "absent").stderr)
+        self.assertIn("cannot read", whittled("--check-config", "--keys", self.directory / "absent").stderr)
 
     def test_new_keys_need_a_name_scopes_and_a_file(self):
         result = whittled("--new-key", "a b", "--scopes", "jobs:all")
         self.assertEqual(result.returncode, 2)
         for part in ("--new-key: the name", "--scopes: must be", "--new-key: needs --keys"):
             self.assertIn(part, result.stderr)
-        self.assertEqual(whittled("--new-key", "a", "--keys", self.folder / "no" / "folder").returncode, 1)
+        self.assertEqual(whittled("--new-key", "a", "--keys", self.directory / "no" / "directory").returncode, 1)
         self.assertEqual(whittled("--scopes", "admin", "--check-config").returncode, 2)
 
 

@@ -1,7 +1,7 @@
 """kill -9 at random moments, while the daemon accepts, renders, writes, finishes, collects: no accepted job is lost, none
-finishes twice, no picture is half, and every request under an Idempotency-Key is answered as the first time.
+finishes twice, no image is half, and every request under an Idempotency-Key is answered as the first time.
 
-WHITTLE_KILLS says how often (20 in CI, 200 before a release), WHITTLE_SEED repeats a run.
+WHITTLE_KILLS is the number of kills (20 in CI, 200 before a release), WHITTLE_SEED repeats a run.
 """
 import collections
 import hashlib
@@ -37,7 +37,7 @@ class Client(threading.Thread):
         if self.random.random() < 0.2:
             job["expires_in"] = 1
         seed = self.random.randrange(5)
-        formats = ["png", "exr"] if side == 200 else ["png"]  # a small picture, and one that is a file
+        formats = ["png", "exr"] if side == 200 else ["png"]  # a small image, and one that is a file
         return scene(side, side, job=job, name="killed", accuracy={"samples": [4, 4], "seed": seed}, output={"formats": formats})
 
     def submit(self, key, document):
@@ -104,14 +104,14 @@ class KillSuite(unittest.TestCase):
         ids = [json.loads(body)["id"] for _, body in answered.values()]
         self.assertEqual(len(ids), len(set(ids)), "each key has a job of its own")
         self.assertGreater(len(ids), KILLS)
-        self.assertEqual(self.listed(daemon) - removed, set(ids) - removed, "none lost, none that nobody asked for")
-        pictures = collections.defaultdict(set)
+        self.assertEqual(self.listed(daemon) - removed, set(ids) - removed, "none lost, none that nobody requested")
+        images = collections.defaultdict(set)
         for document, body in answered.values():
             job_id = json.loads(body)["id"]
             if job_id not in removed:
-                self.check_job(daemon, daemon.job(job_id), document, pictures)
-        for document, shas in pictures.items():
-            self.assertEqual(len(shas), 1, f"equal documents, equal pictures: {document}")
+                self.check_job(daemon, daemon.job(job_id), document, images)
+        for document, shas in images.items():
+            self.assertEqual(len(shas), 1, f"equal documents, equal images: {document}")
         self.check_files(daemon)
         self.check_log(daemon)
 
@@ -124,7 +124,7 @@ class KillSuite(unittest.TestCase):
             cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
         return ids
 
-    def check_job(self, daemon, job, document, pictures):
+    def check_job(self, daemon, job, document, images):
         self.assertEqual(job["state"], "succeeded", job["problem"])
         self.assertLessEqual(job["attempt"], 1, "a killed daemon costs no attempt")
         for artifact in job["artifacts"]:
@@ -133,8 +133,8 @@ class KillSuite(unittest.TestCase):
                 continue
             self.assertEqual(reply.status, 200, reply.body)
             self.assertEqual(hashlib.sha256(reply.body).hexdigest(), artifact["sha256"])
-            said = json.dumps([artifact["name"], {**document, "job": None}], sort_keys=True)
-            pictures[said].add(artifact["sha256"])
+            key = json.dumps([artifact["name"], {**document, "job": None}], sort_keys=True)
+            images[key].add(artifact["sha256"])
 
     def check_files(self, daemon):
         """Asserts that all files of the directory are complete."""
@@ -147,7 +147,7 @@ class KillSuite(unittest.TestCase):
 
     def check_log(self, daemon):
         ends = collections.Counter()
-        for path in daemon.folder.glob("log-*"):
+        for path in daemon.directory.glob("log-*"):
             for line in path.read_text("utf-8").splitlines():
                 try:
                     row = json.loads(line)

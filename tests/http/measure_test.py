@@ -26,7 +26,7 @@ def long_measure():
     return {"scene": edges(400, 300), "settings": {"parameters": ["samples"], "reference_samples": 4096}}
 
 
-class Measuring(OneDaemon):
+class Measurements(OneDaemon):
     def post(self, body, **headers):
         headers = {name.replace("_", "-"): value for name, value in headers.items()}
         return self.daemon.request("POST", "/v1/measure", body, headers)

@@ -140,14 +140,15 @@ class BucketTest(SharedFilesTest):
         self.assertEqual(node.request("HEAD", exr["url"]).status, 200)
 
     def test_whittle_submit_follows_redirects_without_its_key(self):
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            key = subprocess.run([BIN / "whittled", "--new-key", "a", "--keys", folder / "keys"], check=True, capture_output=True, text=True).stdout.strip()
-            node = self.node("--artifact-redirect", "on", "--keys", str(folder / "keys"))
-            (folder / "scene.json").write_text(str(LARGE).replace("'", '"'))
+        with tempfile.TemporaryDirectory() as directory:
+            directory = pathlib.Path(directory)
+            key = subprocess.run([BIN / "whittled", "--new-key", "a", "--keys", directory / "keys"], check=True, capture_output=True,
+                                 text=True).stdout.strip()
+            node = self.node("--artifact-redirect", "on", "--keys", str(directory / "keys"))
+            (directory / "scene.json").write_text(str(LARGE).replace("'", '"'))
             subprocess.run([pathlib.Path("api/client/whittle-submit").resolve(), "--server", f"http://127.0.0.1:{node.port}", "scene.json", "--out", "out"],
-                           cwd=folder, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
-            sums = {hashlib.sha256(path.read_bytes()).hexdigest() for path in (folder / "out").glob("scene*.*r")}
+                           cwd=directory, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
+            sums = {hashlib.sha256(path.read_bytes()).hexdigest() for path in (directory / "out").glob("scene*.*r")}
             self.assertTrue(sums & {key.rpartition("/")[2] for key in self.keys("artifacts")})
             self.assertIn("307", str({row.get("status") for row in node.log_rows()}))
 

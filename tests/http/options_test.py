@@ -33,38 +33,38 @@ class Options(unittest.TestCase):
         self.assertIn("without keys", result.stderr)
 
     def test_everything_that_would_stop_the_start_is_reported_at_once(self):
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            (folder / "file").write_text("")
-            wrong = {"--jobs": "many", "--assets": folder / "none", "--keys": folder / "none", "--data": folder / "file" / "data",
-                     "--webhook-secret-file": folder / "none", "--webhook-networks": "everywhere", "--listen": "192.0.2.1:8080"}
+        with tempfile.TemporaryDirectory() as directory:
+            directory = pathlib.Path(directory)
+            (directory / "file").write_text("")
+            wrong = {"--jobs": "many", "--assets": directory / "none", "--keys": directory / "none", "--data": directory / "file" / "data",
+                     "--webhook-secret-file": directory / "none", "--webhook-networks": "everywhere", "--listen": "192.0.2.1:8080"}
             options = [text for option in wrong.items() for text in option]
             for task in ((), ("--check-config",)):
                 result = whittled(*task, *options)
                 self.assertEqual((result.returncode, result.stdout), (2, ""))
                 places = [line.split(": ")[1] for line in result.stderr.splitlines()]
                 self.assertEqual(sorted(places), sorted(wrong), result.stderr)
-            self.assertEqual(list(folder.iterdir()), [folder / "file"])
+            self.assertEqual(list(directory.iterdir()), [directory / "file"])
 
     def test_data_of_another_program_stops_the_start(self):
         for text, word in (("PRAGMA application_id = 0x57687474; PRAGMA user_version = 3; CREATE TABLE jobs (id)", "version 3"),
                            ("PRAGMA user_version = 3; CREATE TABLE jobs (id)", "another program"), (None, "not a database")):
-            with tempfile.TemporaryDirectory() as folder, self.subTest(word):
-                path = pathlib.Path(folder) / "whittle.db"
+            with tempfile.TemporaryDirectory() as directory, self.subTest(word):
+                path = pathlib.Path(directory) / "whittle.db"
                 if text:
                     with contextlib.closing(sqlite3.connect(path)) as database:
                         database.executescript(text)
                 else:
                     path.write_text("text" * 1000)
                 before = path.read_bytes()
-                result = whittled("--check-config", "--data", folder)
+                result = whittled("--check-config", "--data", directory)
                 self.assertEqual((result.returncode, path.read_bytes()), (2, before))
                 self.assertRegex(result.stderr, f"whittled: --data: .*{word}")
 
     def test_check_config_creates_nothing_and_warns_of_a_running_daemon(self):
-        with tempfile.TemporaryDirectory() as folder:
-            self.assertEqual(whittled("--check-config", "--data", folder + "/a/b").returncode, 0)
-            self.assertEqual(os.listdir(folder), [])
+        with tempfile.TemporaryDirectory() as directory:
+            self.assertEqual(whittled("--check-config", "--data", directory + "/a/b").returncode, 0)
+            self.assertEqual(os.listdir(directory), [])
         with Daemon() as daemon:
             result = whittled("--check-config", "--data", daemon.data, "--listen", f"127.0.0.1:{daemon.port}")
             self.assertEqual(result.returncode, 0, result.stderr)
@@ -179,7 +179,7 @@ class Options(unittest.TestCase):
 
     def test_port_and_directory_in_use_are_reported(self):
         with Daemon() as daemon:
-            for arguments, word in ((("--listen", f"127.0.0.1:{daemon.port}", "--data", daemon.folder / "other"), "listen"),
+            for arguments, word in ((("--listen", f"127.0.0.1:{daemon.port}", "--data", daemon.directory / "other"), "listen"),
                                     (("--listen", "127.0.0.1:0", "--data", daemon.data), "in use")):
                 result = whittled("--health-listen", "127.0.0.1:0", *arguments)
                 self.assertEqual(result.returncode, 1)

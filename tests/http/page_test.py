@@ -88,7 +88,7 @@ class Page(OneDaemon):
         for path in ("/ui/0000000000000000/main.js", f"/ui/{tree}/nothing.js", f"/ui/{tree}/index.html", f"/ui/{tree}"):
             self.assert_problem(self.daemon.get(path), 404, "not_found")
 
-    def test_version_says_whether_there_is_a_page(self):
+    def test_version_shows_whether_there_is_a_page(self):
         self.assertIs(json_of(self.daemon.get("/v1/version"))["dashboard"], True)
         with Daemon("--dashboard", "off") as daemon:
             reply = daemon.get("/", Accept=BROWSER)

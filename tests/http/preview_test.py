@@ -56,7 +56,7 @@ class Previews(OneDaemon):
             return (read_png(self.first(job_id).body)[..., 3] == 255).mean()
         first = covered()
         self.assertLess(first, 1)
-        wait_until(lambda: covered() > first, "more of the picture")
+        wait_until(lambda: covered() > first, "more of the image")
 
     def test_equals_the_image_where_tiles_are_complete(self):
         for samples in (600, 2400, 9600):
@@ -66,11 +66,11 @@ class Previews(OneDaemon):
                 break
         early = read_png(reply.body)
         job = self.daemon.wait_for_end(job_id)
-        picture = read_png(self.daemon.get(job["links"]["image"]).body)
-        self.assertEqual(early.shape[:2], picture.shape[:2])
+        image = read_png(self.daemon.get(job["links"]["image"]).body)
+        self.assertEqual(early.shape[:2], image.shape[:2])
         there = early[..., 3] == 255
         self.assertTrue(there.any())
-        numpy.testing.assert_array_equal(early[there][:, :3], picture[there])
+        numpy.testing.assert_array_equal(early[there][:, :3], image[there])
 
     def test_applies_the_exposure(self):
         small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [2000, 2000]}}
@@ -93,7 +93,7 @@ class Previews(OneDaemon):
             again = self.preview(job_id, If_None_Match=reply.headers["ETag"])
             self.assertIn(again.status, (200, 304))
             return again if again.status == 304 else None
-        again = wait_until(not_modified, "the same picture twice")
+        again = wait_until(not_modified, "the same image twice")
         self.assertEqual(again.body, b"")
 
     def test_simultaneous_requests_get_the_same_preview(self):
@@ -142,9 +142,9 @@ class Previews(OneDaemon):
         for query in ("", "?max=300", "?max=1024"):
             self.assertEqual(self.preview(job["id"], query).status, 303, query)
         sizes = {}
-        def ask(side):
+        def request_preview(side):
             sizes[side] = size_of(self.preview(job["id"], f"?max={side}").body)[0]
-        threads = [threading.Thread(target=ask, args=(side,)) for side in range(40, 80)]
+        threads = [threading.Thread(target=request_preview, args=(side,)) for side in range(40, 80)]
         for thread in threads:
             thread.start()
         for thread in threads:

@@ -112,7 +112,7 @@ class ResultCache(OneDaemon):
         self.assertNotEqual(first["id"], second["id"])
         self.assertEqual(first["artifacts"][0]["sha256"], second["artifacts"][0]["sha256"])
         self.daemon.request("DELETE", first["links"]["self"])
-        self.assertEqual(self.daemon.get(second["links"]["image"]).status, 200, "it has the picture of its own")
+        self.assertEqual(self.daemon.get(second["links"]["image"]).status, 200, "it has the image of its own")
         self.assertTrue(self.submit(document))
 
     def test_renders_images_that_differ_in_any_field(self):
@@ -127,7 +127,7 @@ class ResultCache(OneDaemon):
         self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
         self.assertFalse(self.submit({**document, "job": {"cache": "refresh"}}), "off leaves nothing for others")
         self.assertFalse(self.submit({**document, "job": {"cache": "refresh"}}))
-        self.assertTrue(self.submit({**document, "job": {}}), "refresh leaves its picture for others")
+        self.assertTrue(self.submit({**document, "job": {}}), "refresh leaves its image for others")
         self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
 
     def test_excludes_time_budgets_and_removed_jobs(self):

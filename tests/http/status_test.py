@@ -59,7 +59,7 @@ class Status(OneDaemon):
         self.daemon.wait_for_end(running)
 
 
-    def test_leaves_the_history_out_for_those_who_ask_often(self):
+    def test_leaves_the_history_out_for_frequent_requests(self):
         whole, short = self.daemon.get("/v1/status?history=true"), self.daemon.get("/v1/status?history=false")
         self.assertIsNone(json_of(short)["history"])
         self.assertEqual(json_of(short).keys(), json_of(whole).keys())

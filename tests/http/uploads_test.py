@@ -54,9 +54,9 @@ class DamagedImages(unittest.TestCase):
 
             def records():
                 return [row for row in daemon.log_rows() if row["event"] == "worker_output"]
-            said = wait_until(records, "what libpng says")[0]
-            self.assertEqual((said["level"], said["worker"]), ("warning", str(daemon.worker())))
-            self.assertIn("libpng", said["text"])
+            warning = wait_until(records, "the warning of libpng")[0]
+            self.assertEqual((warning["level"], warning["worker"]), ("warning", str(daemon.worker())))
+            self.assertIn("libpng", warning["text"])
 
 
 class Uploads(OneDaemon):
@@ -150,13 +150,13 @@ class Uploads(OneDaemon):
                 objects=[{"type": "mesh", "file": "sha256:" + hash_of(content), "material": {}}])
             reply = self.daemon.request("POST", "/v1/render", document)
             self.assertEqual(reply.status, 200, reply.body)
-            folder = pathlib.Path(self.daemon.folder)
-            done = whittle("render", "-", "--assets", self.daemon.data / "uploads", "-o", folder / "out.png", document=document)
+            directory = pathlib.Path(self.daemon.directory)
+            done = whittle("render", "-", "--assets", self.daemon.data / "uploads", "-o", directory / "out.png", document=document)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(reply.body, (folder / "out.png").read_bytes())
+            self.assertEqual(reply.body, (directory / "out.png").read_bytes())
 
     def test_that_are_no_image_fail_their_job_with_the_pointer(self):
-        content = b"no picture"
+        content = b"no image"
         put(self.daemon, content)
         job = self.daemon.wait_for_end(self.daemon.submit(textured(content)))
         self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "bad_asset"))
@@ -188,18 +188,18 @@ class Collection(unittest.TestCase):
     def test_deletes_old_uploads_that_no_job_references(self):
         with Daemon("--asset-days", "3", "--jobs", "1") as daemon:
             marker = self.marker()
-            asked, named_by_ended, forgotten = b"asked", TILE, VASE
-            for content in (marker, asked, named_by_ended, forgotten):
+            requested, named_by_ended, forgotten = b"requested", TILE, VASE
+            for content in (marker, requested, named_by_ended, forgotten):
                 put(daemon, content)
             ended = daemon.wait_for_end(daemon.submit(textured(TILE)))
             self.assertEqual(ended["state"], "succeeded")
-            for content in (marker, asked, named_by_ended, forgotten):
+            for content in (marker, requested, named_by_ended, forgotten):
                 age(daemon, content, 4)
-            daemon.request("POST", "/v1/assets/missing", {"sha256": [hash_of(asked)]})
+            daemon.request("POST", "/v1/assets/missing", {"sha256": [hash_of(requested)]})
             daemon.kill()
             daemon.start()
             self.wait_for_a_round(daemon, marker)
-            self.assertEqual(stored_files(daemon), sorted(map(hash_of, (asked, named_by_ended))))
+            self.assertEqual(stored_files(daemon), sorted(map(hash_of, (requested, named_by_ended))))
 
             daemon.request("DELETE", f"/v1/jobs/{ended['id']}")  # and nobody names it any more
             put(daemon, marker)
@@ -215,7 +215,7 @@ class Collection(unittest.TestCase):
             daemon.kill()
             daemon.start()
             self.wait_for_a_round(daemon, marker)
-            self.assertEqual(stored_files(daemon), [hash_of(asked)])
+            self.assertEqual(stored_files(daemon), [hash_of(requested)])
 
     def test_preserves_the_files_of_queued_jobs_over_kills(self):
         with Daemon("--asset-days", "1", "--jobs", "1") as daemon:

@@ -58,8 +58,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class WithReceiver(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        (self.folder / "secret").write_text(SECRET_TEXT + "\n", encoding="ascii")
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (self.directory / "secret").write_text(SECRET_TEXT + "\n", encoding="ascii")
 
     def receiver(self, *answers):
         receiver = Receiver(*answers)
@@ -68,7 +68,7 @@ class WithReceiver(unittest.TestCase):
         return receiver
 
     def daemon(self, *options, networks="127.0.0.0/8", environment=None):
-        return self.enterContext(Daemon("--webhook-secret-file", self.folder / "secret", "--webhook-networks", networks,
+        return self.enterContext(Daemon("--webhook-secret-file", self.directory / "secret", "--webhook-networks", networks,
                                         *options, environment=environment))
 
     def submit(self, daemon, url, events=None, **changes):
@@ -229,10 +229,10 @@ class Options(WithReceiver):
             self.assertIn("--webhook-secret-file", issue["detail"])
 
     def test_invalid_ones_are_reported_without_the_secret(self):
-        bad = self.folder / "bad"
+        bad = self.directory / "bad"
         bad.write_text("whsec_c2hvcnQgYnV0IHNlY3JldA==", encoding="ascii")
-        ports = ("--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.folder / "data")
-        for options, word in ((("--webhook-secret-file", self.folder / "none"), "cannot read"),
+        ports = ("--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.directory / "data")
+        for options, word in ((("--webhook-secret-file", self.directory / "none"), "cannot read"),
                               (("--webhook-secret-file", bad), "24 to 64 bytes"),
                               (("--webhook-networks", "localhost"), "10.0.0.0/8")):
             for task in ((), ("--check-config",)):

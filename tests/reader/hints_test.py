@@ -1,7 +1,7 @@
 """Every hint of the reader's messages ("write ...", "did you mean ...?"), applied to the document that caused it, leaves no issue.
 
 Each field of each kind of object is misspelled, and each word of foreign_words.txt is written into each kind of object. The reader's
-answer depends on the word and the kind alone, so that one document asks for many hints.
+answer depends on the word and the kind alone, so that one document gets many hints.
 """
 import copy
 import json

@@ -1,6 +1,6 @@
 """A daemon under load whose worker, and itself, are killed again and again: nothing accepted is lost or done wrong.
 
-$WHITTLE_SOAK_S says for how many seconds the killing goes on (default 300).
+$WHITTLE_SOAK_S is the time of the killing in seconds (default 300).
 """
 import hashlib
 import http.client
@@ -16,7 +16,7 @@ import unittest
 from tests.http.daemon import Daemon, scene, wait_until
 
 SECONDS = float(os.environ.get("WHITTLE_SOAK_S", "300"))
-PICTURES = 5  # different ones; all jobs for the same one must give the same bytes
+IMAGES = 5  # different ones; all jobs for the same one must give the same bytes
 
 
 class Submitter(threading.Thread):
@@ -28,7 +28,7 @@ class Submitter(threading.Thread):
 
     def run(self):
         while not self.stop.wait(0.01):
-            seed = len(self.accepted) % PICTURES
+            seed = len(self.accepted) % IMAGES
             # A job that kills happen to hit three times is blameless, so it gets more attempts than that.
             document = scene(120, 90, accuracy={"samples": [9, 9], "seed": seed}, job={"max_attempts": 10})
             port = self.daemon_under_test.port
@@ -56,7 +56,7 @@ class Killed(unittest.TestCase):
             self.assertEqual(daemon.terminate(), 0)
             daemon.start()
 
-    def test_for_minutes_it_loses_no_job_and_no_picture_and_does_not_grow(self):
+    def test_for_minutes_it_loses_no_job_and_no_image_and_does_not_grow(self):
         dice = random.Random(1)
         with Daemon("--log-level", "info") as daemon:
             submitter = Submitter(daemon)
@@ -72,13 +72,13 @@ class Killed(unittest.TestCase):
                 submitter.stop.set()
                 submitter.join()
 
-            digests = {seed: set() for seed in range(PICTURES)}
+            digests = {seed: set() for seed in range(IMAGES)}
             for job_id, seed in submitter.accepted:
                 job = daemon.wait_for_end(job_id)
                 self.assertEqual(job["state"], "succeeded", job["problem"])
-                picture = daemon.get(job["links"]["image"]).body
-                digests[seed].add(hashlib.sha256(picture).hexdigest())
-            self.assertEqual([len(digest) for digest in digests.values()], [1] * PICTURES)
+                image = daemon.get(job["links"]["image"]).body
+                digests[seed].add(hashlib.sha256(image).hexdigest())
+            self.assertEqual([len(digest) for digest in digests.values()], [1] * IMAGES)
             self.assertLess(daemon.resident_bytes(), 256 << 20)
             self.assertLess(len(os.listdir(f"/proc/{daemon.process.pid}/fd")), 100)
             self.assertEqual(list((pathlib.Path(daemon.data) / "spool").iterdir()), [])

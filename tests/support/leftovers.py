@@ -1,4 +1,4 @@
-"""What a run of tests leaves if it is killed: a directory of temporary files with mounts, and network namespaces. Their names contain
+"""Leftovers of a run of tests that was killed: a directory of temporary files with mounts, and network namespaces. Their names contain
 the PID of the run or of the test, so that the next run finds them orphaned and removes them."""
 import os
 import pathlib

@@ -146,10 +146,10 @@ def settle(scene, document, settings, image):
 
 def write_ppm(scene, image):
     """The linear image, row 0 on top, in 16 bits."""
-    picture = bpy.data.images.load(image + ".exr")
-    width, height = picture.size
+    rendered = bpy.data.images.load(image + ".exr")
+    width, height = rendered.size
     values = array.array("f", [0]) * (4 * width * height)
-    picture.pixels.foreach_get(values)
+    rendered.pixels.foreach_get(values)
     codes = array.array("H", (min(65535, max(0, round(65535 * values[4 * ((height - 1 - y) * width + x) + channel])))
                               for y in range(height) for x in range(width) for channel in range(3)))
     if sys.byteorder == "little":
