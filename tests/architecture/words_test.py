@@ -1,5 +1,8 @@
-"""The words of the code: banned_words.txt lists those that it must not use, by where they must not stand."""
+"""The words of code and documents: banned_words.txt lists those that they must not use, by where they must not stand."""
+import functools
+import io
 import re
+import tokenize
 import unittest
 
 from tests.support import cpp
@@ -18,6 +21,10 @@ def sections(listing):
 
 
 WORDS = sections(text("tests/architecture/banned_words.txt"))
+# Files that are read as a whole: documents, the schema, and the texts of the page.
+DOCUMENTS = (".md", "openapi.yaml", ".schema.json", "server/web/words.js")
+# The beginning of a description (YAML, JSON) or of a cell of a table (Markdown).
+DESCRIPTION = re.compile(r'(?:"description": "|\bdescription: "?|\| )(\w.*?)(?=$| \|)')
 
 
 def parts(identifier):
@@ -25,9 +32,55 @@ def parts(identifier):
     return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", identifier)]
 
 
+@functools.cache
+def python_tokens(source):
+    """({identifier: the first line that has it}, [(line, text)] of comments, the same of docstrings)"""
+    names, comments, docstrings, previous = {}, [], [], tokenize.NEWLINE
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.NAME:
+            names.setdefault(token.string, token.start[0])
+        elif token.type == tokenize.COMMENT:
+            comments.append((token.start[0], token.string))
+        elif token.type == tokenize.STRING and previous in (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT):
+            docstrings.append((token.start[0], token.string))
+        if token.type not in (tokenize.COMMENT, tokenize.NL):
+            previous = token.type
+    return names, comments, docstrings
+
+
+def is_python(path, source):
+    return path.endswith(".py") or source.startswith("#!/usr/bin/env python3")
+
+
+def identifiers(path, source):
+    return python_tokens(source)[0] if is_python(path, source) else cpp.identifiers(source)
+
+
+def prose(path, source):
+    """[(line, text)] that people read: of code, the comments and docstrings; of other files, all."""
+    if path.endswith(DOCUMENTS):
+        return list(enumerate(source.splitlines(), 1))
+    if is_python(path, source):
+        _, comments, docstrings = python_tokens(source)
+        return comments + docstrings
+    return cpp.comments(source)
+
+
+def documentation(path, source):
+    """[(line, text)] of descriptions, cells of tables, docstrings and comments that document (`///`, `/**`, the one that opens a file)."""
+    if path.endswith(DOCUMENTS):
+        found = [(number, part) for number, line in enumerate(source.splitlines(), 1) for part in DESCRIPTION.findall(line)]
+    elif is_python(path, source):
+        found = python_tokens(source)[2]
+    else:
+        found = [(line, comment) for line, comment in cpp.comments(source)
+                 if re.match(r"///|/\*\*", comment) or (line == 1 and comment.startswith("//"))]
+    return [(line, re.sub(r'^[/*<"]+\s*', "", part)) for line, part in found]
+
+
 def banned_identifiers(path, source):
     found = []
-    for name, line in cpp.identifiers(source).items():
+    for name, line in identifiers(path, source).items():
         if name in WORDS["accepted identifiers"]:
             continue
         if name in WORDS["identifiers"]:
@@ -42,45 +95,43 @@ def banned_text(path, source):
             for name in re.findall(r"\w+", line) if name in WORDS["text"]]
 
 
-def documentation(source):
-    """[(line, text)] of the comments that document: `///`, `///<`, and the comment that opens a file."""
-    found = []
-    for line, comment in cpp.comments(source):
-        if re.match(r"///|/\*\*", comment) or (line == 1 and comment.startswith("//")):
-            found.append((line, re.sub(r"^[/*<]+\s*", "", comment)))
-    return found
-
-
-def banned_comment_words(path, source):
-    return [f"{path}:{line}: comment with {word}" for line, comment in cpp.comments(source)
-            for word in re.findall(r"\b[a-z]+\b", comment) if word in WORDS["words of comments"]]
+def banned_prose(path, source):
+    return [f"{path}:{line}: {word}" for line, part in prose(path, source)
+            for word in re.findall(r"\b[A-Za-z]+\b", part) if word.lower() in WORDS["words of prose"]]
 
 
 def banned_first_words(path, source):
     found = []
-    for line, comment in documentation(source):
-        first = re.match(r"[A-Za-z]+", comment)
-        if first and first.group().capitalize() in WORDS["first words of documentation comments"]:
-            found.append(f"{path}:{line}: comment \"{comment.splitlines()[0][:60]}\"")
+    for line, part in documentation(path, source):
+        first = re.match(r"[A-Za-z]+", part)
+        if first and first.group().capitalize() in WORDS["first words of documentation"]:
+            found.append(f"{path}:{line}: \"{part.splitlines()[0][:60]}\"")
     return found
 
 
 class Words(unittest.TestCase):
-    def expect_none(self, check, *suffixes):
-        found = [line for path in tracked(*suffixes) for line in check(path, text(path))]
+    @classmethod
+    def setUpClass(cls):
+        paths = [path for path in tracked(".h", ".cpp", ".js", ".py", "", ".md", ".json", ".yaml", ".yml")]
+        cls.files = {str(path): text(path) for path in paths}
+        cls.code = {path: source for path, source in cls.files.items() if path.endswith((".h", ".cpp", ".js")) or is_python(path, source)}
+        cls.readable = {path: source for path, source in cls.files.items() if path in cls.code or path.endswith(DOCUMENTS)}
+
+    def expect_none(self, check, files):
+        found = [line for path, source in files.items() for line in check(path, source)]
         self.assertFalse(found, "\n" + "\n".join(found))
 
     def test_identifiers_are_terms_of_the_field(self):
-        self.expect_none(banned_identifiers, ".h", ".cpp")
+        self.expect_none(banned_identifiers, self.code)
 
     def test_documentation_begins_with_its_subject(self):
-        self.expect_none(banned_first_words, ".h", ".cpp")
+        self.expect_none(banned_first_words, self.readable)
 
-    def test_comments_do_not_speak_of_programs_as_of_people(self):
-        self.expect_none(banned_comment_words, ".h", ".cpp")
+    def test_prose_does_not_speak_of_programs_as_of_people(self):
+        self.expect_none(banned_prose, self.readable)
 
     def test_former_names_are_gone(self):
-        self.expect_none(banned_text, ".h", ".cpp", ".py", ".yaml", ".yml", ".json", ".md")
+        self.expect_none(banned_text, self.files)
 
     def test_terms_of_ray_tracing_are_in_use(self):
         used = set()
@@ -100,15 +151,27 @@ class WordChecks(unittest.TestCase):
     def test_find_identifiers_in_code_only(self):
         found = banned_identifiers("a.h", 'int x = 1\'000;  // told\nconst char* s = "told";\nvoid tell_all(PictureFile f);\n')
         self.assertEqual(found, ["a.h:3: identifier tell_all (tell)", "a.h:3: identifier PictureFile (picture)"])
+        found = banned_identifiers("a.js", "const x = 'told';  // told\nconst asked = html`<b>${tell(x)}</b>`;\n")
+        self.assertEqual(found, ["a.js:2: identifier asked (asked)", "a.js:2: identifier tell (tell)"])
+        found = banned_identifiers("a.py", 'def f(folder):  # told\n    """Folder."""\n    return "told"\n')
+        self.assertEqual(found, ["a.py:1: identifier folder (folder)"])
 
-    def test_find_words_in_comments_only(self):
-        found = banned_comment_words("a.h", 'const char* s = "told";\n// It knows.\nint say;  ///< known\n')
-        self.assertEqual(found, ["a.h:2: comment with knows"])
+    def test_find_words_in_prose_only(self):
+        found = banned_prose("a.h", 'const char* s = "told";\n// It knows.\nint say;  ///< known\n')
+        self.assertEqual(found, ["a.h:2: knows"])
+        found = banned_prose("a.py", '"""It knows."""\ntold = "told"  # Tells.\n\n\ndef f():\n    """A picture."""\n')
+        self.assertEqual(found, ["a.py:2: Tells", "a.py:1: knows", "a.py:6: picture"])
+        self.assertEqual(banned_prose("README.md", "A scene\nor a folder\n"), ["README.md:2: folder"])
 
     def test_find_first_words_of_documentation_only(self):
         source = "#pragma once\n/// What it is.\n// Where not.\n/// A ray.\n/// How: a continued line.\nint x;  ///< whether so\n"
         self.assertEqual(len(banned_first_words("a.h", source)), 2)
         self.assertEqual(len(banned_first_words("a.cpp", "// Who reads.\nint x;\n")), 1)
+        self.assertEqual(len(banned_first_words("a.js", "/** What. */\nlet x;  // What else.\n/** A ray. */\n")), 1)
+        self.assertEqual(len(banned_first_words("a.py", 'x = """What."""\n\n\ndef f():  # What.\n    """How."""\n')), 1)
+        self.assertEqual(len(banned_first_words("a.schema.json", '{"description": "Of all.", "title": "A"}\n')), 1)
+        self.assertEqual(len(banned_first_words("openapi.yaml", "a: {description: Of all}\nb:\n  description: Ours.\n")), 1)
+        self.assertEqual(len(banned_first_words("README.md", "What is a ray?\n\n| a | What it is |\n")), 1)
 
 
 if __name__ == "__main__":
