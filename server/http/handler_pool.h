@@ -22,8 +22,8 @@ class HandlerPool {
  public:
   /// Must not throw.
   using Task = std::function<void()>;
-  /// Requests of the last two take up to seconds. They use at most half of the threads (at least one) and of the queue,
-  /// so that short requests do not wait for them; and one of the last runs at a time.
+  /// `large_body` and `one_at_a_time` requests take up to seconds. Together they use at most half of the threads (at
+  /// least one) and of the queue, so that ordinary ones do not wait; only one `one_at_a_time` request runs at once.
   enum Lane { ordinary, large_body, one_at_a_time };
 
   /// `waiting_max` is the length of the queue.

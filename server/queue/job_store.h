@@ -308,11 +308,11 @@ class BatchStore {
 
   std::optional<BatchState> find(const std::string& id);
   BatchPage list(const std::string& cursor, int limit);  ///< as JobStore::list
-  /// As JobStore::remove, of at most `limit` jobs that have ended.
+  /// Removes at most `limit` jobs that have ended; see JobStore::remove().
   BatchRemoval remove_ended(const std::string& id, int limit);
-  /// As JobTransitions::cancel, of all its jobs.
+  /// Cancels all jobs of the batch; see JobTransitions::cancel().
   BatchCancel cancel(const std::string& id, std::int64_t now);
-  /// As JobTransitions::retry, of all that failed or were cancelled and have not expired.
+  /// Retries all failed or cancelled jobs that have not expired; see JobTransitions::retry().
   BatchRetry retry(const std::string& id, std::int64_t now);
   /// Batches with more failed jobs than their max_failed and jobs that have not ended.
   std::vector<std::string> list_failing();

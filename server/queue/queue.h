@@ -150,7 +150,7 @@ class JobLifecycle {
 
   CancelOutcome cancel(const std::string& id, bool durable = true);  ///< a running job is cancelled within 100 ms
   RemoveOutcome remove(const std::string& id, bool durable = true);
-  /// As JobTransitions::retry. A succeeded job is queued again if one of its images is missing or damaged.
+  /// See JobTransitions::retry(). A succeeded job is queued again if one of its images is missing or damaged.
   RetryOutcome retry(const std::string& id, bool durable = true);
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision,
                        bool durable = true);

@@ -46,7 +46,7 @@ struct S3Settings {
 /// of the location.
 ///
 /// After a request that got no answer at any try, one request each `probe_pause` is sent, once, until one gets an
-/// answer; all others fail at once. So a store that is away does not occupy the threads of its callers.
+/// answer; all others fail at once. So callers do not block while the store is unreachable.
 class S3Client {
  public:
   explicit S3Client(S3Settings settings);

@@ -27,7 +27,7 @@ namespace worker {
 struct TaskExchangeSettings {
   std::string job_id;
   std::string document_hash;  ///< with the program: what the keys of tasks stand for
-  int threads = 1;            ///< that trace here
+  int threads = 1;            ///< in this process, for parts
   double build_ms = 0;        ///< time to compile the scene, which each other node needs too
   bool resumes = false;       ///< results of an earlier attempt are stored
 };

@@ -115,7 +115,7 @@ void JobDispatcher::withdraw_slot() {
 void JobDispatcher::on_claimed(ClaimResult& result) {
   --claims_.count;
   if (result.kind == ClaimKind::any || result.kind == ClaimKind::submitted) --claims_.large_count;
-  // Jobs of an owner that is below its limit again are left.
+  // If an excluded owner is below its limit again, its jobs may still be waiting.
   const bool none_left = (!result.claim || result.claim->is_last) &&
                          std::all_of(result.busy_owners.begin(), result.busy_owners.end(),
                                      [&](const std::string& owner) { return slots_.is_busy(owner); });

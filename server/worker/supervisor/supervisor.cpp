@@ -228,7 +228,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   TaskDispatcher task_dispatcher_;
   std::uint64_t last_task_ = 0;
   std::map<std::uint64_t, StartedTask> tasks_;  ///< images in work, by number
-  std::uint64_t task_bytes_ = 0;                ///< sum over all tasks
+  std::uint64_t task_bytes_ = 0;                ///< total size of `tasks_`
   std::atomic<bool> draining_ = false;
   bool interrupted_by_drain_ = false;
   std::mutex drain_mutex_;

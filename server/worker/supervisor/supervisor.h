@@ -103,7 +103,7 @@ class Supervisor {
   [[nodiscard]] int worker_pid() const;  ///< 0 without a worker
   [[nodiscard]] int running() const;     ///< jobs in the worker
   [[nodiscard]] int slots() const;       ///< jobs that run at once; 0 if none are claimed
-  /// Bytes that the worker keeps for later jobs, of its last heartbeat.
+  /// Sizes of the worker's caches, as reported by its last heartbeat.
   struct CacheBytes {
     std::uint64_t geometry = 0, images = 0;
   };

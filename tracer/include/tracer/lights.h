@@ -17,7 +17,7 @@ struct PointLight {
 };
 
 struct DirectionalLight {
-  Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
+  Vec3 direction{0, -1, 0};  ///< in which the light travels; any length > 0
 
   static constexpr bool is_area_light = false;
   static constexpr std::string_view type = "directional", noun = "a directional light";

@@ -238,7 +238,7 @@ double Film::tone_error() {
   BrightestRange range;
   if (!pixels_.empty()) {
     range = brightest(pixels);
-  } else {  // pilots alone may have missed anything
+  } else {  // before refinement, pilots may have missed features as bright as the bound
     const double missed = missed_share(1), bound = omitted_bound().radiance;
     for (const float value : rgb_) range.add(value, 0, missed * value, missed * std::max(0.0, bound - value));
   }

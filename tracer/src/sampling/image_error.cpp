@@ -158,7 +158,7 @@ std::span<const float> UniformVariance::row(std::size_t y) {
 float UniformVariance::variance_of(std::size_t pixel) const {
   double variance = 0;
   for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
-    if (pixels_.deviation[i] == 0) continue;  // most of a background
+    if (pixels_.deviation[i] == 0) continue;  // true for most pixels of the background
     const double mean = pixels_.rgb[i], deviation = pixels_.deviation[i];
     const double slope = display_.slope_between(mean, std::max(0.0, mean - deviation));
     variance += slope * slope * deviation * deviation;

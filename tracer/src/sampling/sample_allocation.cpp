@@ -144,7 +144,7 @@ double risk_of(const PixelState& pixel) {
   return pixel.bound * (pixel.edge && predicted_variance(pixel.contrast) < quiet * pixel.bound ? silent_edge : 1);
 }
 
-/// Selects the open pixels that are refined whatever is predicted, so that they cost at most half of the limit: those
+/// Selects the open pixels that are always refined, so that they cost at most half of the limit: those
 /// with the largest bounds, and a scattered part of those with bounds within a factor of two below.
 class UnsafePixels {
  public:

@@ -15,10 +15,9 @@ namespace tracer {
 struct AllocationGoal {
   double squared_error = 0;  ///< target of the image, in squared code values over pixels and channels
   double cost = 0;           ///< expected limit, in the unit of the pixels' costs; may be infinite
-  /// Open pixels with a larger bound are refined whatever is predicted, because to validate them would take more
-  /// samples than to refine them; if that costs more than half of the limit, those with the largest bounds. Edges
-  /// without contrast count with a multiple of their bound: their pilots may have missed what is there, and they are
-  /// few.
+  /// Open pixels with a larger bound are always refined, since their validation would need more samples. If this costs
+  /// more than half of the limit, only those with the largest bounds are refined. The bounds of edges without contrast
+  /// are multiplied, because their pilots may have missed a feature; such edges are few.
   double bound_max = std::numeric_limits<double>::infinity();
   std::uint32_t round = 0;  ///< the choice among pixels of equal demand differs between rounds
 };
