@@ -25,7 +25,7 @@ class ArtifactPins {
   ArtifactPins(MaintenanceStore& references, ArtifactStore& artifacts, Log log)
       : references_(references), artifacts_(artifacts), log_(std::move(log)) {}
 
-  /// As ArtifactStore; null also when it has another size.
+  /// See ArtifactStore::open; null also when it has another size.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
   std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact);
   /// Reads it to its end, as some readers compare the bytes.
@@ -44,7 +44,7 @@ class ArtifactPins {
     Pinned(const Pinned&) = delete;
     Pinned& operator=(const Pinned&) = delete;
 
-    /// As ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
+    /// See ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
     ArtifactStore::Stored put(int fd, bool durable);
 
     /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none, or the store

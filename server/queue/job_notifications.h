@@ -213,7 +213,7 @@ class JobNotifications {
     notify_queued(id);
     if (observer_ != nullptr) observer_->on_state_changed(id, to);
   }
-  /// As RunningJobs::begin.
+  /// See RunningJobs::begin.
   bool notify_claimed(const Claim& claim) {
     const bool follows = running_.begin(claim);
     waiters_.on_started(claim.job.id);

@@ -307,7 +307,7 @@ class BatchStore {
   explicit BatchStore(sql::Transactions& transactions) : transactions_(transactions) {}
 
   std::optional<BatchState> find(const std::string& id);
-  BatchPage list(const std::string& cursor, int limit);  ///< as JobStore::list
+  BatchPage list(const std::string& cursor, int limit);  ///< see JobStore::list
   /// Removes at most `limit` jobs that have ended; see JobStore::remove().
   BatchRemoval remove_ended(const std::string& id, int limit);
   /// Cancels all jobs of the batch; see JobTransitions::cancel().

@@ -104,7 +104,7 @@ class JobWaiters {
 
   // ---- for the runner and the life cycle of jobs
   void on_started(const std::string& id) { previews_.begin(id); }
-  void add_preview(const std::string& id, std::uint32_t side, std::string png);  ///< as Previews::add
+  void add_preview(const std::string& id, std::uint32_t side, std::string png);  ///< see Previews::add
   void on_stopped(const std::string& id);                                        ///< ended or released
   void on_ended(const std::string& id);
   void wake_all();  ///< the ends of some jobs may have been missed

@@ -90,7 +90,7 @@ class JobSubmission {
   /// Durable when it returns, unless the submission is not. With images in the result cache the job has succeeded
   /// already. A repeated request returns its first reply.
   tracer::Result<Submitted, Rejection> submit(Submission submission);
-  /// As submit; a limit holds for all jobs together.
+  /// Submits the jobs of a batch together, see submit(); a limit holds for all of them.
   tracer::Result<BatchSubmitted, Rejection> submit_batch(BatchSubmission submission);
   /// Makes a job that was submitted without durability durable, and its later images. The caller reads the job again
   /// afterwards: one that has ended meanwhile is not durable.
@@ -215,7 +215,7 @@ class JobQueries {
   BatchPage list_batches(const std::string& cursor, int limit) { return context_.stores.batches.list(cursor, limit); }
   QueueState state();
   [[nodiscard]] DiskSpace disk_space() const { return context_.settings.disk_space(); }
-  /// As ArtifactPins.
+  /// See ArtifactPins.
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }
   std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact) {
     return context_.pins.open_unverified(artifact);

@@ -50,7 +50,7 @@ class Fields {
     return false;
   }
 
-  /// As take(); adds an issue, which names the form of the value, if the field is missing.
+  /// Calls take(), and adds an issue, which names the form of the value, if the field is missing.
   std::optional<Cursor> take_required(std::string_view name, std::string_view form = {});
 
   /// True if a member has this name, known or not.

@@ -11,7 +11,7 @@
 
 namespace storage::sqlite {
 
-/// As check_jobs_file.
+/// See check_jobs_file.
 void check_deliveries_file(const std::string& directory);
 
 /// WAL with synchronous = FULL over a single connection; calls that wait at once share a commit. Creates the file where

@@ -25,7 +25,7 @@ class FileClient {
   /// The content of the file that a document calls `name`, or the reason why it is not available.
   [[nodiscard]] api::AssetBytes read(const std::string& name);
 
-  /// As SceneFiles::content_name.
+  /// See SceneFiles::content_name.
   [[nodiscard]] std::string content_name(const std::string& name);
 
  private:

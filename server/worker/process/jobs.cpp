@@ -75,7 +75,7 @@ void stop_if_cancelled(const tracer::RenderControl& control) {
   throw Stop{queue::Problem{"bad_asset", "The scene cannot be rendered with its files.", std::move(of_files)}};
 }
 
-/// As "bad_scene".
+/// Stops with the problem "bad_scene".
 [[noreturn]] void stop_for(const api::Refusal& refusal) {
   const std::string detail =
       refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " errors." : refusal.detail;

@@ -93,7 +93,7 @@ class Supervisor {
   /// Throws std::system_error without threads or descriptors. A worker that cannot be started is logged, reported by
   /// Queue::not_ready and tried again.
   Supervisor(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log);
-  /// As drain(0).
+  /// Calls drain(0).
   ~Supervisor();
 
   /// Claims no more jobs, waits up to `timeout` for running jobs, releases the others at no cost and ends the worker.

@@ -47,11 +47,11 @@ Result<EncodedImage, std::string> encode(const Image& image, Format format, cons
 
 /// Error of a file against the converged image, in levels.
 struct FileError {
-  double estimate = 0;     ///< as ErrorEstimate::estimate
-  double proven = 0;       ///< as ErrorEstimate::proven; infinity: nothing is proven
-  double worst_tile = 0;   ///< as ErrorEstimate::worst_tile
+  double estimate = 0;     ///< see ErrorEstimate::estimate
+  double proven = 0;       ///< see ErrorEstimate::proven; infinity: nothing is proven
+  double worst_tile = 0;   ///< see ErrorEstimate::worst_tile
   double encoding = 0;     ///< part caused by the file: EncodingError::image
-  bool target_met = true;  ///< as ErrorEstimate::target_met
+  bool target_met = true;  ///< see ErrorEstimate::target_met
 };
 
 /// Combines the error e = n + f of the image, noise and fixed parts, with the difference d between file and image.
