@@ -24,10 +24,10 @@ class AssetStore {
 
   /// Reads up to `size` bytes of the source at `offset`; fewer only at the end. Its exceptions pass through.
   using Read = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
-  enum class Put { stored, was_there, other_bytes, no_room };
+  enum class Put { stored, was_there, other_bytes, quota_exceeded };
   /// Stores bytes under their name, used now. Durable when it returns; never visible half-written. `other_bytes`: the
-  /// name is not their sha256, and nothing was stored. `no_room`: the store would exceed its limit, and nothing was
-  /// stored.
+  /// name is not their sha256, and nothing was stored. `quota_exceeded`: the store would exceed its limit, and nothing
+  /// was stored.
   virtual Put put(const std::string& sha256, const Read& read) = 0;
 
   virtual std::uint64_t bytes() = 0;  ///< size of all assets

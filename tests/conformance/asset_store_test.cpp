@@ -317,12 +317,12 @@ TEST(AssetStoreBound, RejectsPutsAboveItUntilAssetsAreRemoved) {
   for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_bucket}) {
     const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
-    EXPECT_EQ(put("fivef"), Put::no_room);
+    EXPECT_EQ(put("fivef"), Put::quota_exceeded);
     EXPECT_FALSE(store->use(tracer::sha256_hex("fivef")));
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("four"), Put::stored) << "exactly full";
     EXPECT_EQ(put("sixsix"), Put::was_there) << "existing bytes need no space";
-    EXPECT_EQ(put("x"), Put::no_room);
+    EXPECT_EQ(put("x"), Put::quota_exceeded);
     EXPECT_TRUE(store->remove_unused_since(tracer::sha256_hex("four"), 2));
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("x"), Put::stored);

@@ -262,7 +262,7 @@ namespace {
 /// Assets whose bytes are a repeated letter; counts the fetches.
 class LetterAssets final : public AssetStore {
  public:
-  Put put(const std::string&, const Read&) override { return Put::no_room; }
+  Put put(const std::string&, const Read&) override { return Put::quota_exceeded; }
   std::uint64_t bytes() override { return 0; }
   bool use(const std::string&) override { return true; }
   std::vector<std::string> unused_since(int, std::int64_t) override { return {}; }

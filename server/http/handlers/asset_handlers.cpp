@@ -40,7 +40,7 @@ Answer put_asset(Request& request, const ApiContext& context) {
                                               : asset_name_rule + std::to_string(sha256.size())) +
                        "; nothing was stored"};
   }
-  if (put == queue::AssetStore::Put::no_room) {
+  if (put == queue::AssetStore::Put::quota_exceeded) {
     return Problem{failures::uploads_full, "uploads have " + std::to_string(context.assets.bytes()) +
                                                " bytes, and with these " + size +
                                                " they would exceed the limit uploads_bytes of " +

@@ -74,7 +74,7 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
     const auto put = context.assets.put(sha256, [&](std::uint64_t offset, char* into, std::size_t size) {
       return result.bytes.copy(into, size, offset);
     });
-    if (put == queue::AssetStore::Put::no_room)
+    if (put == queue::AssetStore::Put::quota_exceeded)
       return Problem{failures::uploads_full, "the heat map would exceed the limit uploads_bytes of " +
                                                  std::to_string(context.uploads_bytes) + "; compare without it"};
     url = "/v1/assets/" + sha256;

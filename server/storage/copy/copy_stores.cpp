@@ -123,7 +123,7 @@ std::string copy_asset(const End& from, const End& to, const std::string& sha256
   const auto put = to.assets.put(
       sha256, [&](std::uint64_t offset, char* into, std::size_t size) { return source->read(offset, into, size); });
   if (put == queue::AssetStore::Put::other_bytes) return "is damaged";
-  if (put == queue::AssetStore::Put::no_room) return "exceeds the limit of uploads of the copy";
+  if (put == queue::AssetStore::Put::quota_exceeded) return "exceeds the limit of uploads of the copy";
   return is_intact(to.assets.open(sha256), sha256) ? "" : "was damaged by the copy";
 }
 

@@ -180,7 +180,7 @@ queue::AssetStore::Put FileAssetStore::name(TemporaryFile& temporary, const queu
   const std::string path = path_of(directory_, stored.sha256);
   const std::lock_guard lock(mutex_);
   const bool is_new = !entry_at(path);
-  if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::no_room;
+  if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::quota_exceeded;
   temporary.rename_to(path);
   if (is_new) bytes_ += stored.bytes;
   return Put::stored;

@@ -133,7 +133,7 @@ queue::AssetStore::Put SharedAssetStore::put(const std::string& sha256, const Re
   const queue::ArtifactStore::Stored source = files::hash_of(read, {});
   if (source.sha256 != sha256) return Put::other_bytes;
   if (use(sha256)) return Put::was_there;
-  if (!index_.begin(sha256, source.bytes, clock_(), bytes_max_)) return Put::no_room;
+  if (!index_.begin(sha256, source.bytes, clock_(), bytes_max_)) return Put::quota_exceeded;
   objects_.put(sha256, source.bytes, read, ObjectStore::Existing::replace);
   index_.finish(sha256);
   return Put::stored;
