@@ -103,7 +103,7 @@ void Events::on_progress(const std::string& id, double fraction) noexcept {
   const JobSummary job = describe(id, kind);
   {
     const std::lock_guard lock(mutex_);
-    if (of_all_.empty() && !of_topic_.contains(id) && !of_topic_.contains(job.batch)) return;
+    if (all_listeners_.empty() && !listeners_by_topic_.contains(id) && !listeners_by_topic_.contains(job.batch)) return;
     const auto known = known_.find(id);
     if (known != known_.end() && now - known->second.progress_at < settings_.progress_interval.count()) return;
   }
@@ -120,8 +120,8 @@ void Events::continue_from(std::int64_t number, std::function<void()> catch_up) 
     listener.over_ = true;
     if (listener.wake_) listener.wake_();
   };
-  for (Listener* listener : of_all_) end(*listener);
-  for (auto& [topic, listener] : of_topic_) end(*listener);
+  for (Listener* listener : all_listeners_) end(*listener);
+  for (auto& [topic, listener] : listeners_by_topic_) end(*listener);
 }
 
 void Events::add(JobEvent event) noexcept {
@@ -151,9 +151,9 @@ void Events::deliver(JobEvent event) noexcept {
     }
     const JobSummary& job = shared->event.job;
     if (job.keep)
-      for (Listener* listener : of_all_) listener->push(shared);
+      for (Listener* listener : all_listeners_) listener->push(shared);
     for (const std::string* topic : {&job.id, &job.batch}) {
-      const auto [first, last] = of_topic_.equal_range(*topic);
+      const auto [first, last] = listeners_by_topic_.equal_range(*topic);
       for (auto entry = first; entry != last; ++entry) entry->second->push(shared);
     }
   } catch (const std::bad_alloc&) {
@@ -175,13 +175,13 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::
     catch_up();
     lock.lock();
   }
-  if (of_all_.size() + of_topic_.size() >= settings_.listeners_max) return nullptr;
+  if (all_listeners_.size() + listeners_by_topic_.size() >= settings_.listeners_max) return nullptr;
   const bool complete = after && *after >= floor_ && *after <= last_;
   auto listener = std::make_unique<Listener>(*this, topic, complete ? *after : last_, after && !complete);
   if (topic.empty()) {
-    of_all_.insert(listener.get());
+    all_listeners_.insert(listener.get());
   } else {
-    of_topic_.emplace(topic, listener.get());
+    listeners_by_topic_.emplace(topic, listener.get());
   }
   if (!complete) return listener;
   const auto first = std::upper_bound(kept_.begin(), kept_.end(), *after, [](std::int64_t number, const auto& event) {
@@ -197,10 +197,10 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::
 
 void Events::remove(Listener& listener) {
   const std::lock_guard lock(mutex_);
-  of_all_.erase(&listener);
-  const auto [first, last] = of_topic_.equal_range(listener.topic_);
+  all_listeners_.erase(&listener);
+  const auto [first, last] = listeners_by_topic_.equal_range(listener.topic_);
   const auto entry = std::find_if(first, last, [&](const auto& candidate) { return candidate.second == &listener; });
-  if (entry != last) of_topic_.erase(entry);
+  if (entry != last) listeners_by_topic_.erase(entry);
 }
 
 bool Events::ended_by(const std::string& job_id, std::int64_t number) const {
@@ -218,7 +218,7 @@ std::int64_t Events::latest() const {
 
 std::size_t Events::listeners() const {
   const std::lock_guard lock(mutex_);
-  return of_all_.size() + of_topic_.size();
+  return all_listeners_.size() + listeners_by_topic_.size();
 }
 
 }  // namespace queue

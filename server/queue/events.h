@@ -110,8 +110,8 @@ class Events final : public JobObserver {
   bool is_shared_ = false;  ///< since continue_from
   std::function<void()> catch_up_;
   std::deque<SharedEvent> kept_;  ///< oldest first
-  std::unordered_set<Listener*> of_all_;
-  std::unordered_multimap<std::string, Listener*> of_topic_;
+  std::unordered_set<Listener*> all_listeners_;
+  std::unordered_multimap<std::string, Listener*> listeners_by_topic_;
   struct Known {
     JobSummary job;
     std::int64_t progress_at = 0;  ///< time of the latest progress event
