@@ -59,8 +59,8 @@ void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<P
                      std::uint32_t row_rays, Wavefront<AllFeatures>& tracer, std::span<Row> rows) {
   RowRays rays(scene, tracer.batch(), row_rays);
   for (std::size_t i = 0; i < rows.size(); ++i) rays.add(static_cast<std::uint32_t>(first + i), points[first + i]);
-  std::vector<Landing> landings;
-  if (!tracer.trace_from_patches(rays.rays(), landings)) return;
+  std::vector<PathTermination> terminations;
+  if (!tracer.trace_from_patches(rays.rays(), terminations)) return;
   const std::uint32_t half_rays = row_rays / 2;
   const double share = 1.0 / half_rays;
   const auto half_of = [&](std::size_t sample) -> HalfRow& {
@@ -68,8 +68,8 @@ void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<P
   };
   for (std::size_t sample = 0; sample < tracer.radiance().size(); ++sample)
     if (finite(tracer.radiance()[sample])) half_of(sample).source += tracer.radiance()[sample] * share;
-  for (const Landing& landing : landings)
-    half_of(landing.sample).entries.emplace_back(landing.entry.patch, landing.entry.share() * share);
+  for (const PathTermination& termination : terminations)
+    half_of(termination.sample).entries.emplace_back(termination.entry.patch, termination.entry.share() * share);
   for (Row& row : rows)
     for (HalfRow& half : row) merge_entries(half.entries);
 }

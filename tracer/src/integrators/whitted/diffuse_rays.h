@@ -123,8 +123,8 @@ class DiffuseRays {
   void end_at_patches(const ShadingPointPacket& shading_points) {
     for_each_lane(rays_.going & at_patch_, [&](int i) {
       const std::uint32_t sample = shading_points.sample[i];
-      if (state_.landings != nullptr) {
-        state_.landings->push_back({sample, TransportEntry(patch_[i], rays_.throughput[i])});
+      if (state_.terminations != nullptr) {
+        state_.terminations->push_back({sample, TransportEntry(patch_[i], rays_.throughput[i])});
       } else {
         state_.radiance[sample] += rays_.throughput[i] * state_.scene.objects.radiosity->arriving[patch_[i]];
       }

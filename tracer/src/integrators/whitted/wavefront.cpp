@@ -45,12 +45,12 @@ bool Wavefront<Features>::trace(const RayQueue& rays) {
 }
 
 template <class Features>
-bool Wavefront<Features>::trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings) {
+bool Wavefront<Features>::trace_from_patches(const RayQueue& diffuse, std::vector<PathTermination>& terminations) {
   BounceQueuesPtr first = acquire_queues(1);
   first->diffuse = diffuse;
-  state_.landings = &landings;
+  state_.terminations = &terminations;
   const bool complete = trace_all(std::move(first));
-  state_.landings = nullptr;
+  state_.terminations = nullptr;
   return complete;
 }
 

@@ -151,9 +151,9 @@ class Wavefront {
   bool trace();
   /// Traces these rays in place of camera rays, one for each sample of the batch: samples without a place in the image.
   bool trace(const RayQueue& rays);
-  /// Traces diffuse rays in place of camera rays, one for each sample of the batch, and appends to `landings` where
+  /// Traces diffuse rays in place of camera rays, one for each sample of the batch, and appends to `terminations` where
   /// their paths end at patches; radiance() is the rest. Precondition: the scene has patches.
-  bool trace_from_patches(const RayQueue& diffuse, std::vector<Landing>& landings);
+  bool trace_from_patches(const RayQueue& diffuse, std::vector<PathTermination>& terminations);
 
   [[nodiscard]] const std::vector<Color>& radiance() const { return state_.radiance; }
   [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const { return state_.omitted; }

@@ -77,7 +77,7 @@ void for_each_part(const RaySpan& rays, const RenderControl& control, const Trac
 }
 
 /// A place on a patch at which a path ends, and the share of the light there that it brings to its sample.
-struct Landing {
+struct PathTermination {
   std::uint32_t sample = 0;
   TransportEntry entry;
 };
@@ -142,7 +142,7 @@ struct WavefrontState {
   }
   /// True if paths continue from the first diffuse surface.
   [[nodiscard]] bool gathers() const {
-    return landings != nullptr || approximations.interreflection == Approximations::Interreflection::gather;
+    return terminations != nullptr || approximations.interreflection == Approximations::Interreflection::gather;
   }
   [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return terms[hit.material[lane]]; }
 
@@ -160,7 +160,7 @@ struct WavefrontState {
   GBuffer gbuffer;
   RenderStatistics statistics;
   MediumStack media;
-  std::vector<Landing>* landings = nullptr;  ///< not null: where paths end, in place of the light there
+  std::vector<PathTermination>* terminations = nullptr;  ///< not null: where paths end, in place of the light there
 
   // The queue being shaded.
   Hits hits;                            ///< one per ray
