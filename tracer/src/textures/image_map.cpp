@@ -8,13 +8,13 @@ namespace tracer {
 namespace {
 
 /// Weights of the texels `first` .. `first + count - 1` in a texel of the next mip level.
-struct Taps {
+struct FilterWeights {
   std::uint32_t first = 0, count = 1;
   std::array<double, 3> weight{1, 0, 0};
 };
 
 /// Texel i of m covers [i n/m, (i+1) n/m) of the n texels of the finer level.
-Taps taps(std::uint32_t i, std::uint32_t n, std::uint32_t m) {
+FilterWeights filter_weights(std::uint32_t i, std::uint32_t n, std::uint32_t m) {
   if (n == 1) return {};
   if (n == 2 * m) return {2 * i, 2, {0.5, 0.5, 0}};
   const double whole = n;  // n = 2m + 1
@@ -27,9 +27,9 @@ Image half_of(const Image& image) {
   half.height = std::max(1u, image.height / 2);
   half.rgb.reserve(3 * static_cast<std::size_t>(half.width) * half.height);
   for (std::uint32_t y = 0; y < half.height; ++y) {
-    const Taps rows = taps(y, image.height, half.height);
+    const FilterWeights rows = filter_weights(y, image.height, half.height);
     for (std::uint32_t x = 0; x < half.width; ++x) {
-      const Taps columns = taps(x, image.width, half.width);
+      const FilterWeights columns = filter_weights(x, image.width, half.width);
       std::array<double, 3> sum{};
       for (std::uint32_t j = 0; j < rows.count; ++j)
         for (std::uint32_t i = 0; i < columns.count; ++i) {
