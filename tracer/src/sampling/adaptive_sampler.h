@@ -100,7 +100,7 @@ class AdaptiveSampler {
     if (look(first_looks) == 0 && !deadline_.set()) update_estimate();
     refine_in_rounds();
     if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
-    prove();
+    bound_error();
   }
 
   /// Samples the pixels that may be the brightest until that channel is roughly known: levels depend on it.
@@ -129,7 +129,7 @@ class AdaptiveSampler {
     const bool refined = !film_.pixels().empty() && (target_.target_error || target_.tile_error);
     if (refined && !target_reached() && goal_.leaves_room(known_)) {
       refine_in_rounds();
-      prove();
+      bound_error();
     }
     return measured;
   }
@@ -328,7 +328,7 @@ class AdaptiveSampler {
 
   /// Proves what can be proven of the sampling error, and measures the worst tile; to be called when all samples are
   /// taken.
-  void prove() {
+  void bound_error() {
     known_.worst_tile = film_.tile_errors().worst();
     const std::span<const PixelState> pixels = film_.pixels();
     const bool any_open = std::ranges::any_of(pixels, &PixelState::open);
