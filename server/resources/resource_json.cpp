@@ -217,16 +217,16 @@ static Json batch_json(const queue::BatchState& state) {
     all += count(which);
     if (queue::ended(which)) ended += count(which);
   }
-  const queue::JobState verdict = ended < all            ? (count(queued) == all ? queued : running)
-                                  : count(failed) > 0    ? failed
-                                  : count(cancelled) > 0 ? cancelled
-                                                         : succeeded;
+  const queue::JobState batch_state = ended < all            ? (count(queued) == all ? queued : running)
+                                      : count(failed) > 0    ? failed
+                                      : count(cancelled) > 0 ? cancelled
+                                                             : succeeded;
   const queue::Batch& batch = state.batch;
   const std::string self = "/v1/batches/" + batch.id;
   const bool may_retry = count(failed) + count(cancelled) > 0;
   return {{"id", batch.id},
           {"name", batch.name},
-          {"state", queue::name_of(verdict)},
+          {"state", queue::name_of(batch_state)},
           {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
           {"created_at", time_json(batch.created_at)},
           {"size", batch.size},
