@@ -159,7 +159,7 @@ struct StandardShape {
 /// overlap by that much instead of leaving a gap.
 inline constexpr double rim_slack = 0x1p-46;
 
-WHITTLE_INLINE void consider(QuadricHit& best, double t, bool valid, QuadricPart part) {
+WHITTLE_INLINE void update_nearest(QuadricHit& best, double t, bool valid, QuadricPart part) {
   const bool nearer = valid & (t > 0) & (t < best.t);
   best.t = nearer ? t : best.t;
   best.part = nearer ? static_cast<double>(part) : best.part;

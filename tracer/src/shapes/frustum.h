@@ -84,7 +84,7 @@ WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, doub
   const double slack = caps ? rim_slack : 0;
   const auto consider_side = [&](double t) {
     const double z = r.oz + t * r.dz;
-    consider(hit, t + shift, crosses & (z >= -slack) & (z <= 1 + slack), QuadricPart::side);
+    update_nearest(hit, t + shift, crosses & (z >= -slack) & (z <= 1 + slack), QuadricPart::side);
   };
   consider_side(q / a);
   consider_side(c / q);
@@ -94,7 +94,7 @@ WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, doub
     const double t = (end - r.oz) / r.dz;
     const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
     const double reach = cap_radius * (1 + rim_slack);
-    consider(hit, t + shift, (cap_radius > 0) & (x * x + y * y <= reach * reach), part);
+    update_nearest(hit, t + shift, (cap_radius > 0) & (x * x + y * y <= reach * reach), part);
   };
   consider_cap(0, radius_0, QuadricPart::cap_0);
   consider_cap(1, radius_1, QuadricPart::cap_1);

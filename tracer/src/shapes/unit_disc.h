@@ -15,7 +15,7 @@ struct UnitDisc : StandardShape {
     const double t = -r.oz / r.dz;
     const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
     const double squared = x * x + y * y;
-    consider(hit, t, (squared <= 1) & (squared >= inner * inner), QuadricPart::cap_1);
+    update_nearest(hit, t, (squared <= 1) & (squared >= inner * inner), QuadricPart::cap_1);
     return hit;
   }
   template <class Use>

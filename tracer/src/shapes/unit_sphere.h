@@ -38,8 +38,8 @@ struct UnitSphere : StandardShape {
     const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
     const double q = b >= 0 ? b + root : b - root;
     QuadricHit hit;
-    consider(hit, q, discriminant >= 0, QuadricPart::side);
-    consider(hit, c / q, discriminant >= 0, QuadricPart::side);
+    update_nearest(hit, q, discriminant >= 0, QuadricPart::side);
+    update_nearest(hit, c / q, discriminant >= 0, QuadricPart::side);
     return hit;
   }
   template <class Use>
