@@ -149,7 +149,7 @@ class Batches(BatchesTest):
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question about a batch that has ended")
 
     def reads(self, batch_id):
-        """How often the batch was read over HTTP."""
+        """The number of reads of the batch over HTTP."""
         return sum(row["event"] == "request" and row["path"] == f"/v1/batches/{batch_id}" for row in self.daemon.log_rows())
 
     def append_to_name(self, name):
