@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -286,6 +287,45 @@ TEST_F(PostgresStoresTest, LearnsTheOutcomeOfACommitWhoseAnswerWasLost) {
   EXPECT_EQ(proxy.cuts, 3);
   EXPECT_EQ(calls.count(JobState::queued), 2);
   EXPECT_EQ(calls.count(JobState::succeeded), 1);
+}
+
+/// After a crash the server assigns ids again whose transactions were not on the disk.
+TEST_F(PostgresStoresTest, DoesNotTakeAnotherTransactionOfTheSameIdForItsOwn) {
+  PostgresServer own;
+  const std::string own_uri = own.new_database();
+  PostgresStores stores(own_uri);
+  StoreCalls calls(stores.all());
+  calls.submit(new_job(numbered_id(1)), "{}");
+  own.sql(own_uri, "ALTER SYSTEM SET wal_writer_delay = '10s'");
+  own.sql(own_uri, "SELECT pg_reload_conf()");
+  own.sql(own_uri,
+          "CREATE FUNCTION wait_in_commit() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN"
+          " IF pg_postmaster_start_time() = '" +
+              own.sql(own_uri, "SELECT pg_postmaster_start_time()") +
+              "' THEN PERFORM pg_sleep(600); END IF; RETURN NULL; END $$");
+  own.sql(own_uri,
+          "CREATE CONSTRAINT TRIGGER wait_in_commit AFTER INSERT ON jobs DEFERRABLE INITIALLY DEFERRED FOR EACH ROW"
+          " WHEN (new.id = '" +
+              numbered_id(2) + "') EXECUTE FUNCTION wait_in_commit()");
+  std::optional<StoreFailure::Kind> failure;
+  std::thread submitting([&] {
+    try {
+      calls.submit(new_job(numbered_id(2)), "{}");
+    } catch (const StoreFailure& thrown) {
+      failure = thrown.kind;
+    }
+  });
+  const std::string commit = "SELECT backend_xid FROM pg_stat_activity WHERE wait_event = 'PgSleep'";
+  std::string id;
+  while ((id = own.sql(own_uri, commit)).empty()) usleep(10'000);
+  own.kill();
+  own.start();
+  own.sql(own_uri, "DO $$ BEGIN WHILE pg_current_xact_id() < '" + id + "'::xid8 LOOP COMMIT; END LOOP; END $$");
+  submitting.join();
+  EXPECT_EQ(failure.has_value(), calls.count(JobState::queued) == 1) << "an acknowledged job is stored";
+  if (failure) {
+    EXPECT_EQ(*failure, StoreFailure::Kind::unknown);
+  }
 }
 
 TEST_F(PostgresStoresTest, TheLastJobsOfABatchRemovedAtOnceLeaveNothing) {

@@ -23,4 +23,5 @@ std::string PostgresServer::sql(const std::string& uri, const std::string& state
 }
 
 void PostgresServer::stop() { program_.send_line("stop"); }
+void PostgresServer::kill() { program_.send_line("kill"); }
 void PostgresServer::start() { program_.send_line("start"); }

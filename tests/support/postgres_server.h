@@ -15,6 +15,7 @@ class PostgresServer {
   /// Runs a statement in the database of a URI; its rows, separated by blanks.
   std::string sql(const std::string& uri, const std::string& statement);
   void stop();
+  void kill();  ///< without a checkpoint
   void start();
 
  private:

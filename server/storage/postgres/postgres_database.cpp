@@ -168,7 +168,8 @@ PostgresDatabase::PostgresDatabase(const std::string& dsn) : connection_(connect
       "SET client_min_messages = error; SET idle_in_transaction_session_timeout = '10s'; SET lock_timeout = '10s';"
       " SET tcp_keepalives_idle = 2; SET tcp_keepalives_interval = 1; SET tcp_keepalives_count = 5;"
       " SET tcp_user_timeout = 7000");
-  if (PQenterPipelineMode(connection_.get()) != 1) fail_unavailable("no pipeline mode");
+  server_run_ = value("SELECT stats_reset::text FROM pg_stat_bgwriter");
+  if (PQpipelineStatus(connection_.get()) == PQ_PIPELINE_OFF) fail_unavailable("no pipeline mode");
 }
 
 PostgresDatabase::~PostgresDatabase() { statements_.clear(); }

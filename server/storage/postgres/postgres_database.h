@@ -65,6 +65,9 @@ class PostgresDatabase final : public sql::Database {
   void roll_back() noexcept;
   /// Waits for the answer of the server. Empty if the transaction is not recognised, or the server did not assign one.
   const std::string& transaction_id();
+  /// Differs after a crash of the server, and on its replica: both assign transaction ids again that were not on the
+  /// disk. PostgreSQL resets its statistics then.
+  [[nodiscard]] const std::string& server_run() const { return server_run_; }
 
   [[nodiscard]] bool is_broken() const;  ///< the connection is lost
 
@@ -96,7 +99,7 @@ class PostgresDatabase final : public sql::Database {
   std::map<std::string, std::unique_ptr<sql::Statement>> statements_;
   int unread_ = 0;             ///< statements without a result yet
   int transaction_id_at_ = 0;  ///< as unread_, the one whose result is the transaction id; 0: none
-  std::string transaction_id_;
+  std::string transaction_id_, server_run_;
   bool synchronizing_ = false;  ///< a synchronisation point was sent and not read
   bool ended_ = false;          ///< by the server
 };

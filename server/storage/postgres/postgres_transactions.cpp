@@ -69,12 +69,13 @@ void PostgresTransactions::run_write(const Run& work, sql::Synced synced) {
 
 /// False if it may be tried again: nothing was changed.
 bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool is_last) {
-  std::string transaction_id;
+  std::string transaction_id, server_run;
   bool committing = false;
   try {
     const ConnectionPool::Loan database(pool_);
     try {
       const bool is_synced = synced == sql::Synced::now;
+      server_run = database->server_run();
       database->begin_write(is_synced, is_synced);
       work(*database);
       if (is_synced) transaction_id = database->transaction_id();
@@ -95,17 +96,23 @@ bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool i
   } catch (const queue::StoreFailure&) {
     if (!committing) throw;
     if (synced == sql::Synced::with_next) throw;  // claims and leases, which end in time
-    return has_committed(transaction_id);
+    return has_committed(transaction_id, server_run);
   }
 }
 
-/// The fate of a transaction whose COMMIT had no answer. Throws StoreFailure where it cannot be learnt.
-bool PostgresTransactions::has_committed(const std::string& transaction_id) {
+/// The fate of a transaction whose COMMIT had no answer. Throws StoreFailure where it cannot be learnt: another
+/// transaction that has committed may have got its id after a crash of the server.
+bool PostgresTransactions::has_committed(const std::string& transaction_id, const std::string& server_run) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!transaction_id.empty() && std::chrono::steady_clock::now() < end) {
     try {
       const ConnectionPool::Loan database(pool_);
-      const std::string status = database->value("SELECT pg_xact_status('" + transaction_id + "')");
+      const bool crashed = database->server_run() != server_run;
+      const std::string id = "'" + transaction_id + "'",
+                        lost = crashed ? "pg_snapshot_xmax(pg_current_snapshot()) <= " + id + "::xid8" : "false";
+      const std::string status =
+          database->value("SELECT CASE WHEN " + lost + " THEN 'aborted' ELSE pg_xact_status(" + id + ") END");
+      if (status == "committed" && crashed) break;
       if (status == "committed") return true;
       if (status == "aborted") return false;
     } catch (const queue::StoreFailure&) {

@@ -55,7 +55,7 @@ class PostgresTransactions final : public sql::Transactions {
   void run_write(const Run& work, sql::Synced synced) override;
   void run_read(const Run& work) override;
   bool try_write(const Run& work, sql::Synced synced, bool is_last);
-  bool has_committed(const std::string& transaction_id);
+  bool has_committed(const std::string& transaction_id, const std::string& server_run);
   void add_up_counts();
 
   ConnectionPool pool_;
