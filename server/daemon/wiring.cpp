@@ -271,8 +271,7 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
   settings.handler_threads = config.handler_threads;
   settings.head.body_bytes = config.body_bytes;
   settings.head.asset_bytes = config.asset_bytes;
-  settings.head_filter = [keys](const http::RequestHead& head) { return http::refusal(head, keys); };
-  settings.access_filter = [keys](const http::RequestHead& head) { return http::access_problem(head, keys); };
+  settings.access = [keys](const http::RequestHead& head) { return http::access_of(head, keys); };
   settings.on_response = [&metrics](const auto&... request) { metrics.count(request...); };
   settings.spool_directory = storage.spool_directory;
   settings.spool_bytes = config.spool_bytes;
@@ -289,7 +288,7 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
   settings.handler_threads = 1;
   settings.waiting_max = 64;
   if (config.keys.empty())
-    settings.head_filter = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
+    settings.access = [](const http::RequestHead& head) { return http::access_of(head, nullptr); };
   settings.head.body_bytes = settings.head.asset_bytes = 0;
   settings.spool_directory = storage.spool_directory;
   return settings;

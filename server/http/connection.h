@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <variant>
@@ -77,6 +78,8 @@ class Connection {
 
   /// Stops reading the request and sets `refusal`.
   void refuse(Problem problem);
+  /// Refuses the request whose body is read if it has no access any more.
+  void check_access();
 
   /// Call when `deadline()` has passed.
   void expire();
@@ -84,7 +87,7 @@ class Connection {
 
  private:
   void read_input(Time now);
-  void start_body(RequestHead head, Time now);
+  void start_body(RequestHead head, Access access, Time now);
   void fill_body();
   void finish_reply(Time now);
   [[nodiscard]] ssize_t send_bytes(std::string_view bytes) const;
@@ -122,7 +125,9 @@ class Connection {
 struct PendingRequest {
   std::uint64_t client = 0;  ///< number of the client
   Request request;
-  Time started;  ///< when the request was complete
+  const Route* route = nullptr;   ///< null: there is none for its path and method
+  std::set<std::string> allowed;  ///< methods of its path without a route
+  Time started;                   ///< when the request was complete
   DeferredReply deferred;
 };
 

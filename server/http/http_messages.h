@@ -14,20 +14,35 @@
 #include "server/http/body.h"
 #include "server/http/problem.h"
 #include "server/http/request_head.h"
+#include "server/keys/key_ring.h"
+#include "tracer/result.h"
 
 namespace http {
 
 using Time = std::chrono::steady_clock::time_point;
 
+/// The rights of a request.
+struct Access {
+  std::optional<keys::Key> key;      ///< none without keys, and for open paths
+  std::optional<Problem> forbidden;  ///< the key lacks the scope that the method needs
+};
+
+/// Decides on the access of a head, before its body is read; again if keys change before the body is complete, or while
+/// the reply is deferred or streamed. Problem: the request is refused whatever its route is. Runs on the event loop and
+/// must not block.
+using AccessFilter = std::function<tracer::Result<Access, Problem>(const RequestHead&)>;
+
 struct Request {
   std::string id;  ///< X-Request-Id of the reply and of every log line
   RequestHead head;
   Body body;
-  std::string route;                    ///< the pattern that matched; empty if none did
-  std::string owner;                    ///< name of the API key; empty without keys
-  int owner_weight = 1;                 ///< weight of the API key
+  std::string route;  ///< the pattern that matched; empty if none did
+  Access access;
   std::string remote;                   ///< address of the peer, from the socket
   std::vector<std::string> parameters;  ///< percent-decoded values of the {names} of the pattern, in order
+
+  /// Name of the API key; empty without keys.
+  [[nodiscard]] std::string owner() const { return access.key ? access.key->name : ""; }
 };
 
 /// A body of known size that is read while it is sent, never whole in memory.

@@ -247,6 +247,7 @@ class EventLoop {
   void on_event(AccessCheck&) {
     for (const std::uint64_t number : clients_.numbers()) {
       with_client(number, [this](Client& client) {
+        client.connection.check_access();
         end_without_access(client);
         advance(client);
       });
@@ -254,11 +255,11 @@ class EventLoop {
   }
 
   void end_without_access(Client& client) {
-    if (!settings_.access_filter || !client.is_waiting() || client.pending == nullptr) return;
-    const auto problem = settings_.access_filter(client.pending->request.head);
-    if (!problem) return;
+    if (!settings_.access || !client.is_waiting() || client.pending == nullptr) return;
+    const auto access = settings_.access(client.pending->request.head);
+    if (access && !access->forbidden) return;
     if (client.stream) return client.end_stream(now_);
-    dispatcher_->refuse_deferred(client, *problem, now_);
+    dispatcher_->refuse_deferred(client, access ? *access->forbidden : access.error(), now_);
   }
 
   void on_event(Notification& notification) {

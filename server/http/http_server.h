@@ -36,10 +36,6 @@ struct ConnectionTimes {
   std::uint64_t bytes_per_s = 16u << 10;          ///< least average rate of bodies and replies: a slow mobile line
 };
 
-/// Checks a head before the body is read; returns the problem to refuse the request with. Runs on the event loop and
-/// must not block.
-using HeadFilter = std::function<std::optional<Problem>(const RequestHead&)>;
-
 /// Receives the outcome of a request. `route` is the pattern; it is empty if no route matched.
 using OnResponse = std::function<void(std::string_view method, std::string_view route, int status, double seconds)>;
 
@@ -56,9 +52,8 @@ struct HttpServerSettings {
   /// Threads that read BodySources, for those that wait for a network; 0: the event loop reads them.
   std::size_t body_threads = 0;
   HeadLimits head;
-  OnResponse on_response;    ///< called for every answered request, from any thread; must not throw
-  HeadFilter head_filter;    ///< empty: every head is accepted
-  HeadFilter access_filter;  ///< applied to waiting requests, see check_access; empty: they keep their access
+  OnResponse on_response;  ///< called for every answered request, from any thread; must not throw
+  AccessFilter access;     ///< empty: every request has access
   ConnectionTimes times;
   std::string spool_directory = "/tmp";    ///< for bodies over 1 MiB; must exist
   std::uint64_t spool_bytes = 2ull << 30;  ///< for all spooled bodies; further ones are answered 503
@@ -75,7 +70,8 @@ class HttpServer {
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] std::size_t connections() const;  ///< open now
 
-  /// Ends the event streams and answers the deferred replies whose request `access_filter` refuses now. Any thread.
+  /// Ends the event streams, and answers the deferred replies and the requests whose body is still read, if they have
+  /// no access now. Any thread.
   void check_access();
 
   /// Stops accepting connections, closes idle ones, resumes deferred replies as timed out, and waits at most `grace`

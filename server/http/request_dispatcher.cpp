@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "server/http/handler_pool.h"
@@ -31,7 +30,7 @@ void log_request(const telemetry::Log& log, const PendingRequest& pending, const
   std::vector<telemetry::Field> fields{{"request_id", request.id},   {"method", request.head.method},
                                        {"path", request.head.path},  {"status", std::int64_t{reply.status}},
                                        {"duration_ms", duration_ms}, {"remote", request.remote}};
-  if (!request.owner.empty()) fields.push_back({"key", request.owner});
+  if (request.access.key) fields.push_back({"key", request.access.key->name});
   if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
   if (reply.failure) fields.push_back({"problem", reply.failure->name});
   log.write(level_of(reply.failure, request.head.method), "request", fields);
@@ -85,38 +84,41 @@ std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   return Problem{failures::invalid_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
 }
 
-/// Calls the handler of the first route that matches and sets Request::route and parameters. If there is none: 404,
-/// or 405 with Allow if another method matches. Throws only what the handler throws.
-Answer route(const std::vector<Route>& routes, Request& request) {
+/// Finds the first route of the path and the method, or else the methods that the path has.
+void find_route(const std::vector<Route>& routes, PendingRequest& pending) {
+  Request& request = pending.request;
   const std::string path = percent_decoded(request.head.path).value_or(request.head.path);
   const std::string_view method = request.head.method == "HEAD" ? "GET" : std::string_view(request.head.method);
-  std::set<std::string> allowed;
   for (const Route& candidate : routes) {
     auto parameters = match(candidate.pattern, path);
     if (!parameters) continue;
     request.route = candidate.pattern;
     if (candidate.method == method) {
       request.parameters = *std::move(parameters);
-      if (auto problem = check_query(request.head.query, candidate)) return *std::move(problem);
-      return candidate.handler(request);
+      pending.route = &candidate;
+      return;
     }
-    allowed.insert(candidate.method);
-    if (candidate.method == "GET") allowed.insert("HEAD");
+    pending.allowed.insert(candidate.method);
+    if (candidate.method == "GET") pending.allowed.insert("HEAD");
   }
-  if (allowed.empty()) return Problem{failures::not_found, "there is nothing at " + request.head.path};
+}
+
+/// Calls the handler of the route. Without one: 404, or 405 with Allow if the path has other methods. Throws only what
+/// the handler throws.
+Answer handle(PendingRequest& pending) {
+  Request& request = pending.request;
+  if (pending.route != nullptr) {
+    if (auto problem = check_query(request.head.query, *pending.route)) return *std::move(problem);
+    if (request.access.forbidden) return *request.access.forbidden;
+    return pending.route->handler(request);
+  }
+  if (pending.allowed.empty()) return Problem{failures::not_found, "there is nothing at " + request.head.path};
   std::string list;
-  for (const std::string& name : allowed) list += (list.empty() ? "" : ", ") + name;
+  for (const std::string& name : pending.allowed) list += (list.empty() ? "" : ", ") + name;
   const std::string detail = request.head.method + " is not allowed here; allowed: " + list;
   Reply reply = problem_reply({failures::method_not_allowed, detail}, request.id);
   reply.headers.emplace_back("Allow", list);
   return reply;
-}
-
-bool is_one_at_a_time(const std::vector<Route>& routes, const RequestHead& head) {
-  const std::string path = percent_decoded(head.path).value_or(head.path);
-  return std::any_of(routes.begin(), routes.end(), [&](const Route& route) {
-    return route.one_at_a_time && route.method == head.method && match(route.pattern, path);
-  });
 }
 
 }  // namespace
@@ -198,14 +200,12 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   client.pending = pending;
   client.notified = false;
   const bool spooled = pending->request.body.spooled();
-  const auto lane = is_one_at_a_time(routes_, pending->request.head) ? HandlerPool::one_at_a_time
-                    : spooled                                        ? HandlerPool::large_body
-                                                                     : HandlerPool::ordinary;
+  find_route(routes_, *pending);
+  const auto lane = pending->route != nullptr && pending->route->one_at_a_time ? HandlerPool::one_at_a_time
+                    : spooled                                                  ? HandlerPool::large_body
+                                                                               : HandlerPool::ordinary;
   const bool accepted = pool_->submit(
-      [this, pending] {
-        post_answer(pending, guarded(pending->request, [&] { return route(routes_, pending->request); }));
-      },
-      lane);
+      [this, pending] { post_answer(pending, guarded(pending->request, [&] { return handle(*pending); })); }, lane);
   if (accepted) return;
   const Problem problem{failures::overloaded,
                         "too many requests wait for a handler, at most " + std::to_string(settings_.waiting_max)};

@@ -176,6 +176,18 @@ class WithKeys(unittest.TestCase):
             wait_until(lambda: status(third) == 200, "the third key")
             self.assertEqual((status(old), status(new)), (401, 401))
 
+    def test_a_removed_key_loses_the_request_that_is_being_sent(self):
+        path = self.directory / "sending"
+        sender, _ = new_key(path, "sender"), new_key(path, "other")
+        with Daemon("--keys", path) as daemon, daemon.socket() as connection:
+            connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 1000\r\n"
+                               b"Expect: 100-continue\r\nAuthorization: Bearer " + sender.encode() + b"\r\n\r\n")
+            lines = connection.makefile("rb")
+            self.assertEqual(lines.readline() + lines.readline(), b"HTTP/1.1 100 Continue\r\n\r\n")
+            path.write_text("".join(line for line in path.read_text().splitlines(True) if line.startswith("other")))
+            daemon.process.send_signal(signal.SIGHUP)
+            self.assertEqual(lines.readline(), b"HTTP/1.1 401 Unauthorized\r\n")
+
     def test_a_removed_key_loses_its_streams_and_long_polls(self):
         path = self.directory / "removed"
         keys = {name: {"Authorization": f"Bearer {new_key(path, name)}"} for name in ("kept", "gone")}

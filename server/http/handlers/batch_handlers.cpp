@@ -66,7 +66,7 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
   submission.name = parsed_batch->name;
   submission.sweep = std::move(parsed_batch->sweep);
   submission.max_failed = parsed_batch->max_failed;
-  submission.owner = request.owner;
+  submission.owner = request.owner();
   return submission;
 }
 

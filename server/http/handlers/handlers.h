@@ -121,8 +121,6 @@ ContextHandler get_page_file;
 Answer get_overview(const Request& request);
 ContextHandler get_version, get_me, get_nodes, create_ticket, get_status;
 ContextHandler get_openapi, get_scene_schema, get_scene_docs, get_docs;
-/// The key of a request; none without keys. (routes.cpp)
-std::optional<keys::Key> key_of(const RequestHead& head, const ApiContext& context);
 
 // ---- submissions.cpp
 /// A document, verbatim and parsed.

@@ -75,42 +75,25 @@ std::optional<Problem> cross_site_problem(const RequestHead& head, std::string_v
 
 }  // namespace
 
-std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* ring) {
+tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring) {
   if (ring == nullptr) {
     const std::string host(head.header("host").value_or(""));
     // HTTP/1.0 has no Host; browsers do not use it.
-    if (host.empty() || is_this_machine(host)) return cross_site_problem(head, host);
-    return Problem{failures::misdirected_request,
-                   "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
+    if (!host.empty() && !is_this_machine(host))
+      return Problem{failures::misdirected_request,
+                     "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
+    if (auto problem = cross_site_problem(head, host)) return *std::move(problem);
+    return Access{};
   }
-  if (is_open(head) || find_key(head, *ring)) return std::nullopt;
-  return unauthenticated(head);
-}
-
-std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring) {
-  if (ring == nullptr || is_open(head)) return std::nullopt;
-  const auto key = find_key(head, *ring);
-  if (!key) return unauthenticated(head);
+  Access access{find_key(head, *ring), std::nullopt};
+  if (is_open(head)) return access;
+  if (!access.key) return unauthenticated(head);
   const bool changes = !reads(head) && head.path != "/v1/tickets";
   const keys::Scope scope = changes ? keys::Scope::jobs_write : keys::Scope::jobs_read;
-  if (key->allows(scope) || head.path == "/v1/me") return std::nullopt;
-  return Problem{failures::forbidden, "key " + key->name + " does not have the scope " + std::string(name_of(scope))};
-}
-
-std::optional<keys::Key> handlers::key_of(const RequestHead& head, const ApiContext& context) {
-  return context.keys == nullptr ? std::nullopt : find_key(head, *context.keys);
-}
-
-Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
-  if (ring == nullptr) return handler;
-  return [handler, ring](Request& request) -> Answer {
-    if (const auto problem = access_problem(request.head, ring)) return problem_reply(*problem, request.id);
-    if (const auto key = find_key(request.head, *ring)) {
-      request.owner = key->name;
-      request.owner_weight = key->weight;
-    }
-    return handler(request);
-  };
+  if (!access.key->allows(scope) && head.path != "/v1/me")
+    access.forbidden = Problem{failures::forbidden,
+                               "key " + access.key->name + " does not have the scope " + std::string(name_of(scope))};
+  return access;
 }
 
 namespace {
@@ -209,7 +192,6 @@ std::vector<Route> client_routes(const ApiContext& api_context) {
       {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
   add_artifact_routes(routes, context);
-  for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;
 }
 

@@ -81,20 +81,13 @@ struct ApiContext {
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
-/// Checks a head before its body is read. With keys (`ring`): the key, or the ticket of a GET, must be
-/// valid, except for the documentation. Without keys (null): Host must be this machine, because a web page in a local
-/// browser could use a name of its own that resolves to this machine (DNS rebinding); and a page of another site may
-/// only read, because browsers send its requests without a body unasked (Fetch Metadata, W3C 2021; Origin, RFC 6454). A
-/// key cannot be sent in this way.
-std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* ring);
-
-/// The reason to refuse a request by its key and the scope of that; none if there are no keys.
-std::optional<Problem> access_problem(const RequestHead& head, const keys::KeyRing* ring);
-
-/// Wraps a handler: the key must have the scope of the method, jobs:read for GET, HEAD and tickets, jobs:write for the
-/// others; GET /v1/me is for every key.
-/// Every key with jobs:read can read all jobs, as a service belongs to one team. Sets Request::owner.
-Handler with_access(const Handler& handler, const keys::KeyRing* ring);
+/// The access of a request, see AccessFilter. With keys (`ring`): the key, or the ticket of a GET, must be valid,
+/// except for the documentation. It needs the scope jobs:read for GET, HEAD and tickets, jobs:write for other methods;
+/// GET /v1/me is for every key. Every key with jobs:read can read all jobs, as a service belongs to one team. Without
+/// keys (null): Host must be this machine, because a web page in a local browser could use a name of its own that
+/// resolves to this machine (DNS rebinding); and a page of another site may only read, because browsers send its
+/// requests without a body unasked (Fetch Metadata, W3C 2021; Origin, RFC 6454). A key cannot be sent in this way.
+tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring);
 
 /// `readiness` must outlive the routes. `metrics` returns the Prometheus text, and may throw StoreFailure.
 std::vector<Route> health_routes(Readiness& readiness, const std::function<std::string()>& metrics);

@@ -64,14 +64,14 @@ Answer get_version(Request&, const ApiContext& context) {
 }
 
 Answer get_me(Request& request, const ApiContext& context) {
-  const std::optional<keys::Key> key = key_of(request.head, context);
+  const std::optional<keys::Key>& key = request.access.key;
   std::vector<std::string_view> scopes;
   for (const keys::Scope scope : {keys::Scope::jobs_read, keys::Scope::jobs_write, keys::Scope::admin})
     if (!key || key->allows(scope)) scopes.push_back(keys::name_of(scope));
   queue::JobQueries& queries = context.queue.queries;
-  return json_reply(
-      200, resources::write_me(request.owner, scopes, queries.owner_quota(), queries.owner_usage(request.owner)),
-      "no-store");
+  const std::string owner = request.owner();
+  return json_reply(200, resources::write_me(owner, scopes, queries.owner_quota(), queries.owner_usage(owner)),
+                    "no-store");
 }
 
 Answer get_nodes(Request&, const ApiContext& context) {
@@ -83,7 +83,7 @@ Answer create_ticket(Request& request, const ApiContext& context) {
   if (!target) return target.error();
   std::string url = *target;
   std::optional<std::int64_t> expires_at;
-  if (const auto key = key_of(request.head, context)) {
+  if (const auto& key = request.access.key) {
     const keys::Ticket ticket = context.keys->create_ticket(*key, target->substr(0, target->find('?')));
     url.append(url.find('?') == std::string::npos ? "?ticket=" : "&ticket=").append(ticket.text);
     expires_at = ticket.expires_s * 1000;

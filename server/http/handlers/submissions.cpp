@@ -74,8 +74,8 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
 
 queue::Submission submission_of(const Request& request, const tracer::Scene& scene) {
   queue::Submission submission;
-  submission.owner = request.owner;
-  submission.weight = request.owner_weight;
+  submission.owner = request.owner();
+  if (request.access.key) submission.weight = request.access.key->weight;
   submission.accuracy = api::write_accuracy(scene.accuracy);
   submission.width = scene.image.window().width();
   submission.height = scene.image.window().height();
