@@ -2,6 +2,7 @@
 /// State that the nodes of one database share beside the jobs: events in one order, results of running jobs that other
 /// nodes have requested, and the nodes themselves.
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,27 +25,28 @@ struct Node {
 
 inline constexpr const char* measurement_result = "measurement";
 
-/// Thread-safe. Fails with StoreFailure.
+/// In a database that nodes share: see the schema of server/storage/postgres. Thread-safe. Fails with StoreFailure.
 class ClusterStore {
  public:
-  virtual ~ClusterStore() = default;
+  /// `transactions` must outlive it.
+  explicit ClusterStore(sql::Transactions& transactions) : transactions_(transactions) { synchronize(); }
 
   // ---- events. Every committed change of a job has one; it has a number from number_events() on. The numbers are
   // without gaps, and a reader that has read up to a number misses none before it.
 
   /// Numbers the events of all changes that were committed before the call; how many there were. None, and nothing is
   /// numbered, while another caller numbers some.
-  virtual std::optional<int> number_events() = 0;
+  std::optional<int> number_events();
   struct EventRange {
     std::int64_t first = 1, last = 0;  ///< inclusive; `last` is that of the latest event ever
   };
-  virtual EventRange event_range() = 0;
+  EventRange event_range();
   /// At most `limit` events after the number `after`, oldest first. Some thousands are kept.
-  virtual std::vector<JobEvent> events_after(std::int64_t after, int limit) = 0;
+  std::vector<JobEvent> events_after(std::int64_t after, int limit);
 
   // ---- results of running jobs: previews and measurements. Kept for minutes, and not over a crash of the database.
-  virtual void put_result(const std::string& job_id, const std::string& name, const std::string& bytes) = 0;
-  virtual std::optional<std::string> find_result(const std::string& job_id, const std::string& name) = 0;
+  void put_result(const std::string& job_id, const std::string& name, const std::string& bytes);
+  std::optional<std::string> find_result(const std::string& job_id, const std::string& name);
 
   // ---- nodes
   /// Work of a node that it must find even if a message about it was lost.
@@ -54,9 +56,19 @@ class ClusterStore {
     int nodes = 0;                       ///< number of nodes that were seen in the last 10 s
   };
   /// Adds or updates a node, seen now. Nodes that were not seen for an hour are removed.
-  virtual Duties report_node(const Node& node) = 0;
-  virtual void remove_node(const std::string& id) = 0;
-  virtual std::vector<Node> nodes() = 0;  ///< by name
+  Duties report_node(const Node& node);
+  void remove_node(const std::string& id);
+  std::vector<Node> nodes();  ///< by name
+
+  /// The database's clock, on which nodes agree: read at the start and by report_node, continued by the steady clock of
+  /// this machine.
+  [[nodiscard]] std::int64_t now() const;
+
+ private:
+  void synchronize();
+
+  sql::Transactions& transactions_;
+  std::atomic<std::int64_t> ahead_us_{0};  ///< the database's clock, compared with the steady clock
 };
 
 }  // namespace queue

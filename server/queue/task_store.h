@@ -11,7 +11,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "server/queue/job_store.h"
 
 namespace queue {
 
@@ -32,27 +35,39 @@ struct TaskOutcome {
   std::string result;        ///< bytes of tracer::trace_part
 };
 
-/// One node's view of the tasks. Thread-safe. Every call may throw StoreFailure.
+/// One node's view of the tasks, in a database that nodes share: see the schema of server/storage/postgres.
+/// Thread-safe. Every call may throw StoreFailure.
 class TaskStore {
  public:
-  virtual ~TaskStore() = default;
+  /// `node` names this node uniquely, `build` its program. `transactions` must outlive it.
+  TaskStore(sql::Transactions& transactions, std::string node, std::string build)
+      : transactions_(transactions), node_(std::move(node)), build_(std::move(build)) {}
 
   /// Adds tasks of a job that runs on this node. Tasks that exist keep their results.
-  virtual void publish(const std::string& job_id, const std::vector<NewTask>& tasks) = 0;
+  void publish(const std::string& job_id, const std::vector<NewTask>& tasks);
   /// Claims the first task of a job that runs on this node.
-  virtual std::optional<TaskClaim> claim_own(const std::string& job_id) = 0;
+  std::optional<TaskClaim> claim_own(const std::string& job_id);
   /// Claims the last task of a job that runs on another node with the same program. `excluded`: ids of jobs, separated
   /// by spaces.
-  virtual std::optional<TaskClaim> claim_other(const std::string& excluded) = 0;
-  virtual void renew() = 0;  ///< the leases of all claims of this node
+  std::optional<TaskClaim> claim_other(const std::string& excluded);
+  void renew();  ///< the leases of all claims of this node
   /// False if the claim is not the latest, or the job has ended.
-  virtual bool finish(const TaskClaim& claim, const std::string& result) = 0;
-  virtual void release(const TaskClaim& claim) = 0;  ///< others may claim the task at once
+  bool finish(const TaskClaim& claim, const std::string& result);
+  void release(const TaskClaim& claim);  ///< others may claim the task at once
   /// Keys of the tasks with results.
-  virtual std::vector<std::string> finished(const std::string& job_id) = 0;
-  virtual std::optional<TaskOutcome> outcome(const std::string& job_id, const std::string& key) = 0;
-  virtual void offer_help() = 0;  ///< this node has nothing else to do for some seconds
-  virtual int helpers() = 0;      ///< number of other nodes with the same program that offered help some seconds ago
+  std::vector<std::string> finished(const std::string& job_id);
+  std::optional<TaskOutcome> outcome(const std::string& job_id, const std::string& key);
+  void offer_help();  ///< this node has nothing else to do for some seconds
+  int helpers();      ///< number of other nodes with the same program that offered help some seconds ago
+
+ private:
+  template <class Work>
+  auto write(const Work& work);
+  template <class... Values>
+  std::optional<TaskClaim> claim(const std::string& condition, const std::string& order, const Values&... values);
+
+  sql::Transactions& transactions_;
+  const std::string node_, build_;
 };
 
 }  // namespace queue

@@ -5,7 +5,6 @@
 
 #include "server/queue/job_store.h"
 #include "server/storage/postgres/postgres_database.h"
-#include "server/storage/postgres/postgres_task_store.h"
 #include "server/storage/sql/tables.h"
 
 namespace storage::postgres {
@@ -32,6 +31,11 @@ constexpr const char* counts_and_triggers =
 /// its row.
 constexpr const char* cluster_tables =
 #include "server/storage/postgres/cluster_tables.sql"
+    ;
+
+/// queue::TaskStore. A crash of the server empties these tables, so that their content is written once and not twice.
+constexpr const char* tasks_tables =
+#include "server/storage/postgres/tasks_tables.sql"
     ;
 
 /// The tables of storage::sql with the types of PostgreSQL.

@@ -36,25 +36,29 @@ void check_database(const std::string& dsn);
 class PostgresStores {
  public:
   /// `dsn`: a connection URI (postgres://user@host/database) or a key-value string of libpq. Creates the tables in an
-  /// empty database. Throws StoreFailure.
+  /// empty database. Throws StoreFailure. No call may be in progress at the destruction.
   explicit PostgresStores(const std::string& dsn, const PostgresSettings& settings = {});
-  ~PostgresStores();  ///< no call may be in progress
   PostgresStores(const PostgresStores&) = delete;
   PostgresStores& operator=(const PostgresStores&) = delete;
 
-  [[nodiscard]] queue::Stores all() const;
-  [[nodiscard]] queue::DeliveryStore& deliveries() const;
-  [[nodiscard]] queue::ClusterStore& cluster() const;
-  [[nodiscard]] queue::Wakeups& wakeups() const;
-  /// The time of the database: nodes agree on it, whatever the clocks of their machines show. It is read again when a
-  /// node is reported. Must not outlive this.
-  [[nodiscard]] queue::Clock clock() const;
-  [[nodiscard]] sql::Transactions& transactions() const;  ///< for other stores in the database
-  [[nodiscard]] queue::TaskStore& tasks() const;
+  [[nodiscard]] queue::Stores all() const { return jobs_->all(); }
+  [[nodiscard]] queue::DeliveryStore& deliveries() const { return *deliveries_; }
+  [[nodiscard]] queue::ClusterStore& cluster() const { return *cluster_; }
+  [[nodiscard]] queue::Wakeups& wakeups() const { return *wakeups_; }
+  [[nodiscard]] queue::TaskStore& tasks() const { return *tasks_; }
+  [[nodiscard]] sql::Transactions& transactions() const { return *transactions_; }  ///< for other stores
+  /// See ClusterStore::now. Must not outlive this.
+  [[nodiscard]] queue::Clock clock() const {
+    return [&cluster = *cluster_] { return cluster.now(); };
+  }
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  const std::shared_ptr<sql::Transactions> transactions_;
+  const std::unique_ptr<queue::JobStores> jobs_;
+  const std::unique_ptr<queue::DeliveryStore> deliveries_;
+  const std::unique_ptr<queue::TaskStore> tasks_;
+  const std::unique_ptr<queue::ClusterStore> cluster_;
+  const std::unique_ptr<queue::Wakeups> wakeups_;
 };
 
 }  // namespace storage::postgres

@@ -1,0 +1,141 @@
+#include "server/queue/cluster_store.h"
+
+#include <chrono>
+
+namespace queue {
+namespace {
+
+constexpr std::int64_t node_kept_ms = 3'600'000, node_runs_ms = 10'000;
+constexpr std::int64_t result_kept_ms = 600'000;
+
+std::int64_t steady_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+JobEvent read_event(const sql::Query& row) {
+  JobEvent event;
+  event.number = row.integer(0);
+  event.at = row.integer(1);
+  event.state = row.text(2);
+  const std::optional<JobState> state = job_state(event.state);
+  event.kind = state && !ended(*state) ? JobEvent::Kind::state : JobEvent::Kind::done;
+  event.progress = state == JobState::succeeded ? 1 : 0;
+  event.job = {row.text(3), job_kind(row.text(4)).value(), row.text(5), row.text(6), row.text(7), row.integer(8) != 0};
+  event.job.state = state.value_or(JobState::cancelled);
+  return event;
+}
+
+}  // namespace
+
+std::optional<int> ClusterStore::number_events() {
+  const auto work = [](sql::Database& database) {
+    sql::Query numbered = database.query("SELECT number_events()");
+    numbered.row();
+    return static_cast<int>(numbered.integer(0));
+  };
+  const int count = transactions_.write(work, sql::Synced::with_next);  // it syncs what it has numbered
+  return count < 0 ? std::nullopt : std::optional(count);
+}
+
+ClusterStore::EventRange ClusterStore::event_range() {
+  return transactions_.read([](sql::Database& database) {
+    sql::Query row = database.query("SELECT deleted + 1, number FROM numbered");
+    row.row();
+    return EventRange{row.integer(0), row.integer(1)};
+  });
+}
+
+std::vector<JobEvent> ClusterStore::events_after(std::int64_t after, int limit) {
+  return transactions_.read([&](sql::Database& database) {
+    std::vector<JobEvent> events;
+    sql::Query row = database.query(
+        "SELECT number, at, state, job_id, kind, name, batch_id, owner, keep FROM events WHERE number > ?"
+        " ORDER BY number LIMIT ?",
+        after, std::int64_t{limit});
+    while (row.row()) events.push_back(read_event(row));
+    return events;
+  });
+}
+
+void ClusterStore::put_result(const std::string& job_id, const std::string& name, const std::string& bytes) {
+  const std::int64_t now = ClusterStore::now();
+  const auto work = [&](sql::Database& database) {
+    database.post("DELETE FROM running_results WHERE at < ?", now - result_kept_ms);
+    return database.change(
+        "INSERT INTO running_results (job_id, name, bytes, at) VALUES (?1, ?2, ?3, ?4)"
+        " ON CONFLICT (job_id, name) DO UPDATE SET bytes = ?3, at = ?4",
+        job_id, name, sql::Blob{bytes}, now);
+  };
+  transactions_.write(work, sql::Synced::with_next);
+}
+
+std::optional<std::string> ClusterStore::find_result(const std::string& job_id, const std::string& name) {
+  return transactions_.read([&](sql::Database& database) -> std::optional<std::string> {
+    sql::Query row = database.query("SELECT bytes FROM running_results WHERE job_id = ? AND name = ?", job_id, name);
+    if (!row.row()) return std::nullopt;
+    return row.text(0);
+  });
+}
+
+ClusterStore::Duties ClusterStore::report_node(const Node& node) {
+  synchronize();
+  const std::int64_t now = ClusterStore::now();
+  const auto work = [&](sql::Database& database) {
+    database.post(
+        "INSERT INTO nodes (id, name, role, version, slots, running, started_at, seen_at)"
+        " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)"
+        " ON CONFLICT (id) DO UPDATE SET slots = ?5, running = ?6, seen_at = ?8",
+        node.id, node.name, node.role, node.version, std::int64_t{node.slots}, std::int64_t{node.running},
+        node.started_at, now);
+    database.post("DELETE FROM nodes WHERE seen_at < ?", now - node_kept_ms);
+    Duties duties;
+    duties.cancelled =
+        database.query("SELECT id FROM jobs WHERE boot_id = ? AND state = 'running' AND cancel_requested = 1", node.id)
+            .texts();
+    sql::Query row = database.query(
+        "SELECT EXISTS (SELECT FROM jobs WHERE suspect = 1 AND state = 'queued' AND not_before IS NULL)::int,"
+        " (SELECT count(*) FROM nodes WHERE seen_at > ?)",
+        now - node_runs_ms);
+    row.row();
+    duties.suspects_wait = row.integer(0) != 0;
+    duties.nodes = static_cast<int>(row.integer(1));
+    return duties;
+  };
+  return transactions_.write(work, sql::Synced::with_next);
+}
+
+void ClusterStore::remove_node(const std::string& id) {
+  transactions_.write([&](sql::Database& database) { return database.change("DELETE FROM nodes WHERE id = ?", id); },
+                      sql::Synced::with_next);
+}
+
+std::vector<Node> ClusterStore::nodes() {
+  return transactions_.read([](sql::Database& database) {
+    std::vector<Node> nodes;
+    sql::Query row = database.query(
+        "SELECT id, name, role, version, slots, running, started_at, seen_at FROM nodes ORDER BY name, id");
+    while (row.row()) {
+      nodes.push_back({row.text(0), row.text(1), row.text(2), row.text(3), static_cast<int>(row.integer(4)),
+                       static_cast<int>(row.integer(5)), row.integer(6), row.integer(7)});
+    }
+    return nodes;
+  });
+}
+
+void ClusterStore::synchronize() {
+  transactions_.read([&](sql::Database& database) {
+    // The first statement also begins the transaction and may be prepared; the second one is a bare round trip.
+    const std::string statement = "SELECT CAST(extract(epoch FROM clock_timestamp()) * 1000000 AS BIGINT)";
+    database.query(statement).row();
+    const std::int64_t sent = steady_us();
+    sql::Query now = database.query(statement);
+    now.row();
+    ahead_us_ = now.integer(0) - (sent + steady_us()) / 2;
+    return 0;
+  });
+}
+
+std::int64_t ClusterStore::now() const { return (steady_us() + ahead_us_) / 1000; }
+
+}  // namespace queue
