@@ -96,6 +96,7 @@ struct Option {
   std::string_view values;
   std::uint64_t least, most;  ///< range of a number
   std::string_view help;      ///< the effect, and the reason of the default
+  bool is_limit = false;      ///< it is a number among the limits of GET /v1/version
 
   [[nodiscard]] std::string range() const;                     ///< the allowed values
   [[nodiscard]] std::string text(const Config& config) const;  ///< the value as it would be written

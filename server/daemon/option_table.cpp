@@ -18,6 +18,12 @@ constexpr Option number(std::string_view name, std::string_view default_text, st
   return {name, default_text, member, {}, least, most, help};
 }
 
+/// A number that clients read as a limit.
+constexpr Option limit(std::string_view name, std::string_view default_text, std::uint64_t Config::*member,
+                       std::uint64_t least, std::uint64_t most, std::string_view help) {
+  return {name, default_text, member, {}, least, most, help, true};
+}
+
 template <class Member>
 constexpr Option text(std::string_view name, std::string_view default_text, Member member, std::string_view values,
                       std::string_view help) {
@@ -63,12 +69,12 @@ constexpr std::array table{
          "directory of files that scenes may name; everyone who may submit scenes can read its content"),
     text("keys", "", &C::keys, "PATH",
          "file of API keys, written by --new-key and read again at SIGHUP; without it only this machine is served"),
-    number("asset_bytes", "256000000", &C::asset_bytes, 1, 256'000'000,
-           "largest uploaded file; 256 MB is the largest image that is decoded, uncompressed"),
+    limit("asset_bytes", "256000000", &C::asset_bytes, 1, 256'000'000,
+          "largest uploaded file; 256 MB is the largest image that is decoded, uncompressed"),
     number("asset_days", "30", &C::asset_days, 1, 36500,
            "days that an uploaded file is kept after its last use while no job names it; a month of work"),
-    number("uploads_bytes", "68719476736", &C::uploads_bytes, 1, 1024 * tebi,
-           "size of all uploads together, then uploads get 503; 64 GiB is 256 of the largest"),
+    limit("uploads_bytes", "68719476736", &C::uploads_bytes, 1, 1024 * tebi,
+          "size of all uploads together, then uploads get 503; 64 GiB is 256 of the largest"),
     number("spool_bytes", "2147483648", &C::spool_bytes, mebi, tebi,
            "disk space for large request bodies in transfer, then they get 503; 32 of the largest"),
     number("disk_free_bytes", "10737418240", &C::disk_free_bytes, 0, 1024 * tebi,
@@ -84,57 +90,55 @@ constexpr std::array table{
            "several, the last place is for small jobs, so that large ones do not delay them"),
     number("threads", "0", &C::threads, 0, 1024,
            "threads of a job that runs alone; several jobs share all but one each. 0 is the number of cores"),
-    number("scene_cache_bytes", "536870912", &C::scene_cache_bytes, 0, 1024 * tebi,
-           "memory for geometry and textures that later jobs reuse, in addition to job_memory_bytes; 512 MiB are three "
-           "million triangles or 33 Mpx, 0 keeps none. Released after a minute without jobs"),
-    number("body_bytes", "67108864", &C::body_bytes, 1024, gibi,
-           "largest request body; 64 MiB is a million inline triangles"),
-    number("pixels", "67108864", &C::pixels, 1, 4 * gibi, "pixels of an image; 64 Mpx is twice 8K"),
-    number("samples_times_pixels", "17179869184", &C::samples_times_pixels, 1, 256 * tebi,
-           "samples that a job may require; minutes to hours on two cores"),
-    number("objects", "4000000", &C::objects, 1, 2 * gibi, "objects of a scene; about 1 GiB when compiled"),
-    number("triangles", "40000000", &C::triangles, 1, 2 * gibi, "triangles of a scene; about 6 GiB when compiled"),
-    number("lights", "100000", &C::lights, 1, 2 * gibi, "lights of a scene; each costs a ray per hit"),
-    number("queued_jobs", "100000", &C::queued_jobs, 1, 10'000'000,
-           "queued jobs, then submissions get 503; a night's batch of small scenes, about 100 MB"),
-    number("batch_jobs", "10000", &C::batch_jobs, 1, 100'000,
-           "jobs of a batch, which are stored at once; ten minutes of film"),
-    number("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * gibi,
-           "size of the scene and all patches of a batch, which are stored at once; 10,000 patches of 26 KiB"),
-    number("batch_values", "20000000", &C::batch_values, 1000, 1'000'000'000,
-           "JSON values of all documents of a batch that are read completely, those that change materials, objects or "
-           "what they name; a batch takes some seconds"),
-    number("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
-           "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
+    limit("scene_cache_bytes", "536870912", &C::scene_cache_bytes, 0, 1024 * tebi,
+          "memory for geometry and textures that later jobs reuse, in addition to job_memory_bytes; 512 MiB are three "
+          "million triangles or 33 Mpx, 0 keeps none. Released after a minute without jobs"),
+    limit("body_bytes", "67108864", &C::body_bytes, 1024, gibi,
+          "largest request body; 64 MiB is a million inline triangles"),
+    limit("pixels", "67108864", &C::pixels, 1, 4 * gibi, "pixels of an image; 64 Mpx is twice 8K"),
+    limit("samples_times_pixels", "17179869184", &C::samples_times_pixels, 1, 256 * tebi,
+          "samples that a job may require; minutes to hours on two cores"),
+    limit("objects", "4000000", &C::objects, 1, 2 * gibi, "objects of a scene; about 1 GiB when compiled"),
+    limit("triangles", "40000000", &C::triangles, 1, 2 * gibi, "triangles of a scene; about 6 GiB when compiled"),
+    limit("lights", "100000", &C::lights, 1, 2 * gibi, "lights of a scene; each costs a ray per hit"),
+    limit("queued_jobs", "100000", &C::queued_jobs, 1, 10'000'000,
+          "queued jobs, then submissions get 503; a night's batch of small scenes, about 100 MB"),
+    limit("batch_jobs", "10000", &C::batch_jobs, 1, 100'000,
+          "jobs of a batch, which are stored at once; ten minutes of film"),
+    limit("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * gibi,
+          "size of the scene and all patches of a batch, which are stored at once; 10,000 patches of 26 KiB"),
+    limit("batch_values", "20000000", &C::batch_values, 1000, 1'000'000'000,
+          "JSON values of all documents of a batch that are read completely, those that change materials, objects or "
+          "what they name; a batch takes some seconds"),
+    limit("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
+          "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
     number("key_running_jobs", "0", &C::key_running_jobs, 0, 64,
            "jobs of an API key that run at once; 0 is one less than run at once in total, so that the next job of "
            "another key need not wait for the end of one"),
-    number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * tebi,
-           "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
-    number(
-        "job_days", "90", &C::job_days, 1, 36500,
-        "days after which a succeeded job loses its document and images, also if it expires later; a season of work"),
-    number("failed_job_days", "30", &C::failed_job_days, 1, 36500,
-           "the same for failed and cancelled jobs; time enough to look into them"),
+    limit("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * tebi,
+          "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
+    limit("job_days", "90", &C::job_days, 1, 36500,
+          "days after which a succeeded job loses its document and images, also if it expires later; a season of work"),
+    limit("failed_job_days", "30", &C::failed_job_days, 1, 36500,
+          "the same for failed and cancelled jobs; time enough to look into them"),
     number("artifact_bytes", "0", &C::artifact_bytes, 0, 1024 * tebi,
            "size of all images together, then the jobs that ended first lose theirs; 0 is half of the disk, so that "
            "images alone do not fill it"),
-    number("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,
-           "duration of one attempt of a job, then it is stopped; more than a day is a hang"),
-    number(
-        "job_memory_bytes", "17179869184", &C::job_memory_bytes, mebi, 1024 * tebi,
-        "memory of a job: one with a higher estimate is refused, a running one that exceeds it is stopped; 16 GiB is "
-        "twice the need of 64 Mpx"),
-    number("connections", "20000", &C::connections, 1, 1'000'000, "open connections; an idle one costs about 1 KiB"),
-    number("connections_per_address", "20000", &C::connections_per_address, 1, 1'000'000,
-           "open connections of one client address; equal to connections, because all clients on loopback or behind a "
-           "proxy have the same address"),
-    number("streams", "5000", &C::streams, 1, 1'000'000,
-           "event streams and long polls at once; a slow reader costs up to 16 KiB"),
+    limit("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,
+          "duration of one attempt of a job, then it is stopped; more than a day is a hang"),
+    limit("job_memory_bytes", "17179869184", &C::job_memory_bytes, mebi, 1024 * tebi,
+          "memory of a job: one with a higher estimate is refused, a running one that exceeds it is stopped; 16 GiB is "
+          "twice the need of 64 Mpx"),
+    limit("connections", "20000", &C::connections, 1, 1'000'000, "open connections; an idle one costs about 1 KiB"),
+    limit("connections_per_address", "20000", &C::connections_per_address, 1, 1'000'000,
+          "open connections of one client address; equal to connections, because all clients on loopback or behind a "
+          "proxy have the same address"),
+    limit("streams", "5000", &C::streams, 1, 1'000'000,
+          "event streams and long polls at once; a slow reader costs up to 16 KiB"),
     number("handler_threads", "4", &C::handler_threads, 1, 64,
            "requests handled at once; waiting requests take no thread, so few suffice"),
-    number("render_wait_s", "60", &C::render_wait_s, 0, 3600,
-           "seconds that POST /v1/render waits for the image before it replies 202; proxies cut at 60 s"),
+    limit("render_wait_s", "60", &C::render_wait_s, 0, 3600,
+          "seconds that POST /v1/render waits for the image before it replies 202; proxies cut at 60 s"),
     number("drain_s", "20", &C::drain_s, 0, 86'400,
            "seconds that running jobs may continue after SIGTERM before they return to the queue; with 10 s for "
            "pending requests it is within the 30 s of Kubernetes"),

@@ -81,31 +81,8 @@ std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config
                                                          {"target_bytes", head.target_bytes},
                                                          {"header_count", head.header_count},
                                                          {"header_bytes", head.header_bytes}};
-  for (const char* name : {"body_bytes",
-                           "asset_bytes",
-                           "uploads_bytes",
-                           "pixels",
-                           "samples_times_pixels",
-                           "objects",
-                           "triangles",
-                           "lights",
-                           "queued_jobs",
-                           "batch_jobs",
-                           "batch_bytes",
-                           "batch_values",
-                           "key_queued_jobs",
-                           "key_artifact_bytes",
-                           "job_days",
-                           "failed_job_days",
-                           "wall_time_s",
-                           "job_memory_bytes",
-                           "scene_cache_bytes",
-                           "connections",
-                           "connections_per_address",
-                           "streams",
-                           "render_wait_s"}) {
-    all.emplace_back(name, config.*std::get<std::uint64_t Config::*>(find_option(name)->member));
-  }
+  for (const Option& option : options())
+    if (option.is_limit) all.emplace_back(option.name, config.*std::get<std::uint64_t Config::*>(option.member));
   return all;
 }
 
