@@ -64,17 +64,15 @@ void check_shared_files(const Config& config) {
 SharedFiles::Medium::Medium(const Config& config) {
   if (config.artifacts.starts_with(bucket_scheme)) {
     client = std::make_unique<storage::s3::S3Client>(valid_settings(config));
-    bucket = std::make_unique<storage::s3::BucketObjects>(*client, "artifacts");
+    auto objects = std::make_unique<storage::s3::BucketObjects>(*client, "artifacts");
+    bucket = objects.get();
+    artifacts = std::move(objects);
     assets = std::make_unique<storage::s3::BucketObjects>(*client, "assets");
     return;
   }
   const std::string node = queue::IdSource(queue::system_clock(), queue::system_random()).next();
-  directory = std::make_unique<storage::objects::DirectoryObjects>(directory_of(config, "artifacts"), node);
+  artifacts = std::make_unique<storage::objects::DirectoryObjects>(directory_of(config, "artifacts"), node);
   assets = std::make_unique<storage::objects::DirectoryObjects>(directory_of(config, "assets"), node);
-}
-
-storage::objects::ObjectStore& SharedFiles::Medium::artifacts() const {
-  return bucket ? static_cast<storage::objects::ObjectStore&>(*bucket) : *directory;
 }
 
 SharedFiles::SharedFiles(const Config& config, storage::sql::Transactions& transactions, const queue::Clock& clock)
@@ -82,7 +80,7 @@ SharedFiles::SharedFiles(const Config& config, storage::sql::Transactions& trans
       medium_(config),
       artifact_index_(transactions, ObjectIndex::Kind::artifact),
       asset_index_(transactions, ObjectIndex::Kind::asset),
-      artifacts_(medium_.artifacts(), artifact_index_, clock),
+      artifacts_(*medium_.artifacts, artifact_index_, clock),
       assets_(*medium_.assets, asset_index_, clock, config.uploads_bytes) {}
 
 std::optional<std::string> SharedFiles::url_of(const queue::Artifact& artifact) const {
@@ -98,11 +96,11 @@ std::chrono::milliseconds SharedFiles::collect(const queue::Log& log) {
     return step_pause;
   }
   const std::int64_t now = clock_();
-  adopted_ = adopt_objects(medium_.artifacts(), artifact_index_, adopted_, now);
+  adopted_ = adopt_objects(*medium_.artifacts, artifact_index_, adopted_, now);
   if (!adopted_.empty()) return step_pause;
   adopted_asset_ = adopt_objects(*medium_.assets, asset_index_, adopted_asset_, now);
   if (!adopted_asset_.empty()) return step_pause;
-  medium_.artifacts().remove_unfinished();
+  medium_.artifacts->remove_unfinished();
   medium_.assets->remove_unfinished();
   part_ = 0;
   return round_pause;

@@ -41,11 +41,9 @@ class SharedFiles {
   /// The bytes.
   struct Medium {
     explicit Medium(const Config& config);
-    std::unique_ptr<storage::s3::S3Client> client;             ///< null for a directory
-    std::unique_ptr<storage::s3::BucketObjects> bucket;        ///< for artifacts; null for a directory
-    std::unique_ptr<storage::objects::ObjectStore> directory;  ///< for artifacts; null for a bucket
-    std::unique_ptr<storage::objects::ObjectStore> assets;
-    [[nodiscard]] storage::objects::ObjectStore& artifacts() const;
+    std::unique_ptr<storage::s3::S3Client> client;  ///< null for a directory
+    std::unique_ptr<storage::objects::ObjectStore> artifacts, assets;
+    const storage::s3::BucketObjects* bucket = nullptr;  ///< `artifacts`; null for a directory
   };
 
   const queue::Clock clock_;

@@ -131,37 +131,15 @@ tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Con
   return credentials;
 }
 
-Storage::Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure)
-    : spool_directory(config.data + "/spool"),
-      disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
-      disk_health(std::move(on_disk_failure)),
-      database(
-          open_database(config, queue::IdSource(queue::system_clock(), queue::system_random()).next(), disk_health)),
-      clock(database->clock()),
-      stores(database->stores()),
-      uploads(database->assets()) {
-  std::filesystem::create_directories(spool_directory);
-  if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
-}
-
-namespace {
-
-std::unique_ptr<queue::NodeLink> make_link(Storage& storage, queue::Queue& queue, queue::Events& events,
-                                           const queue::Log& log) {
-  const auto sharing = storage.database->sharing();
-  if (!sharing) return nullptr;
-  return std::make_unique<queue::NodeLink>(queue, events, sharing->store, sharing->wakeups, log);
-}
-
-}  // namespace
-
 JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log)
     : artifact_bytes_max(artifact_limit(config)),
       ids(storage.clock, queue::system_random()),
-      queue(storage.stores, storage.database->artifacts(), ids, storage.clock, log, queue_settings(config, storage)),
+      queue(storage.stores, storage.artifacts, ids, storage.clock, log, queue_settings(config, storage)),
       events(http::event_text, storage.clock, {.listeners_max = config.streams},
              [&store = storage.stores.jobs](const std::string& id) { return store.summary(id); }),
-      link(make_link(storage, queue, events, log)),
+      link(storage.postgres ? std::make_unique<queue::NodeLink>(queue, events, storage.postgres->cluster(),
+                                                                storage.postgres->wakeups(), log)
+                            : nullptr),
       job_metrics(registry, link ? static_cast<queue::JobObserver&>(*link) : events) {
   queue.notifications.observe(&job_metrics);
 }
@@ -195,8 +173,7 @@ Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs,
       lease_renewer(jobs.queue.lifecycle, log, std::chrono::milliseconds(config.lease_s * 1000 / 3)),
       collector(storage.uploads, storage.stores.maintenance, storage.clock, log,
                 {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
-      artifacts("maintain_artifacts", log,
-                [&database = *storage.database, log] { return database.maintain_artifacts(log); }) {}
+      artifacts("maintain_artifacts", log, [&storage, log] { return storage.maintain_artifacts(log); }) {}
 
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log) {
@@ -206,18 +183,18 @@ std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credential
       webhooks::SenderSettings{.networks = credentials.webhook_networks});
   const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
   webhooks::WebhookSettings settings{.secrets = credentials.webhook_secrets};
-  if (storage.database->sharing()) settings.search_interval = std::chrono::minutes(1);
-  auto webhooks = std::make_unique<webhooks::Webhooks>(storage.database->deliveries(), find, send, storage.clock,
-                                                       jobs.ids, log, settings);
+  if (storage.postgres) settings.search_interval = std::chrono::minutes(1);
+  auto webhooks =
+      std::make_unique<webhooks::Webhooks>(storage.deliveries, find, send, storage.clock, jobs.ids, log, settings);
   jobs.queue.notifications.set_completion_listener(webhooks.get());
   return webhooks;
 }
 
 worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage) {
   worker::SupervisorSettings settings;
-  if (const auto sharing = storage.database->sharing()) {
-    settings.tasks = &sharing->tasks;
-    settings.wakeups = &sharing->wakeups;
+  if (storage.postgres) {
+    settings.tasks = &storage.postgres->tasks();
+    settings.wakeups = &storage.postgres->wakeups();
   }
   settings.executable = worker::default_executable();
   settings.claims_jobs = config.role != "api";
@@ -225,12 +202,12 @@ worker::SupervisorSettings supervisor_settings(const Config& config, const Stora
   settings.threads = static_cast<int>(config.threads);
   if (!config.keys.empty()) settings.owner_slots = static_cast<int>(config.key_running_jobs);
   settings.files = {config.assets, uploads_directory(config), config.objects, config.triangles};
-  if (storage::objects::AssetCache* const cache = storage.database->asset_cache())
+  if (storage::objects::AssetCache* const cache = storage.asset_cache.get())
     settings.open_upload = [cache](const std::string& sha256) { return cache->open(sha256); };
   settings.waiting_directory = storage.spool_directory;
   settings.waiting_bytes = config.waiting_bytes;
   // Other nodes take a job over in time if this one cannot write its result for longer than the lease.
-  if (storage.database->sharing()) settings.store_tries = 0;
+  if (storage.postgres) settings.store_tries = 0;
   settings.wall_time = std::chrono::seconds(config.wall_time_s);
   settings.job_memory_bytes = config.job_memory_bytes;
   settings.scene_cache_bytes = config.scene_cache_bytes;
@@ -253,7 +230,7 @@ http::HttpServerSettings api_server_settings(const Config& config, const Storage
   settings.spool_directory = storage.spool_directory;
   settings.spool_bytes = config.spool_bytes;
   constexpr std::size_t downloads_at_once = 16;  // each waits for the store most of the time
-  if (storage.database->shared_files() != nullptr) settings.body_threads = downloads_at_once;
+  if (storage.shared_files) settings.body_threads = downloads_at_once;
   return settings;
 }
 
@@ -275,7 +252,7 @@ namespace {
 
 /// All nodes; without a shared database this one.
 std::vector<queue::Node> nodes(Storage& storage, const worker::Supervisor& supervisor, queue::Node own) {
-  if (const auto sharing = storage.database->sharing()) return sharing->store.nodes();
+  if (storage.postgres) return storage.postgres->cluster().nodes();
   own.slots = supervisor.slots();
   own.running = supervisor.running();
   own.seen_at = storage.clock();
@@ -292,7 +269,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .queue = jobs.queue,
       .events = jobs.events,
       .assets = storage.uploads,
-      .deliveries = storage.database->deliveries(),
+      .deliveries = storage.deliveries,
       .history = jobs.job_metrics.history(),
       .readiness = readiness,
       .clock = storage.clock,
@@ -309,7 +286,7 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
       .nodes = [&storage, &supervisor, node] { return nodes(storage, supervisor, node); },
       .dashboard = config.dashboard == "on",
       .keys = keys};
-  SharedFiles* const files = storage.database->shared_files();
+  SharedFiles* const files = storage.shared_files.get();
   if (files != nullptr && config.artifact_redirect == "on")
     context.redirect = [files](const queue::Artifact& artifact) { return files->url_of(artifact); };
   if (webhooks != nullptr) {
@@ -324,10 +301,9 @@ namespace {
 /// By role, those that were seen lately.
 std::vector<std::pair<std::string, std::int64_t>> count_nodes(Storage& storage) {
   constexpr std::int64_t lately_ms = 10'000;
-  const auto sharing = storage.database->sharing();
-  if (!sharing) return {{"all", 1}};
+  if (!storage.postgres) return {{"all", 1}};
   std::map<std::string, std::int64_t> counts{{"all", 0}, {"api", 0}, {"worker", 0}};
-  for (const queue::Node& node : sharing->store.nodes())
+  for (const queue::Node& node : storage.postgres->cluster().nodes())
     if (storage.clock() - node.seen_at < lately_ms) ++counts[node.role];
   return {counts.begin(), counts.end()};
 }

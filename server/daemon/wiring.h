@@ -8,16 +8,14 @@
 #include <vector>
 
 #include "server/daemon/config.h"
-#include "server/daemon/job_database.h"
+#include "server/daemon/storage.h"
 #include "server/http/handlers/routes.h"
 #include "server/http/http_server.h"
 #include "server/keys/key_ring.h"
-#include "server/queue/disk_health.h"
 #include "server/queue/events.h"
 #include "server/queue/node_link.h"
 #include "server/queue/queue.h"
 #include "server/queue/queue_maintainer.h"
-#include "server/storage/files/disk_space_monitor.h"
 #include "server/telemetry/service_metrics.h"
 #include "server/webhooks/webhooks.h"
 #include "server/worker/supervisor/supervisor.h"
@@ -37,21 +35,6 @@ tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Con
 std::vector<ConfigError> find_start_errors(const Config& config);
 /// Addresses and data that another process uses, such as a running daemon.
 std::vector<ConfigError> find_conflicts(const Config& config);
-
-/// The data directory: the stores, and the free space of the disk.
-struct Storage {
-  /// Locks the directory. `on_disk_failure` is called once, at the first I/O error. Throws with the reason if the
-  /// directory, or the one of assets, cannot be used.
-  Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure);
-
-  const std::string spool_directory;
-  storage::files::DiskSpaceMonitor disk;
-  queue::DiskHealth disk_health;
-  const std::unique_ptr<JobDatabase> database;
-  const queue::Clock clock;
-  const queue::Stores stores;
-  queue::AssetStore& uploads;
-};
 
 /// The queue and its observers: event streams and metrics.
 struct JobQueue {
