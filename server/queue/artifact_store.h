@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "server/queue/job_store.h"
 
@@ -18,6 +19,20 @@ class ArtifactReader {
   /// Reads up to `size` bytes at `offset`; fewer only at the end. Throws StoreFailure, of kind `damaged` where the
   /// bytes turn out not to be those of the name.
   virtual std::size_t read(std::uint64_t offset, char* into, std::size_t size) const = 0;
+};
+
+/// Bytes in memory.
+class MemoryReader final : public ArtifactReader {
+ public:
+  explicit MemoryReader(std::shared_ptr<const std::string> bytes) : bytes_(std::move(bytes)) {}
+  explicit MemoryReader(std::string bytes) : bytes_(std::make_shared<const std::string>(std::move(bytes))) {}
+  [[nodiscard]] std::uint64_t size_bytes() const override { return bytes_->size(); }
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    return offset < bytes_->size() ? bytes_->copy(into, size, offset) : 0;
+  }
+
+ private:
+  const std::shared_ptr<const std::string> bytes_;
 };
 
 class ArtifactStore {

@@ -11,24 +11,10 @@
 
 namespace {
 
-/// An artifact in memory; its declared size may exceed its bytes.
-class Bytes final : public queue::ArtifactReader {
- public:
-  explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
-  std::uint64_t size_bytes() const override { return bytes_.size(); }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    if (offset >= bytes_.size()) return 0;
-    return bytes_.copy(into, size, offset);
-  }
-
- private:
-  std::string bytes_;
-};
-
 /// The content is the media type in this test.
 std::unique_ptr<queue::ArtifactReader> open(const queue::Artifact& artifact) {
   if (artifact.sha256 == "gone") return nullptr;
-  return std::make_unique<Bytes>(artifact.media_type);
+  return std::make_unique<queue::MemoryReader>(artifact.media_type);
 }
 
 http::handlers::TarEntry entry(const std::string& name, const std::string& content) {

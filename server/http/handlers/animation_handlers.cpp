@@ -30,19 +30,6 @@ tracer::Result<AnimationQuery, Problem> read_query(const Pairs& query) {
   return Problem{failures::invalid_query, "fps must be a whole number 1..60"};
 }
 
-/// A frame that was reduced.
-class FrameInMemory final : public queue::ArtifactReader {
- public:
-  explicit FrameInMemory(Png png) : png_(std::move(png)) {}
-  [[nodiscard]] std::uint64_t size_bytes() const override { return png_->size(); }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset < png_->size() ? png_->copy(into, size, offset) : 0;
-  }
-
- private:
-  const Png png_;
-};
-
 Answer animation_reply(std::size_t images, OpenFrame open, int frames_per_second) {
   auto source = apng_of(images, std::move(open), frames_per_second);
   if (!source) return Problem{failures::images_differ, "an animation needs images of one size and kind"};
@@ -82,7 +69,7 @@ Answer reduce_frames(const std::shared_ptr<Reduction>& reduction, const ApiConte
       });
     add(kept);
   }
-  const auto open = [reduction](std::size_t i) { return std::make_unique<FrameInMemory>(reduction->frames[i]); };
+  const auto open = [reduction](std::size_t i) { return std::make_unique<queue::MemoryReader>(reduction->frames[i]); };
   return animation_reply(reduction->frames.size(), open, reduction->query.frames_per_second);
 }
 

@@ -69,18 +69,6 @@ std::optional<std::string> read_row(sql::Database& database, const std::string& 
   return row.text(0);
 }
 
-class BytesReader final : public queue::ArtifactReader {
- public:
-  explicit BytesReader(std::string bytes) : bytes_(std::move(bytes)) {}
-  [[nodiscard]] std::uint64_t size_bytes() const override { return bytes_.size(); }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset >= bytes_.size() ? 0 : bytes_.copy(into, size, offset);
-  }
-
- private:
-  const std::string bytes_;
-};
-
 }  // namespace
 
 void check_jobs_file(const std::string& directory) {
@@ -125,13 +113,13 @@ std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open(const std::strin
   std::optional<std::string> bytes = find(sha256);
   if (!bytes) return large_.open(sha256);
   if (tracer::sha256_hex(*bytes) != sha256) return nullptr;
-  return std::make_unique<BytesReader>(*std::move(bytes));
+  return std::make_unique<queue::MemoryReader>(*std::move(bytes));
 }
 
 std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open_unverified(const std::string& sha256) {
   std::optional<std::string> bytes = find(sha256);
   if (!bytes) return large_.open_unverified(sha256);
-  return std::make_unique<BytesReader>(*std::move(bytes));
+  return std::make_unique<queue::MemoryReader>(*std::move(bytes));
 }
 
 void SmallArtifactStore::remove(const std::string& sha256) {
