@@ -7,10 +7,9 @@
 #include <cerrno>
 #include <filesystem>
 
-#include "server/queue/artifact_store.h"
+#include "server/queue/asset_store.h"
 #include "server/storage/files/durable_file.h"
 #include "server/storage/sqlite/database.h"
-#include "tracer/sha256.h"
 
 namespace storage {
 namespace {
@@ -44,13 +43,10 @@ void copy_file(const std::string& from, const std::string& sha256, const std::st
 /// those removed meanwhile.
 void copy_files(const std::string& directory, const std::string& into) {
   create_directories(into);
-  for (const auto& part : std::filesystem::directory_iterator(into)) {
-    const std::string source = directory + "/" + part.path().filename().string();
-    if (part.path().filename().string().size() != 2 || !std::filesystem::is_directory(source)) continue;
-    for (const auto& file : std::filesystem::directory_iterator(source)) {
-      const std::string sha256 = file.path().filename();
-      if (tracer::is_sha256(sha256)) copy_file(file.path(), sha256, into);
-    }
+  for (int part = 0; part < queue::AssetStore::parts; ++part) {
+    if (!std::filesystem::is_directory(directory + "/" + name_of_part(part))) continue;
+    for (const NamedFile& file : files_of_part(directory, part))
+      copy_file(path_of(directory, file.sha256), file.sha256, into);
   }
 }
 

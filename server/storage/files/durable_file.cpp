@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -58,13 +59,9 @@ void create_directory(const std::string& path) {
 }
 
 void delete_leftovers(const std::string& directory) {
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+  for_each_entry(directory, [](const std::filesystem::directory_entry& entry) {
     if (unlink(entry.path().c_str()) < 0) fail("cannot delete", entry.path());
-  }
-  if (error)
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "cannot list " + directory + ": " + error.message());
+  });
 }
 
 }  // namespace
@@ -107,6 +104,10 @@ queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
     if (take) take(chunk.data(), got);
     bytes += got;
   }
+}
+
+queue::ArtifactStore::Stored hash_of(const queue::ArtifactReader& reader) {
+  return hash_of([&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); });
 }
 
 TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
@@ -169,6 +170,42 @@ std::string subdirectory(const std::string& directory, const std::string& sha256
 
 std::string path_of(const std::string& directory, const std::string& sha256) {
   return subdirectory(directory, sha256) + "/" + sha256;
+}
+
+void for_each_entry(const std::string& directory,
+                    const std::function<void(const std::filesystem::directory_entry&)>& each) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) each(entry);
+  if (error)
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              "cannot list " + directory + ": " + error.message());
+}
+
+std::optional<NamedFile> find_file(const std::string& directory, const std::string& sha256) {
+  const std::string path = path_of(directory, sha256);
+  struct stat status {};
+  if (lstat(path.c_str(), &status) == 0) {
+    return NamedFile{sha256, static_cast<std::uint64_t>(status.st_size),
+                     status.st_mtim.tv_sec * std::int64_t{1'000'000'000} + status.st_mtim.tv_nsec};
+  }
+  if (errno != ENOENT && errno != ESTALE) fail("cannot stat", path);
+  return std::nullopt;
+}
+
+std::vector<NamedFile> files_of_part(const std::string& directory, int part) {
+  std::vector<NamedFile> files;
+  for_each_entry(directory + "/" + name_of_part(part), [&](const std::filesystem::directory_entry& entry) {
+    const std::string name = entry.path().filename();
+    if (!tracer::is_sha256(name)) return;
+    if (auto file = find_file(directory, name)) files.push_back(*std::move(file));
+  });
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.sha256 < b.sha256; });
+  return files;
+}
+
+void remove_file(const std::string& directory, const std::string& sha256) {
+  const std::string path = path_of(directory, sha256);
+  if (unlink(path.c_str()) < 0 && errno != ENOENT) fail("cannot delete", path);
 }
 
 std::unique_ptr<queue::ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {

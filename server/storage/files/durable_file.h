@@ -5,9 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "server/queue/artifact_store.h"
 
@@ -37,7 +40,8 @@ using ReadAt = std::function<std::size_t(std::uint64_t offset, char* into, std::
 
 /// Reads to the end and returns sha256 and size; `take`, where given, receives each piece.
 using Take = std::function<void(const char* bytes, std::size_t size)>;
-queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take);
+queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take = {});
+queue::ArtifactStore::Stored hash_of(const queue::ArtifactReader& reader);
 
 /// A new file that the destructor deletes unless it was renamed.
 class TemporaryFile {
@@ -65,12 +69,29 @@ void create_directories(const std::string& directory, Leftovers leftovers = Left
 void sync_disk(const std::string& path);  ///< the whole file system of the path
 void sync_path(const std::string& path);  ///< an existing file or directory
 
+/// Throws StoreFailure if the directory cannot be listed.
+void for_each_entry(const std::string& directory,
+                    const std::function<void(const std::filesystem::directory_entry&)>& each);
+
 /// Name of one of the 256 subdirectories: two hex digits.
 std::string name_of_part(int part);
 
 /// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: is_sha256.
 std::string subdirectory(const std::string& directory, const std::string& sha256);
 std::string path_of(const std::string& directory, const std::string& sha256);
+
+/// A file DIRECTORY/ab/abcdef...
+struct NamedFile {
+  std::string sha256;
+  std::uint64_t bytes = 0;
+  std::int64_t modified_ns = 0;  ///< since 1970 UTC
+};
+/// Nothing where there is no such file. Precondition: is_sha256.
+std::optional<NamedFile> find_file(const std::string& directory, const std::string& sha256);
+/// All of one part, in the order of their names.
+std::vector<NamedFile> files_of_part(const std::string& directory, int part);
+/// No effect where there is none.
+void remove_file(const std::string& directory, const std::string& sha256);
 
 /// Null when there is no such file, or not is_sha256.
 std::unique_ptr<queue::ArtifactReader> open_reader(const std::string& directory, const std::string& sha256);

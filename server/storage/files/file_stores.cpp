@@ -2,11 +2,9 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -16,40 +14,8 @@
 namespace storage::files {
 namespace {
 
-struct Entry {
-  std::int64_t used = 0;  ///< milliseconds since 1970 UTC
-  std::uint64_t bytes = 0;
-};
-
-/// Nothing where there is no such file.
-std::optional<Entry> entry_at(const std::string& path) {
-  struct stat status {};
-  if (lstat(path.c_str(), &status) == 0) {
-    return Entry{status.st_mtim.tv_sec * 1000 + status.st_mtim.tv_nsec / 1'000'000,
-                 static_cast<std::uint64_t>(status.st_size)};
-  }
-  if (errno != ENOENT) fail("cannot stat", path);
-  return std::nullopt;
-}
-
-/// Calls `each(name, entry)` for the assets of one part.
-template <class Each>
-void walk(const std::string& directory, const Each& each) {
-  std::error_code error;
-  for (const auto& file : std::filesystem::directory_iterator(directory, error)) {
-    const std::string name = file.path().filename();
-    const auto entry = entry_at(file.path());
-    if (tracer::is_sha256(name) && entry) each(name, *entry);
-  }
-  if (error)
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "cannot list " + directory + ": " + error.message());
-}
-
-queue::ArtifactStore::Stored hash_of_artifact(const queue::ArtifactReader& reader) {
-  return hash_of([&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); },
-                 {});
-}
+/// Milliseconds since 1970 UTC.
+std::int64_t used_at(const NamedFile& file) { return file.modified_ns / 1'000'000; }
 
 }  // namespace
 
@@ -74,7 +40,7 @@ queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
   if (durable) temporary.sync();  // also over a durable file: another thread may remove that at any moment
   temporary.rename_to(target);    // also over a file that power loss has truncated
   if (durable) sync_path(subdirectory(directory_, stored.sha256));
-  set_verified(stored.sha256, true);
+  verified_.add(stored.sha256);
   return stored;
 }
 
@@ -87,30 +53,14 @@ void FileArtifactStore::sync(const std::string& sha256) {
 
 std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
   auto reader = open_reader(directory_, sha256);
-  if (!reader || is_verified(sha256)) return reader;
-  if (hash_of_artifact(*reader).sha256 != sha256) return nullptr;
-  set_verified(sha256, true);
+  if (!reader || verified_.contains(sha256)) return reader;
+  if (hash_of(*reader).sha256 != sha256) return nullptr;
+  verified_.add(sha256);
   return reader;
 }
 
 std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open_unverified(const std::string& sha256) {
   return open_reader(directory_, sha256);
-}
-
-bool FileArtifactStore::is_verified(const std::string& sha256) {
-  const std::lock_guard lock(verified_mutex_);
-  return verified_.contains(sha256);
-}
-
-void FileArtifactStore::set_verified(const std::string& sha256, bool verified) {
-  constexpr std::size_t names_max = 100'000;  // 10 MB; then all are compared once more
-  const std::lock_guard lock(verified_mutex_);
-  if (verified_.size() >= names_max) verified_.clear();
-  if (verified) {
-    verified_.insert(sha256);
-  } else {
-    verified_.erase(sha256);
-  }
 }
 
 std::optional<FileArtifactStore::Scrubbed> FileArtifactStore::scrub() {
@@ -120,24 +70,22 @@ std::optional<FileArtifactStore::Scrubbed> FileArtifactStore::scrub() {
         scrub_part_ = 0;
         return std::nullopt;
       }
-      walk(directory_ + "/" + name_of_part(scrub_part_++),
-           [&](const std::string& name, const Entry&) { scrub_names_.push_back(name); });
+      for (NamedFile& file : files_of_part(directory_, scrub_part_++)) scrub_names_.push_back(std::move(file.sha256));
     }
     const std::string name = std::move(scrub_names_.back());
     scrub_names_.pop_back();
     const auto reader = open_reader(directory_, name);
     if (!reader) continue;  // removed meanwhile
-    const Stored found = hash_of_artifact(*reader);
-    if (found.sha256 != name) set_verified(name, false);
+    const Stored found = hash_of(*reader);
+    if (found.sha256 != name) verified_.remove(name);
     return Scrubbed{{name, found.bytes}, found.sha256 != name};
   }
 }
 
 void FileArtifactStore::remove(const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return;
-  const std::string path = path_of(directory_, sha256);
-  if (unlink(path.c_str()) < 0 && errno != ENOENT) fail("cannot delete", path);
-  set_verified(sha256, false);
+  remove_file(directory_, sha256);
+  verified_.remove(sha256);
 }
 
 // ---- FileAssetStore
@@ -149,9 +97,8 @@ FileAssetStore::FileAssetStore(std::string directory, queue::Clock clock, std::u
       bytes_max_(bytes_max),
       health_(health == nullptr ? own_health_ : *health) {
   create_directories(directory_);
-  for (int part = 0; part < parts; ++part) {
-    walk(directory_ + "/" + name_of_part(part), [&](const std::string&, const Entry& entry) { bytes_ += entry.bytes; });
-  }
+  for (int part = 0; part < parts; ++part)
+    for (const NamedFile& file : files_of_part(directory_, part)) bytes_ += file.bytes;
 }
 
 queue::AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read) {
@@ -162,7 +109,7 @@ queue::AssetStore::Put FileAssetStore::store(const std::string& sha256, const Re
   if (!tracer::is_sha256(sha256)) return Put::other_bytes;
   const std::string directory = subdirectory(directory_, sha256);
   if (use(sha256)) {  // read all the same: other bytes under this name are an error
-    if (hash_of(read, {}).sha256 != sha256) return Put::other_bytes;
+    if (hash_of(read).sha256 != sha256) return Put::other_bytes;
     sync_path(directory);  // another put may be between its rename and its sync
     return Put::was_there;
   }
@@ -177,11 +124,10 @@ queue::AssetStore::Put FileAssetStore::store(const std::string& sha256, const Re
 }
 
 queue::AssetStore::Put FileAssetStore::name(TemporaryFile& temporary, const queue::ArtifactStore::Stored& stored) {
-  const std::string path = path_of(directory_, stored.sha256);
   const std::lock_guard lock(mutex_);
-  const bool is_new = !entry_at(path);
+  const bool is_new = !find_file(directory_, stored.sha256);
   if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::quota_exceeded;
-  temporary.rename_to(path);
+  temporary.rename_to(path_of(directory_, stored.sha256));
   if (is_new) bytes_ += stored.bytes;
   return Put::stored;
 }
@@ -203,26 +149,20 @@ std::unique_ptr<queue::ArtifactReader> FileAssetStore::open(const std::string& s
 }
 
 std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t then) {
-  const std::string directory = directory_ + "/" + name_of_part(part);
   std::vector<std::string> names;
-  walk(directory, [&](const std::string& name, const Entry& entry) {
-    if (entry.used < then) names.push_back(name);
-  });
+  for (NamedFile& file : files_of_part(directory_, part))
+    if (used_at(file) < then) names.push_back(std::move(file.sha256));
   return names;
 }
 
 bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t then) {
   if (!tracer::is_sha256(sha256)) return false;
-  const std::string path = path_of(directory_, sha256);
   const std::lock_guard lock(mutex_);
-  const auto entry = entry_at(path);
-  if (!entry || entry->used >= then) return false;
-  if (unlink(path.c_str()) == 0) {
-    bytes_ -= entry->bytes;
-    return true;
-  }
-  if (errno != ENOENT) fail("cannot delete", path);
-  return false;
+  const auto file = find_file(directory_, sha256);
+  if (!file || used_at(*file) >= then) return false;
+  remove_file(directory_, sha256);
+  bytes_ -= file->bytes;
+  return true;
 }
 
 }  // namespace storage::files

@@ -8,13 +8,13 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <unordered_set>
 #include <vector>
 
 #include "server/queue/artifact_store.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
 #include "server/queue/disk_health.h"
+#include "server/storage/files/name_set.h"
 
 namespace storage::files {
 
@@ -44,17 +44,14 @@ class FileArtifactStore final : public queue::ArtifactStore {
 
  private:
   Stored store(int fd, bool durable);
-  [[nodiscard]] bool is_verified(const std::string& sha256);
-  void set_verified(const std::string& sha256, bool verified);
 
   std::string directory_;
   queue::DiskHealth own_health_;
   queue::DiskHealth& health_;
   std::atomic<std::uint64_t> temporary_count_{0};
-  std::mutex verified_mutex_;
-  std::unordered_set<std::string> verified_;  ///< a limited number of artifacts whose bytes were compared
-  int scrub_part_ = 0;                        ///< the next one
-  std::vector<std::string> scrub_names_;      ///< the rest of the part before
+  NameSet verified_{100'000};             ///< artifacts whose bytes were compared
+  int scrub_part_ = 0;                    ///< the next one
+  std::vector<std::string> scrub_names_;  ///< the rest of the part before
 };
 
 /// Uploaded assets (queue::asset_path). The time of last use is stored as the modification time. One process at a time,

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
 #include <utility>
 #include <vector>
 
@@ -16,29 +15,10 @@
 namespace storage::objects {
 namespace {
 
-namespace fs = std::filesystem;
-
-struct CachedFile {
-  fs::file_time_type used;
-  std::uint64_t bytes = 0;
-  std::string path;
-};
-
-std::vector<CachedFile> cached_files(const std::string& directory) {
-  std::vector<CachedFile> all;
-  for (int part = 0; part < queue::AssetStore::parts; ++part) {
-    std::error_code error;
-    for (const auto& file : fs::directory_iterator(directory + "/" + files::name_of_part(part), error)) {
-      std::error_code removed;
-      CachedFile found{file.last_write_time(removed), 0, file.path()};
-      if (!removed) found.bytes = file.file_size(removed);
-      if (!removed) all.push_back(std::move(found));
-    }
-    if (error) {
-      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                                "cannot list " + directory + ": " + error.message());
-    }
-  }
+std::vector<files::NamedFile> cached_files(const std::string& directory) {
+  std::vector<files::NamedFile> all;
+  for (int part = 0; part < queue::AssetStore::parts; ++part)
+    for (files::NamedFile& file : files::files_of_part(directory, part)) all.push_back(std::move(file));
   return all;
 }
 
@@ -47,7 +27,7 @@ std::vector<CachedFile> cached_files(const std::string& directory) {
 AssetCache::AssetCache(std::string directory, std::uint64_t bytes_max, queue::AssetStore& assets)
     : directory_(std::move(directory)), bytes_max_(bytes_max), assets_(assets) {
   files::create_directories(directory_);
-  for (const CachedFile& file : cached_files(directory_)) bytes_ += file.bytes;
+  for (const files::NamedFile& file : cached_files(directory_)) bytes_ += file.bytes;
 }
 
 support::Descriptor AssetCache::open(const std::string& sha256) {
@@ -81,12 +61,12 @@ bool AssetCache::fetch(const std::string& sha256) {
 
 /// Deletes the files that were used least recently, until a tenth of the space is free; the newest one stays.
 void AssetCache::make_room() {
-  std::vector<CachedFile> files = cached_files(directory_);
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.used < b.used; });
+  std::vector<files::NamedFile> files = cached_files(directory_);
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.modified_ns < b.modified_ns; });
   bytes_ = 0;
-  for (const CachedFile& file : files) bytes_ += file.bytes;  // two fetches of one asset have counted it twice
+  for (const files::NamedFile& file : files) bytes_ += file.bytes;  // two fetches of one asset have counted it twice
   for (std::size_t i = 0; i + 1 < files.size() && bytes_ > bytes_max_ / 10 * 9; ++i) {
-    if (::unlink(files[i].path.c_str()) == 0) bytes_ -= files[i].bytes;
+    if (::unlink(files::path_of(directory_, files[i].sha256).c_str()) == 0) bytes_ -= files[i].bytes;
   }
 }
 

@@ -2,39 +2,16 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <utility>
 
 #include "server/storage/files/durable_file.h"
-#include "tracer/sha256.h"
 
 namespace storage::objects {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail_to_list(const std::string& directory, const std::error_code& error) {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                            "cannot list " + directory + ": " + error.message());
-}
-
-/// The objects of one part, in the order of their names.
-std::vector<ObjectStore::Object> objects_of_part(const std::string& directory) {
-  std::vector<ObjectStore::Object> objects;
-  std::error_code error;
-  for (const auto& file : fs::directory_iterator(directory, error)) {
-    std::error_code removed;  // by another node, meanwhile
-    const std::uint64_t bytes = file.file_size(removed);
-    std::string name = file.path().filename();
-    if (!removed && tracer::is_sha256(name)) objects.push_back({std::move(name), bytes});
-  }
-  if (error) fail_to_list(directory, error);
-  std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.sha256 < b.sha256; });
-  return objects;
-}
 
 template <class Call>
 auto without_io_errors(Call call) {
@@ -91,31 +68,26 @@ std::unique_ptr<queue::ArtifactReader> DirectoryObjects::open(const std::string&
 }
 
 void DirectoryObjects::remove(const std::string& sha256) {
-  const std::string path = files::path_of(directory_, sha256);
-  without_io_errors([&] {
-    if (::unlink(path.c_str()) < 0 && errno != ENOENT) files::fail("cannot delete", path);
-  });
+  without_io_errors([&] { files::remove_file(directory_, sha256); });
 }
 
 std::vector<ObjectStore::Object> DirectoryObjects::list(const std::string& after) {
   for (int part = after.empty() ? 0 : std::stoi(after.substr(0, 2), nullptr, 16); part < queue::AssetStore::parts;
        ++part) {
-    std::vector<Object> objects = objects_of_part(directory_ + "/" + files::name_of_part(part));
-    std::erase_if(objects, [&](const Object& object) { return object.sha256 <= after; });
+    std::vector<Object> objects;
+    for (const auto& file : without_io_errors([&] { return files::files_of_part(directory_, part); }))
+      if (file.sha256 > after) objects.push_back({file.sha256, file.bytes});
     if (!objects.empty()) return objects;
   }
   return {};
 }
 
 void DirectoryObjects::remove_unfinished() {
-  const std::string temporary = directory_ + "/tmp";
-  std::error_code error;
-  for (const auto& file : fs::directory_iterator(temporary, error)) {
-    std::error_code removed;
+  files::for_each_entry(directory_ + "/tmp", [](const fs::directory_entry& file) {
+    std::error_code removed;  // by another node, meanwhile
     const auto written = file.last_write_time(removed);
     if (!removed && written < fs::file_time_type::clock::now() - std::chrono::days(1)) fs::remove(file.path(), removed);
-  }
-  if (error) fail_to_list(temporary, error);
+  });
 }
 
 }  // namespace storage::objects

@@ -15,15 +15,10 @@ using Read = queue::AssetStore::Read;
   throw queue::StoreFailure(queue::StoreFailure::Kind::damaged, "object " + sha256 + " has other bytes than its name");
 }
 
-queue::ArtifactStore::Stored hash_of_object(const queue::ArtifactReader& reader) {
-  return files::hash_of(
-      [&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); }, {});
-}
-
 /// Hashes what is read in order, and compares at the end.
 class VerifyingReader final : public queue::ArtifactReader {
  public:
-  VerifyingReader(std::unique_ptr<queue::ArtifactReader> reader, std::string sha256, DamagedObjects& damaged)
+  VerifyingReader(std::unique_ptr<queue::ArtifactReader> reader, std::string sha256, files::NameSet& damaged)
       : reader_(std::move(reader)), sha256_(std::move(sha256)), damaged_(damaged) {}
 
   [[nodiscard]] std::uint64_t size_bytes() const override { return reader_->size_bytes(); }
@@ -44,32 +39,13 @@ class VerifyingReader final : public queue::ArtifactReader {
  private:
   const std::unique_ptr<queue::ArtifactReader> reader_;
   const std::string sha256_;
-  DamagedObjects& damaged_;
+  files::NameSet& damaged_;
   mutable std::mutex mutex_;
   mutable tracer::Sha256 hash_;
   mutable bool is_damaged_ = false;
 };
 
 }  // namespace
-
-// ---- DamagedObjects
-
-void DamagedObjects::add(const std::string& sha256) {
-  constexpr std::size_t names_max = 10'000;  // 1 MB; then all are found once more
-  const std::lock_guard lock(mutex_);
-  if (names_.size() >= names_max) names_.clear();
-  names_.insert(sha256);
-}
-
-void DamagedObjects::remove(const std::string& sha256) {
-  const std::lock_guard lock(mutex_);
-  names_.erase(sha256);
-}
-
-bool DamagedObjects::contains(const std::string& sha256) {
-  const std::lock_guard lock(mutex_);
-  return names_.contains(sha256);
-}
 
 // ---- SharedArtifactStore
 
@@ -81,12 +57,12 @@ queue::ArtifactStore::Stored SharedArtifactStore::put(int fd, bool /*durable*/) 
   const Read read = [fd](std::uint64_t offset, char* into, std::size_t size) {
     return files::read_at(fd, offset, into, size, "the source");
   };
-  Stored stored = files::hash_of(read, {});
+  Stored stored = files::hash_of(read);
   index_.begin(stored.sha256, stored.bytes, clock_());
   if (objects_.put(stored.sha256, stored.bytes, read) == ObjectStore::Put::was_there) {
     // Equal images are rare, so that reading the object costs little; it may be damaged, and this is its repair.
     const auto existing = objects_.open(stored.sha256);
-    if (!existing || hash_of_object(*existing).sha256 != stored.sha256)
+    if (!existing || files::hash_of(*existing).sha256 != stored.sha256)
       objects_.put(stored.sha256, stored.bytes, read, ObjectStore::Existing::replace);
   }
   damaged_.remove(stored.sha256);
@@ -100,7 +76,7 @@ std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open(const std::stri
   auto reader = objects_.open(sha256);
   if (!reader) return nullptr;
   if (reader->size_bytes() > small_bytes) return std::make_unique<VerifyingReader>(std::move(reader), sha256, damaged_);
-  if (hash_of_object(*reader).sha256 != sha256) return nullptr;
+  if (files::hash_of(*reader).sha256 != sha256) return nullptr;
   return reader;
 }
 
@@ -130,7 +106,7 @@ SharedAssetStore::SharedAssetStore(ObjectStore& objects, ObjectIndex& index, que
 
 queue::AssetStore::Put SharedAssetStore::put(const std::string& sha256, const Read& read) {
   if (!tracer::is_sha256(sha256)) return Put::other_bytes;
-  const queue::ArtifactStore::Stored source = files::hash_of(read, {});
+  const queue::ArtifactStore::Stored source = files::hash_of(read);
   if (source.sha256 != sha256) return Put::other_bytes;
   if (use(sha256)) return Put::was_there;
   if (!index_.begin(sha256, source.bytes, clock_(), bytes_max_)) return Put::quota_exceeded;

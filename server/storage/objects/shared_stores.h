@@ -5,30 +5,17 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "server/queue/artifact_store.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
+#include "server/storage/files/name_set.h"
 #include "server/storage/objects/object_index.h"
 #include "server/storage/objects/object_store.h"
 
 namespace storage::objects {
-
-/// Names of objects whose bytes were found to be others. Thread-safe.
-class DamagedObjects {
- public:
-  void add(const std::string& sha256);
-  void remove(const std::string& sha256);
-  [[nodiscard]] bool contains(const std::string& sha256);
-
- private:
-  std::mutex mutex_;
-  std::set<std::string> names_;
-};
 
 /// Every put is durable, and replaces an object with other bytes. `remove` keeps what was stored or kept within the
 /// `grace`; `collect` removes it later. The bytes of an object of up to small_bytes are compared with its name by
@@ -58,7 +45,7 @@ class SharedArtifactStore final : public queue::ArtifactStore {
   ObjectIndex& index_;
   queue::Clock clock_;
   std::chrono::milliseconds grace_;
-  DamagedObjects damaged_;
+  files::NameSet damaged_{10'000};  ///< objects whose bytes were found to be others
 };
 
 class SharedAssetStore final : public queue::AssetStore {
