@@ -15,21 +15,23 @@ std::string joined(const std::vector<std::string>& words, const std::string& aft
   return text;
 }
 
-std::vector<std::string> names_of(const std::vector<Column>& columns) {
+/// Names of the first columns.
+std::vector<std::string> names_of(const Table& table, std::size_t count) {
   std::vector<std::string> names;
-  for (const Column& column : columns) names.push_back(column.name);
+  for (std::size_t i = 0; i < count; ++i) names.push_back(table.columns[i].name);
   return names;
 }
 
 std::string marks(std::size_t count) { return joined(std::vector<std::string>(count, "?")); }
 
-Row read_row(const sql::Query& query, const std::vector<Column>& columns) {
+/// The first values of a row.
+Row read_row(const sql::Query& query, const Table& table, std::size_t count) {
   Row row;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const int column = static_cast<int>(i);
     if (query.is_null(column)) {
       row.emplace_back();
-    } else if (columns[i].type == sql::ColumnType::integer) {
+    } else if (table.columns[i].type == sql::ColumnType::integer) {
       row.emplace_back(query.integer(column));
     } else {
       row.emplace_back(query.text(column));
@@ -48,37 +50,19 @@ void bind_value(sql::Query& query, int position, const Value& value, sql::Column
   query.bind(position, *text);
 }
 
-std::vector<Column> key_columns(const Table& table) {
-  std::vector<Column> columns;
-  for (const std::string& name : table.key) {
-    columns.push_back(*std::find_if(table.columns.begin(), table.columns.end(),
-                                    [&](const Column& column) { return column.name == name; }));
-  }
-  return columns;
-}
-
-Row key_of(const Row& row, const Table& table) {
-  Row key;
-  for (const std::string& name : table.key) {
-    const auto column =
-        std::find_if(table.columns.begin(), table.columns.end(), [&](const Column& each) { return each.name == name; });
-    key.push_back(row[static_cast<std::size_t>(column - table.columns.begin())]);
-  }
-  return key;
-}
-
 /// The greatest key; empty where there are no rows.
 Row last_key(sql::Transactions& database, const Table& table) {
   return database.read([&](sql::Database& connection) {
-    sql::Query query = connection.query("SELECT " + joined(table.key) + " FROM " + table.name + " ORDER BY " +
-                                        joined(table.key, " DESC") + " LIMIT 1");
-    return query.row() ? read_row(query, key_columns(table)) : Row();
+    const std::vector<std::string> key = names_of(table, table.key_columns);
+    sql::Query query = connection.query("SELECT " + joined(key) + " FROM " + table.name + " ORDER BY " +
+                                        joined(key, " DESC") + " LIMIT 1");
+    return query.row() ? read_row(query, table, table.key_columns) : Row();
   });
 }
 
 void insert_rows(sql::Transactions& database, const Table& table, const std::vector<Row>& rows) {
-  const std::string insert = "INSERT INTO " + table.name + " (" + joined(names_of(table.columns)) + ") VALUES (" +
-                             marks(table.columns.size()) + ")";
+  const std::string insert = "INSERT INTO " + table.name + " (" + joined(names_of(table, table.columns.size())) +
+                             ") VALUES (" + marks(table.columns.size()) + ")";
   database.write([&](sql::Database& connection) {
     for (const Row& row : rows) {
       sql::Query query = connection.query(insert);
@@ -108,22 +92,24 @@ int page_rows_of(const Table& table) {
 
 void for_each_page(sql::Transactions& database, const Table& table, Row after, int page_rows,
                    const std::function<void(const std::vector<Row>&)>& each) {
-  const std::string select = "SELECT " + joined(names_of(table.columns)) + " FROM " + table.name;
-  const std::string order = " ORDER BY " + joined(table.key) + " LIMIT " + std::to_string(page_rows);
+  const std::string select = "SELECT " + joined(names_of(table, table.columns.size())) + " FROM " + table.name;
+  const std::string key = joined(names_of(table, table.key_columns));
+  const std::string order = " ORDER BY " + key + " LIMIT " + std::to_string(page_rows);
   const std::string first = select + order;
-  const std::string next = select + " WHERE (" + joined(table.key) + ") > (" + marks(table.key.size()) + ")" + order;
-  const std::vector<Column> key = key_columns(table);
+  const std::string next = select + " WHERE (" + key + ") > (" + marks(table.key_columns) + ")" + order;
   for (;;) {
     const std::vector<Row> rows = database.read([&](sql::Database& connection) {
       sql::Query query = connection.query(after.empty() ? first : next);
-      for (std::size_t i = 0; i < after.size(); ++i) bind_value(query, static_cast<int>(i) + 1, after[i], key[i].type);
+      for (std::size_t i = 0; i < after.size(); ++i)
+        bind_value(query, static_cast<int>(i) + 1, after[i], table.columns[i].type);
       std::vector<Row> page;
-      while (query.row()) page.push_back(read_row(query, table.columns));
+      while (query.row()) page.push_back(read_row(query, table, table.columns.size()));
       return page;
     });
     if (rows.empty()) return;
     each(rows);
-    after = key_of(rows.back(), table);
+    after = rows.back();
+    after.resize(table.key_columns);
   }
 }
 

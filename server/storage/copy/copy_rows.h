@@ -20,8 +20,8 @@ struct Column {
 };
 struct Table {
   std::string name;
-  std::vector<Column> columns;
-  std::vector<std::string> key;  ///< columns of the primary key
+  std::vector<Column> columns;  ///< those of the primary key first
+  std::size_t key_columns = 0;
 };
 
 /// Calls `each` for all rows from a key on (empty: from the first), a page of at most `page_rows` at a time.

@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "server/storage/copy/copy_rows.h"
+#include "server/storage/files/durable_file.h"
 #include "server/storage/sql/tables.h"
 #include "server/storage/sqlite/database.h"
 #include "server/support/descriptor.h"
-#include "tracer/sha256.h"
 
 namespace storage::copy {
 namespace {
@@ -39,15 +39,15 @@ std::vector<Table> tables_of(const char* script) {
   std::vector<Table> tables;
   for (const std::string& name :
        memory.query("SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY rowid").texts()) {
-    const std::string info = " FROM pragma_table_info(?) ";
-    Table table{name, {}, memory.query("SELECT name" + info + "WHERE pk > 0 ORDER BY pk", name).texts()};
-    sql::Query columns = memory.query("SELECT name, type" + info + "ORDER BY cid", name);
+    Table table{name, {}, 0};
+    sql::Query columns = memory.query("SELECT name, type, pk FROM pragma_table_info(?) ORDER BY pk = 0, pk, cid", name);
     while (columns.row()) {
+      if (columns.integer(2) > 0) ++table.key_columns;
       const std::string type = columns.text(1);
       using enum sql::ColumnType;
       table.columns.push_back({columns.text(0), type == "TEXT" ? text : type == "BLOB" ? blob : integer});
     }
-    if (!table.key.empty()) tables.push_back(std::move(table));
+    if (table.key_columns > 0) tables.push_back(std::move(table));
   }
   return tables;
 }
@@ -77,20 +77,12 @@ std::set<std::string> names(sql::Transactions& database, const std::string& quer
 
 /// True if it exists, and its bytes are those of its name.
 bool is_intact(const Reader& reader, const std::string& sha256) {
-  if (!reader) return false;
-  tracer::Sha256 hash;
-  std::string piece(1u << 20, '\0');
   try {
-    while (hash.size_bytes() < reader->size_bytes()) {
-      const std::size_t count = reader->read(hash.size_bytes(), piece.data(), piece.size());
-      if (count == 0) return false;
-      hash.add(piece.data(), count);
-    }
+    return reader && files::hash_of(*reader).sha256 == sha256;
   } catch (const queue::StoreFailure& failure) {
     if (failure.kind != queue::StoreFailure::Kind::damaged) throw;
     return false;
   }
-  return hash.hex() == sha256;
 }
 
 /// The bytes in memory, as a store reads an artifact from a descriptor.
