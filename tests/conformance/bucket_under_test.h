@@ -9,9 +9,8 @@
 class BucketUnderTest final : public storage::objects::ObjectStore {
  public:
   explicit BucketUnderTest(const std::string& kind) : objects_(client_, kind) {}
-  Put put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read,
-          Existing existing) override {
-    return objects_.put(sha256, bytes, read, existing);
+  void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) override {
+    objects_.put(sha256, bytes, read);
   }
   std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override { return objects_.open(sha256); }
   void remove(const std::string& sha256) override { objects_.remove(sha256); }

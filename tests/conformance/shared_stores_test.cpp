@@ -216,12 +216,9 @@ TEST(BucketObjects, ListsItsObjectsAndNothingElse) {
   for (int i = 0; i < 5; ++i) {
     const std::string bytes = std::to_string(i);
     names.push_back(tracer::sha256_hex(bytes));
-    artifacts.put(
-        names.back(), 1,
-        [&](std::uint64_t offset, char* into, std::size_t size) {
-          return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-        },
-        ObjectStore::Existing::keep);
+    artifacts.put(names.back(), 1, [&](std::uint64_t offset, char* into, std::size_t size) {
+      return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+    });
   }
   std::sort(names.begin(), names.end());
   std::vector<std::string> found;
@@ -271,22 +268,12 @@ class LetterAssets final : public AssetStore {
     ++fetches;
     for (const char letter : std::string("abcdefgh")) {
       const std::string bytes(100, letter);
-      if (tracer::sha256_hex(bytes) == sha256) return std::make_unique<Reader>(damaged ? "damaged" : bytes);
+      if (tracer::sha256_hex(bytes) == sha256) return std::make_unique<MemoryReader>(damaged ? "damaged" : bytes);
     }
     return nullptr;
   }
   std::atomic<int> fetches = 0;
   bool damaged = false;
-
- private:
-  struct Reader final : ArtifactReader {
-    explicit Reader(std::string content) : bytes(std::move(content)) {}
-    [[nodiscard]] std::uint64_t size_bytes() const override { return bytes.size(); }
-    std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-      return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-    }
-    std::string bytes;
-  };
 };
 
 std::string name_of(char letter) { return tracer::sha256_hex(std::string(100, letter)); }

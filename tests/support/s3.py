@@ -67,10 +67,8 @@ class Objects:
             self.faults[fault] -= taken
             return taken
 
-    def put(self, key, body, only_new):
+    def put(self, key, body):
         with self.lock:
-            if only_new and key in self.objects:
-                raise Refused(412, "PreconditionFailed")
             self.objects[key] = body
 
     def get(self, key):
@@ -193,7 +191,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             if "uploadId" in query:
                 self.objects.upload(query["uploadId"], key)[int(query["partNumber"])] = body
             else:
-                self.objects.put(key, body, self.headers.get("If-None-Match") == "*")
+                self.objects.put(key, body)
             return 200, b"", tag
         if self.command == "DELETE":
             if "uploadId" in query:

@@ -42,24 +42,21 @@ DirectoryObjects::DirectoryObjects(std::string directory, std::string node)
   files::create_directories(directory_, files::Leftovers::keep);
 }
 
-ObjectStore::Put DirectoryObjects::put(const std::string& sha256, std::uint64_t /*bytes*/,
-                                       const queue::AssetStore::Read& read, Existing existing) {
-  return without_io_errors([&] { return store(sha256, read, existing); });
+void DirectoryObjects::put(const std::string& sha256, std::uint64_t /*bytes*/, const queue::AssetStore::Read& read) {
+  without_io_errors([&] { store(sha256, read); });
 }
 
-ObjectStore::Put DirectoryObjects::store(const std::string& sha256, const queue::AssetStore::Read& read,
-                                         Existing existing) {
-  const std::string target = files::path_of(directory_, sha256), part = files::subdirectory(directory_, sha256);
-  if (existing == Existing::keep && ::access(target.c_str(), F_OK) == 0) {
-    files::sync_path(part);  // another put may be between its rename and its sync
-    return Put::was_there;
-  }
+void DirectoryObjects::store(const std::string& sha256, const queue::AssetStore::Read& read) {
+  const std::string part = files::subdirectory(directory_, sha256);
+  // Another node may be reading an intact file, and would lose it over NFS; a put may be between its rename and its
+  // sync.
+  const auto existing = files::open_reader(directory_, sha256);
+  if (existing && files::hash_of(*existing).sha256 == sha256) return files::sync_path(part);
   files::TemporaryFile temporary(directory_ + "/tmp/" + node_ + "-" + std::to_string(temporary_count_++));
   temporary.copy(read);
   temporary.sync();
-  temporary.rename_to(target);
+  temporary.rename_to(files::path_of(directory_, sha256));
   files::sync_path(part);
-  return Put::stored;
 }
 
 std::unique_ptr<queue::ArtifactReader> DirectoryObjects::open(const std::string& sha256) {

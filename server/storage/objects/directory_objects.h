@@ -11,7 +11,7 @@
 
 namespace storage::objects {
 
-/// Needs no locks: files appear whole by a rename, which replaces a file of the same bytes. An I/O error is a failure
+/// Needs no locks: files appear whole by a rename, which replaces a file of other bytes. An I/O error is a failure
 /// of kind `unavailable`: a file system over a network has them while its server is away, and a put starts with a new
 /// file.
 class DirectoryObjects final : public ObjectStore {
@@ -20,15 +20,14 @@ class DirectoryObjects final : public ObjectStore {
   /// files.
   DirectoryObjects(std::string directory, std::string node);
 
-  Put put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read,
-          Existing existing = Existing::keep) override;
+  void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) override;
   std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
   void remove(const std::string& sha256) override;
   std::vector<Object> list(const std::string& after) override;
   void remove_unfinished() override;
 
  private:
-  Put store(const std::string& sha256, const queue::AssetStore::Read& read, Existing existing);
+  void store(const std::string& sha256, const queue::AssetStore::Read& read);
 
   const std::string directory_, node_;
   std::atomic<std::uint64_t> temporary_count_{0};

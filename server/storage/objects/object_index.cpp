@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/storage/files/durable_file.h"
+
 namespace storage::objects {
 namespace {
 
@@ -59,9 +61,9 @@ void ObjectIndex::finish(const std::string& sha256) {
   });
 }
 
-void ObjectIndex::adopt(const std::vector<std::pair<std::string, std::uint64_t>>& names_and_bytes, std::int64_t now) {
+void ObjectIndex::adopt(const std::vector<ObjectStore::Object>& objects, std::int64_t now) {
   transactions_.write([&](Database& database) {
-    for (const auto& [sha256, bytes] : names_and_bytes) {
+    for (const auto& [sha256, bytes] : objects) {
       if (insert_object(database, kind_, sha256, clamped(bytes), now))
         count_bytes(database, kind_, clamped(bytes), INT64_MAX);
     }
@@ -78,8 +80,7 @@ bool ObjectIndex::use(const std::string& sha256, std::int64_t now) {
 }
 
 std::vector<std::string> ObjectIndex::unused_since(int part, std::int64_t then) {
-  constexpr const char* digits = "0123456789abcdef";
-  const std::string first{digits[part / 16], digits[part % 16]};
+  const std::string first = files::name_of_part(part);
   return transactions_.read([&](Database& database) {
     return database
         .query(

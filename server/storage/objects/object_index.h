@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/storage/objects/object_store.h"
 #include "server/storage/sql/sql_database.h"
 
 namespace storage::objects {
@@ -28,7 +29,7 @@ class ObjectIndex {
   void finish(const std::string& sha256);
 
   /// Adds rows, used now, for the objects that have none.
-  void adopt(const std::vector<std::pair<std::string, std::uint64_t>>& names_and_bytes, std::int64_t now);
+  void adopt(const std::vector<ObjectStore::Object>& objects, std::int64_t now);
 
   bool use(const std::string& sha256, std::int64_t now);  ///< false where the bytes were not stored
 

@@ -17,11 +17,9 @@ class ObjectStore {
  public:
   virtual ~ObjectStore() = default;
 
-  enum class Put { stored, was_there };
-  enum class Existing { keep, replace };
-  /// Stores an object unless it exists. It is durable and visible to all nodes when this returns, and never in part.
-  virtual Put put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read,
-                  Existing existing = Existing::keep) = 0;
+  /// Stores an object, also in place of one with other bytes. It is durable and visible to all nodes when this returns,
+  /// and never in part.
+  virtual void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) = 0;
 
   /// Null where there is none. Its bytes are not compared with the name. The reader of an object of up to small_bytes
   /// outlives its removal; that of a larger one may fail then.

@@ -59,12 +59,7 @@ queue::ArtifactStore::Stored SharedArtifactStore::put(int fd, bool /*durable*/) 
   };
   Stored stored = files::hash_of(read);
   index_.begin(stored.sha256, stored.bytes, clock_());
-  if (objects_.put(stored.sha256, stored.bytes, read) == ObjectStore::Put::was_there) {
-    // Equal images are rare, so that reading the object costs little; it may be damaged, and this is its repair.
-    const auto existing = objects_.open(stored.sha256);
-    if (!existing || files::hash_of(*existing).sha256 != stored.sha256)
-      objects_.put(stored.sha256, stored.bytes, read, ObjectStore::Existing::replace);
-  }
+  objects_.put(stored.sha256, stored.bytes, read);
   damaged_.remove(stored.sha256);
   return stored;
 }
@@ -110,7 +105,7 @@ queue::AssetStore::Put SharedAssetStore::put(const std::string& sha256, const Re
   if (source.sha256 != sha256) return Put::other_bytes;
   if (use(sha256)) return Put::was_there;
   if (!index_.begin(sha256, source.bytes, clock_(), bytes_max_)) return Put::quota_exceeded;
-  objects_.put(sha256, source.bytes, read, ObjectStore::Existing::replace);
+  objects_.put(sha256, source.bytes, read);
   index_.finish(sha256);
   return Put::stored;
 }
@@ -135,9 +130,7 @@ bool SharedAssetStore::remove_unused_since(const std::string& sha256, std::int64
 std::string adopt_objects(ObjectStore& objects, ObjectIndex& index, const std::string& after, std::int64_t now) {
   const std::vector<ObjectStore::Object> found = objects.list(after);
   if (found.empty()) return {};
-  std::vector<std::pair<std::string, std::uint64_t>> names_and_bytes;
-  for (const ObjectStore::Object& object : found) names_and_bytes.emplace_back(object.sha256, object.bytes);
-  index.adopt(names_and_bytes, now);
+  index.adopt(found, now);
   return found.back().sha256;
 }
 

@@ -55,10 +55,8 @@ class ObjectReader final : public queue::ArtifactReader {
 
 std::string BucketObjects::key_of(const std::string& sha256) const { return kind_ + "/" + queue::asset_path(sha256); }
 
-objects::ObjectStore::Put BucketObjects::put(const std::string& sha256, std::uint64_t bytes,
-                                             const queue::AssetStore::Read& read, Existing existing) {
-  const auto mode = existing == Existing::replace ? S3Client::Existing::replace : S3Client::Existing::keep;
-  return client_.put(key_of(sha256), bytes, read, mode) == S3Client::Put::stored ? Put::stored : Put::was_there;
+void BucketObjects::put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) {
+  client_.put(key_of(sha256), bytes, read);
 }
 
 std::unique_ptr<queue::ArtifactReader> BucketObjects::open(const std::string& sha256) {

@@ -16,8 +16,7 @@ class BucketObjects final : public objects::ObjectStore {
   /// `kind`: such as "artifacts". `client` must outlive it.
   BucketObjects(S3Client& client, std::string kind) : client_(client), kind_(std::move(kind)) {}
 
-  Put put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read,
-          Existing existing = Existing::keep) override;
+  void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) override;
   std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
   void remove(const std::string& sha256) override;
   std::vector<Object> list(const std::string& after) override;

@@ -166,9 +166,8 @@ void S3Client::check() { (void)list("", ""); }
 
 // ---- write
 
-S3Client::Put S3Client::put(const std::string& key, std::uint64_t bytes, const ReadAt& read, Existing existing) {
-  if (bytes <= settings_.part_bytes) return put_whole(key, read_whole(read, 0, bytes), existing);
-  if (existing == Existing::keep && bytes_of(key)) return Put::was_there;
+void S3Client::put(const std::string& key, std::uint64_t bytes, const ReadAt& read) {
+  if (bytes <= settings_.part_bytes) return put_whole(key, read_whole(read, 0, bytes));
   const HttpRequest start{.method = "POST", .url = url_of(key) + "?uploads="};
   const HttpAnswer answer = send(start);
   const std::string upload = Document(answer.body).text("UploadId");
@@ -182,16 +181,12 @@ S3Client::Put S3Client::put(const std::string& key, std::uint64_t bytes, const R
     }
     throw;
   }
-  return Put::stored;
 }
 
-S3Client::Put S3Client::put_whole(const std::string& key, std::string bytes, Existing existing) {
-  HttpRequest request{.method = "PUT", .url = url_of(key), .body = std::move(bytes)};
-  if (existing == Existing::keep) request.headers = {{"If-None-Match", "*"}};
+void S3Client::put_whole(const std::string& key, std::string bytes) {
+  const HttpRequest request{.method = "PUT", .url = url_of(key), .body = std::move(bytes)};
   const HttpAnswer answer = send(request);
-  if (answer.status == 412) return Put::was_there;
   if (answer.status != 200) fail(request, answer);
-  return Put::stored;
 }
 
 void S3Client::abort_upload(const std::string& key, const std::string& upload) {

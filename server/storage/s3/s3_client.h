@@ -56,11 +56,9 @@ class S3Client {
 
   /// Bytes of the source at `offset`, up to `size`; fewer only at the end.
   using ReadAt = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
-  enum class Put { stored, was_there };
-  enum class Existing { keep, replace };
-  /// Stores an object, and with `keep` only where the key does not exist (If-None-Match: *; a store that ignores the
-  /// header replaces it). It is durable and visible to all when this returns, and never in part.
-  Put put(const std::string& key, std::uint64_t bytes, const ReadAt& read, Existing existing = Existing::keep);
+  /// Stores an object, also in place of another one. It is durable and visible to all when this returns, and never in
+  /// part.
+  void put(const std::string& key, std::uint64_t bytes, const ReadAt& read);
 
   struct Piece {
     std::string bytes;
@@ -96,7 +94,7 @@ class S3Client {
   HttpAnswer send(HttpRequest request);
   int admit(int tries);
   void set_reached(bool reached, const std::string& failure);
-  Put put_whole(const std::string& key, std::string bytes, Existing existing);
+  void put_whole(const std::string& key, std::string bytes);
   void abort_upload(const std::string& key, const std::string& upload);
   void put_parts(const std::string& key, std::uint64_t bytes, const ReadAt& read, const std::string& upload);
 

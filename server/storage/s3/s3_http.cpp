@@ -174,8 +174,7 @@ HttpAnswer SignedHttp::send(const HttpRequest& request, const Credentials& crede
   set(easy.get(), CURLOPT_AWS_SIGV4, ("aws:amz:" + settings_.region + ":s3").c_str());
   set(easy.get(), CURLOPT_USERNAME, credentials.access_key.c_str());
   set(easy.get(), CURLOPT_PASSWORD, credentials.secret_key.c_str());
-  Parameters headers = request.headers;
-  headers.emplace_back("x-amz-content-sha256", tracer::sha256_hex(request.body));
+  Parameters headers{{"x-amz-content-sha256", tracer::sha256_hex(request.body)}};
   if (!credentials.session_token.empty()) headers.emplace_back("x-amz-security-token", credentials.session_token);
   if (request.method == "POST") headers.emplace_back("Content-Type", "application/xml");
   const List list = list_of(headers);

@@ -27,7 +27,6 @@ std::string query_of(Parameters parameters);
 struct HttpRequest {
   std::string method;                    ///< GET, HEAD, PUT, POST or DELETE
   std::string url;                       ///< whole, encoded
-  Parameters headers = {};               ///< all of them are signed
   std::string range = {};                ///< "0-99"; empty: none
   std::string body = {};                 ///< for PUT and POST
   std::chrono::milliseconds timeout{0};  ///< for the whole request; 0: none
