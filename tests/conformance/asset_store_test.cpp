@@ -298,6 +298,15 @@ TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteF
   EXPECT_TRUE(std::filesystem::exists(uploads + "/" + asset_path(sha256)));
 }
 
+TEST(FileAssetStore, KeepsALastUseThatIsMoreThan63BitsOfNanosecondsAfter1970) {
+  constexpr std::int64_t year_2020 = 1'577'836'800'000, year_2400 = 13'569'465'600'000;
+  const TemporaryDirectory directory;
+  FileAssetStore store(directory.path(), [] { return year_2400; });
+  const std::string sha256 = tracer::sha256_hex("abc");
+  ASSERT_EQ(store.put(sha256, reading("abc")), Put::stored);
+  EXPECT_EQ(store.unused_since(std::stoi(sha256.substr(0, 2), nullptr, 16), year_2020), std::vector<std::string>{});
+}
+
 TEST(FileAssetStore, DeletesTemporaryFilesAfterAFailedUpload) {
   const TemporaryDirectory directory;
   FileAssetStore store(directory.path(), [] { return 1; });

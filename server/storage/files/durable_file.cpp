@@ -185,8 +185,8 @@ std::optional<NamedFile> find_file(const std::string& directory, const std::stri
   const std::string path = path_of(directory, sha256);
   struct stat status {};
   if (lstat(path.c_str(), &status) == 0) {
-    return NamedFile{sha256, static_cast<std::uint64_t>(status.st_size),
-                     status.st_mtim.tv_sec * std::int64_t{1'000'000'000} + status.st_mtim.tv_nsec};
+    return NamedFile{
+        sha256, static_cast<std::uint64_t>(status.st_size), {status.st_mtim.tv_sec, status.st_mtim.tv_nsec}};
   }
   if (errno != ENOENT && errno != ESTALE) fail("cannot stat", path);
   return std::nullopt;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/queue/artifact_store.h"
@@ -84,7 +85,7 @@ std::string path_of(const std::string& directory, const std::string& sha256);
 struct NamedFile {
   std::string sha256;
   std::uint64_t bytes = 0;
-  std::int64_t modified_ns = 0;  ///< since 1970 UTC
+  std::pair<std::int64_t, std::int64_t> modified{};  ///< seconds since 1970 UTC, and nanoseconds
 };
 /// Nothing where there is no such file. Precondition: is_sha256.
 std::optional<NamedFile> find_file(const std::string& directory, const std::string& sha256);

@@ -15,7 +15,7 @@ namespace storage::files {
 namespace {
 
 /// Milliseconds since 1970 UTC.
-std::int64_t used_at(const NamedFile& file) { return file.modified_ns / 1'000'000; }
+std::int64_t used_at(const NamedFile& file) { return file.modified.first * 1000 + file.modified.second / 1'000'000; }
 
 }  // namespace
 
