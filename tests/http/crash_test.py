@@ -2,8 +2,6 @@
 import hashlib
 import os
 import signal
-import threading
-import time
 import unittest
 
 from tests.http.daemon import PATIENCE_S, SANITIZED, Daemon, json_of, long_scene, scene, wait_until
@@ -50,55 +48,11 @@ class KilledDaemon(unittest.TestCase):
                 self.assertEqual(job["state"], "succeeded", job["problem"])
                 self.assertEqual(sha256_of(daemon, job), images[before], "equal documents, equal images")
 
-    def test_repeated_kills_lose_no_acknowledged_job(self):
-        with Daemon() as daemon:
-            accepted = []
-            for round_number in range(8):
-                stop = threading.Event()
-                thread = threading.Thread(target=self.submit_until, args=(daemon, stop, accepted, round_number))
-                thread.start()
-                count = len(accepted)
-                wait_until(lambda n=count: len(accepted) >= n + 5, "some submissions")  # and then in the middle of one
-                daemon.kill()
-                stop.set()
-                thread.join()
-                daemon.start()
-            self.assertGreaterEqual(len(accepted), 40)
-            for job_id in accepted:
-                self.assertEqual(daemon.wait_for_end(job_id)["state"], "succeeded")
-
-    @staticmethod
-    def submit_until(daemon, stop, accepted, seed):
-        while not stop.is_set():
-            try:
-                accepted.append(daemon.submit(scene(accuracy={"samples": [1, 1], "seed": seed})))
-            except OSError:
-                return  # killed
-            except Exception:  # pylint: disable=broad-except
-                return  # half a reply
-
-    def test_ends_its_worker(self):
-        with Daemon() as daemon:
-            job_id = daemon.submit(long_scene())
-            daemon.wait_for_state(job_id, "running")
-            workers = wait_until(daemon.worker_pids, "a worker")
-            daemon.kill()
-            wait_until(lambda: not any(map(alive, workers)), "the worker's end")
-
-
-def alive(pid):
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
 
 class KilledWorker(unittest.TestCase):
     def test_costs_one_attempt_of_the_job_and_no_request(self):
         with Daemon("--jobs", "1") as daemon:
-            job_id = daemon.submit(long_scene(job={"max_attempts": 3}))
-            daemon.wait_for_state(job_id, "running")
+            job_id = daemon.start_job(long_scene(job={"max_attempts": 3}))
             for attempt in (2, 3):
                 worker = wait_until(daemon.worker, "a worker")
                 os.kill(worker, signal.SIGKILL)
@@ -114,37 +68,6 @@ class KilledWorker(unittest.TestCase):
             self.assertEqual(job["problem"]["code"], "worker_crashed")
             self.assertEqual(daemon.wait_for_end(other)["state"], "succeeded")
 
-    def test_waiting_request_is_answered_if_its_job_fails(self):
-        with Daemon("--jobs", "1") as daemon:
-            replies = []
-            document = long_scene(name="doomed", job={"max_attempts": 1})
-            thread = threading.Thread(target=lambda: replies.append(daemon.request("POST", "/v1/render", document)))
-            thread.start()
-            jobs = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=doomed"))["items"], "the job")
-            daemon.wait_for_state(jobs[0]["id"], "running")
-            worker = wait_until(daemon.worker, "a worker")
-            os.kill(worker, signal.SIGKILL)
-            thread.join()
-            self.assertEqual(replies[0].status, 500, replies[0].body)
-            problem = json_of(replies[0])
-            self.assertEqual(problem["type"], "urn:whittle:problem:job_failed")
-            self.assertIn("worker_crashed", problem["detail"])
-
-
-class Cancelling(unittest.TestCase):
-    def test_stops_a_running_job(self):
-        with Daemon("--jobs", "1") as daemon:
-            times_ms = []
-            for _ in range(5):
-                job_id = daemon.submit(long_scene())
-                wait_until(lambda i=job_id: daemon.job(i)["progress"] > 0, "progress")
-                start = time.monotonic()
-                self.assertEqual(daemon.request("POST", f"/v1/jobs/{job_id}/cancel").status, 202)
-                daemon.wait_for_state(job_id, "cancelled")
-                times_ms.append((time.monotonic() - start) * 1000)
-            print(f"from the cancel request to the cancelled job, ms: {[round(t) for t in times_ms]}")
-            self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
-
 
 class Draining(unittest.TestCase):
     def test_an_idle_daemon_ends_with_0_on_sigterm_and_on_sigint(self):
@@ -158,11 +81,8 @@ class Draining(unittest.TestCase):
 
     def test_running_job_finishes_new_work_is_refused_reads_are_answered(self):
         with Daemon("--jobs", "1", "--drain-s", "600", "--render-wait-s", "600") as daemon:
-            waiting = []
             # Seconds of work, so that it still runs when the signal arrives; less under a sanitizer.
-            document = scene(1500, 1000, samples=4 if SANITIZED else 64, name="last")
-            thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))
-            thread.start()
+            answer = daemon.in_background("POST", "/v1/render", scene(1500, 1000, samples=4 if SANITIZED else 64, name="last"))
             job_id = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=last"))["items"], "the job")[0]["id"]
             daemon.wait_for_state(job_id, "running")
             queued = daemon.submit(scene(name="left for later"))
@@ -173,8 +93,8 @@ class Draining(unittest.TestCase):
             self.assertEqual((refused.status, json_of(refused)["type"]), (503, "urn:whittle:problem:draining"))
             self.assertGreater(int(refused.headers["Retry-After"]), 0)
             self.assertEqual(daemon.job(queued)["state"], "queued")
-            thread.join()
-            self.assertEqual((waiting[0].status, waiting[0].headers["Content-Type"]), (200, "image/png"))
+            waiting = answer()
+            self.assertEqual((waiting.status, waiting.headers["Content-Type"]), (200, "image/png"))
             self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
             daemon.start()
             self.assertEqual(daemon.wait_for_end(queued)["state"], "succeeded")
@@ -182,23 +102,19 @@ class Draining(unittest.TestCase):
 
     def test_unfinished_job_returns_to_the_queue_without_counting_the_attempt(self):
         with Daemon("--jobs", "1", "--drain-s", "0") as daemon:
-            waiting = []
-            document = long_scene(name="too long")
-            thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))
-            thread.start()
+            answer = daemon.in_background("POST", "/v1/render", long_scene(name="too long"))
             job_id = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=too"))["items"], "the job")[0]["id"]
             daemon.wait_for_state(job_id, "running")
             self.assertEqual(daemon.terminate(), 0)
-            thread.join()
-            self.assertEqual((waiting[0].status, json_of(waiting[0])["id"]), (202, job_id))
+            waiting = answer()
+            self.assertEqual((waiting.status, json_of(waiting)["id"]), (202, job_id))
             daemon.start()
             job = daemon.wait_for_state(job_id, "running")
             self.assertEqual(job["attempt"], 1)
 
     def test_second_signal_ends_it_at_once(self):
         with Daemon("--jobs", "1", "--drain-s", "86400") as daemon:
-            job_id = daemon.submit(long_scene())
-            daemon.wait_for_state(job_id, "running")
+            job_id = daemon.start_job()
             daemon.process.terminate()
             wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
             self.assertEqual(daemon.terminate(), -signal.SIGTERM)

@@ -14,6 +14,7 @@ import signal
 import socket
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 
@@ -80,6 +81,18 @@ class Served:
     def get(self, path, **headers):
         return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
 
+    def in_background(self, *request):
+        """Sends the request; returns a function that waits for the reply."""
+        replies = []
+        thread = threading.Thread(target=lambda: replies.append(self.request(*request)))
+        thread.start()
+
+        def answer():
+            thread.join()
+            return replies[0]
+        answer.pending = thread.is_alive
+        return answer
+
     def health(self, path, method="GET"):
         return self.request(method, path, port=self.health_port)
 
@@ -98,6 +111,21 @@ class Served:
         if reply.status != 202:
             raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
         return json_of(reply)["id"]
+
+    def start_job(self, document=None):
+        """Submits a job, by default a long one, and returns its id when it runs."""
+        job_id = self.submit(document or long_scene())
+        self.wait_for_state(job_id, "running")
+        return job_id
+
+    def jobs(self, query="", limit=200):
+        """Returns all jobs that match, newest first, page by page."""
+        items, cursor = [], ""
+        while cursor is not None:
+            page = json_of(self.get(f"/v1/jobs?limit={limit}{query}{cursor}"))
+            items += page["items"]
+            cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
+        return items
 
     def job(self, job_id):
         reply = self.get(f"/v1/jobs/{job_id}")

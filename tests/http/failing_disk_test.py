@@ -13,12 +13,11 @@ import json
 import mmap
 import os
 import pathlib
-import re
 import struct
 import tempfile
 import unittest
 
-from tests.http import webhooks_test
+from tests.http import kills, webhooks_test
 from tests.http.daemon import BIN, PATIENCE_S, SANITIZED, Daemon, json_of, scene, wait_until
 
 UPLOAD = b"solid none\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
@@ -166,31 +165,13 @@ class EachStep(unittest.TestCase):
                 images.add(artifact["sha256"])
         self.assertGreater(states["succeeded"], 0)
         known = {json.loads(body)["id"] for _, body in disk.answered.values()}
-        listed, cursor = set(), ""
-        while cursor is not None:
-            page = json_of(daemon.get(f"/v1/jobs?limit=200{cursor}"))
-            listed |= {job["id"] for job in page["items"]}
-            cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
+        listed = {job["id"] for job in daemon.jobs()}
         self.assertEqual(listed, known, "none lost, none that was not acknowledged")
         daemon.terminate()
         daemon.start()  # what could not even be deleted goes now
-        self.check_files(daemon)
-        self.check_ends_once(daemon)
-
-    def check_files(self, daemon):
-        for path in [*daemon.data.glob("??/*"), *daemon.data.glob("uploads/??/*")]:
-            if re.fullmatch(r"[0-9a-f]{64}", path.name):
-                self.assertEqual(hashlib.sha256(path.read_bytes()).hexdigest(), path.name, "a half file under its name")
+        kills.check_files(self, daemon)
         self.assertEqual([path.name for path in (daemon.data / "tmp").iterdir()], [])
-
-    def check_ends_once(self, daemon):
-        ends = collections.Counter()
-        for path in daemon.directory.glob("log-*"):
-            for line in path.read_text("utf-8").splitlines():
-                row = json.loads(line)
-                if row["event"] in ("job_succeeded", "job_failed"):
-                    ends[row["job_id"]] += 1
-        self.assertEqual([job_id for job_id, times in ends.items() if times > 1], [], "ended twice")
+        kills.check_ends_once(self, daemon)
 
     def test_on_a_disk_that_is_full_once(self):
         disk = self.try_each(errno.ENOSPC, 1)

@@ -27,7 +27,7 @@ NOT_WITH_SANITIZERS = (
     "PixelBounds.ContainEvery*", "Palette.HasAnErrorOf*", "TorusHits.MatchAll*", "FileError.*", "TracePart.RendersGlobalLight*",
     "TracePart.RendersApproximations*", "WorkerTest.BuildsTheGeometryOf*", "WorkerTest.ReadsMeshAndImageFilesOf*",
     "WorkerTest.LowersThePriorityOf*", "TracePart.RendersFixedSamples*", "TracePart.RendersCrops*", "TracePart.RendersLayers*",
-    "Preview.OfALongWindow*", "KillNine.*", "SqliteStores.BoundsTheLog*", "S3ClientTest.ReturnsTheBytes*",
+    "Preview.OfALongWindow*", "SqliteStores.BoundsTheLog*", "S3ClientTest.ReturnsTheBytes*",
     "Stores/JobStoreConformance.*/Postgres", "ReaderLimits.ReportTheFirstOf*")
 
 
