@@ -17,6 +17,7 @@
 
 #include "server/queue/job_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/queue/eventually.h"
 #include "tests/support/s3_server.h"
 #include "tracer/sha256.h"
 
@@ -131,7 +132,7 @@ TEST_F(S3ClientTest, ReportsAStoreThatIsDownAndFindsItAgain) {
   server.command("down");
   EXPECT_NE(failure([&] { get("key"); }).find("S3: GET http://127.0.0.1:"), std::string::npos);
   server.command("up");
-  std::this_thread::sleep_for(2 * settings.probe_pause);
+  EXPECT_TRUE(eventually([&] { return failure([&] { get("key"); }) == "(none)"; })) << "once a probe is due";
   EXPECT_EQ(get("key"), "abc");
 }
 

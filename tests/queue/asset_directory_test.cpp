@@ -59,7 +59,8 @@ TEST_F(AssetDirectoryTest, RejectsNamesThatLeadOutside) {
   fs::create_symlink(outside / "secret", inside / "absolute");
   fs::create_symlink("..", inside / "up");
   fs::create_symlink("up/secret", inside / "twice");
-  for (const char* name : {"../secret", "deep/../../secret", "relative", "absolute", "up/secret", "twice",
+  fs::create_symlink("/proc/self/root" + (inside / "file").string(), inside / "proc");
+  for (const char* name : {"../secret", "deep/../../secret", "relative", "absolute", "up/secret", "twice", "proc",
                            "/etc/passwd", "/", "..", "../inside/file"}) {
     EXPECT_EQ(content(name), "leads out of the asset directory") << name;
   }
@@ -74,7 +75,10 @@ TEST_F(AssetDirectoryTest, FollowsLinksThatStayInside) {
 
 TEST_F(AssetDirectoryTest, RejectsSpecialFilesWithoutBlocking) {
   ASSERT_EQ(mkfifo((inside / "pipe").c_str(), 0600), 0);
+  fs::create_symlink("loop", inside / "loop");
   EXPECT_EQ(content("pipe"), "is no ordinary file");
+  EXPECT_EQ(content("loop"), "Too many levels of symbolic links");
+  EXPECT_EQ(content(std::string(256, 'x')), "File name too long");
   EXPECT_EQ(content("deep"), "is no ordinary file");
   EXPECT_EQ(content("."), "is no ordinary file");
   EXPECT_EQ(content("none"), "no such file");

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/queue/queue.h"
-#include "tests/conformance/memory_file.h"
+#include "tests/queue/queue_fixture.h"
 #include "tests/queue/supervised.h"
 
 using namespace queue;
@@ -11,8 +10,9 @@ using State = DiskSpace::State;
 
 namespace {
 
-class DiskSpaceTest : public testing::Test {
+class DiskSpaceTest : public QueueFixture {
  protected:
+  DiskSpaceTest() : QueueFixture({.disk_space = [this] { return space; }}) {}
   static Submission keyed() {
     Submission submission;
     submission.document = "{}";
@@ -21,11 +21,6 @@ class DiskSpaceTest : public testing::Test {
     return submission;
   }
   DiskSpace space{State::enough, 900, 100};
-  TemporaryStores temporary;
-  TestStore& store = temporary.store;
-  IdSource ids{system_clock(), system_random()};
-  Queue queue{
-      store.all(), temporary.artifacts, ids, system_clock(), no_log(), {.disk_space = [this] { return space; }}};
 };
 
 }  // namespace
@@ -43,8 +38,7 @@ TEST_F(DiskSpaceTest, RunsAcceptedJobsButAcceptsNoOthersWithScarceSpace) {
   EXPECT_FALSE(queue.submission.submit_batch(std::move(batch)));
   EXPECT_EQ(store.count(JobState::queued), 1);
   const Claim claim = queue.lifecycle.claim().value();
-  const MemoryFile image("image");
-  EXPECT_TRUE(queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", image.fd()}}));
+  EXPECT_TRUE(succeed(claim, "image"));
 }
 
 TEST_F(DiskSpaceTest, ClaimsNothingWithoutSpace) {

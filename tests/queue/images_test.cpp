@@ -4,47 +4,17 @@
 
 #include <thread>
 
-#include "server/queue/queue.h"
-#include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/queue/queue_fixture.h"
 
 using namespace queue;
 
 namespace {
 
-class FailingTransitions final : public JobTransitions {
- public:
-  explicit FailingTransitions(const JobTransitions& target) : JobTransitions(target) {}
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable, bool rendered) override {
-    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    return JobTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
-  }
-  bool failing = false;
-};
-
-class ImagesTest : public testing::Test {
+class ImagesTest : public QueueFixture {
  protected:
-  std::string submit() { return queue.submission.submit({.document = "{}"})->view.job.id; }
-  bool succeed(const Claim& claim, const std::string& image) {
-    const MemoryFile file(image);
-    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
-  }
-  JobView find(const std::string& id) { return queue.queries.find(id).value(); }
   std::unique_ptr<ArtifactReader> open_abc() { return queue.queries.open({"image.png", "image/png", abc_sha256, 3}); }
 
   const std::string abc_sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4
-  TemporaryStores temporary;
-  TestStore& store = temporary.store;
-  const Stores& all = store.all();
-  FailingTransitions transitions{all.transitions};
-  IdSource ids{system_clock(), system_random()};
-  Queue queue{{all.jobs, all.statistics, transitions, all.batches, all.maintenance},
-              temporary.artifacts,
-              ids,
-              system_clock(),
-              no_log(),
-              {}};
 };
 
 }  // namespace
@@ -73,10 +43,10 @@ TEST_F(ImagesTest, DeletesTheImagesOfALateResult) {
 TEST_F(ImagesTest, DeletesTheImagesOfAResultThatCouldNotBeStored) {
   const std::string id = submit();
   const Claim claim = *queue.lifecycle.claim();
-  transitions.failing = true;
+  hooks.failing = "succeed";
   EXPECT_THROW(succeed(claim, "abc"), StoreFailure);
   EXPECT_EQ(open_abc(), nullptr);
-  transitions.failing = false;
+  hooks.failing.clear();
   EXPECT_TRUE(succeed(claim, "abc"));
   EXPECT_NE(open_abc(), nullptr);
 }

@@ -5,9 +5,7 @@
 #include <functional>
 #include <thread>
 
-#include "server/queue/queue.h"
-#include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/queue/queue_fixture.h"
 
 using namespace queue;
 
@@ -22,18 +20,8 @@ class RecordingObserver final : public JobObserver {
   std::string calls;
 };
 
-class QueueObserverTest : public testing::Test {
+class QueueObserverTest : public QueueFixture {
  protected:
-  std::string submit() { return queue.submission.submit({.document = "{}"})->view.job.id; }
-  bool succeed(const Claim& claim, const std::string& image) {
-    const MemoryFile file(image);
-    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
-  }
-
-  TemporaryStores temporary;
-  TestStore& store = temporary.store;
-  IdSource ids{system_clock(), system_random()};
-  Queue queue{store.all(), temporary.artifacts, ids, system_clock(), no_log(), {}};
   RecordingObserver observer;
 };
 
@@ -62,63 +50,10 @@ TEST_F(QueueObserverTest, CallsWaitersBetweenTheTwoNotificationsOfAnEnd) {
   EXPECT_EQ(observer.calls, "queued running succeeded waiter settled ");
 }
 
-/// Stores whose insert and release return only after `between`.
-class LateJobs final : public JobStore {
- public:
-  LateJobs(JobStore& target, std::function<void()>& call) : JobStore(target), between(call) {}
-  InsertResult insert(const InsertRequest& request, std::int64_t now) override {
-    InsertResult result = JobStore::insert(request, now);
-    between();
-    return result;
-  }
-  std::function<void()>& between;
-};
-
-class LateTransitions final : public JobTransitions {
- public:
-  LateTransitions(JobTransitions& target, std::function<void()>& call) : JobTransitions(target), between(call) {}
-  ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
-    const ReleaseOutcome released = JobTransitions::release(id, fence, now, how);
-    between();
-    return released;
-  }
-  std::function<void()>& between;
-};
-
-class LateMaintenance final : public MaintenanceStore {
- public:
-  LateMaintenance(MaintenanceStore& target, std::function<void()>& call) : MaintenanceStore(target), between(call) {}
-  MaintenanceResult run_maintenance(std::int64_t now, const Retention& retention, int limit) override {
-    MaintenanceResult result = MaintenanceStore::run_maintenance(now, retention, limit);
-    between();
-    return result;
-  }
-  std::function<void()>& between;
-};
-
 /// Calls `between` after each change of the stores, before the queue has its result.
-class InterruptedQueueTest : public testing::Test {
+class InterruptedQueueTest : public QueueObserverTest {
  protected:
-  Claim submit_and_claim() {
-    (void)queue.submission.submit({.document = "{}"});
-    return queue.lifecycle.claim().value();
-  }
-
-  std::function<void()> between = [] {};
-  TemporaryStores temporary;
-  const Stores& all = temporary.store.all();
-  LateJobs jobs{all.jobs, between};
-  LateTransitions transitions{all.transitions, between};
-  LateMaintenance maintenance{all.maintenance, between};
-  IdSource ids{system_clock(), system_random()};
-  std::atomic<std::int64_t> now = system_clock()();
-  Queue queue{{jobs, all.statistics, transitions, all.batches, maintenance},
-              temporary.artifacts,
-              ids,
-              [this] { return now.load(); },
-              no_log(),
-              {}};
-  RecordingObserver observer;
+  std::function<void()>& between = hooks.after;
 };
 
 TEST_F(InterruptedQueueTest, ReportsQueuedBeforeRunning) {

@@ -8,63 +8,29 @@
 #include <thread>
 
 #include "server/queue/asset_store.h"
-#include "server/queue/queue.h"
-#include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/queue/queue_fixture.h"
 
 using namespace queue;
 
 namespace {
 
-/// Durability of all writes, in order.
-struct Writes {
-  void add(bool is_durable) {
-    const std::lock_guard lock(mutex);  // some tests submit from several threads
-    durable.push_back(is_durable);
-  }
-  std::vector<bool> durable;
-  std::atomic<int> probes = 0;
-  bool failing = false;
-  std::mutex mutex;
-};
-
-class RecordingJobs final : public JobStore {
- public:
-  RecordingJobs(JobStore& target, Writes& writes) : JobStore(target), writes_(writes) {}
-  InsertResult insert(const InsertRequest& request, std::int64_t at) override {
-    if (writes_.failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    writes_.add(request.durable);
-    return JobStore::insert(request, at);
-  }
-
- private:
-  Writes& writes_;
-};
-
-class RecordingTransitions final : public JobTransitions {
- public:
-  RecordingTransitions(JobTransitions& target, Writes& writes) : JobTransitions(target), writes_(writes) {}
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
-               const std::vector<Artifact>& images, bool is_durable, bool rendered) override {
-    writes_.add(is_durable);
-    return JobTransitions::succeed(id, fence, at, report, images, is_durable, rendered);
-  }
-
- private:
-  Writes& writes_;
-};
-
-class RecordingMaintenance final : public MaintenanceStore {
- public:
-  RecordingMaintenance(MaintenanceStore& target, Writes& writes) : MaintenanceStore(target), writes_(writes) {}
-  void probe() override { ++writes_.probes; }
-
- private:
-  Writes& writes_;
-};
-
-class SubmitTest : public testing::Test {
+class SubmitTest : public QueueFixture {
  protected:
+  SubmitTest()
+      : QueueFixture({.queued_limit = 100,
+                      .owner_queued_limit = 3,
+                      .owner_artifact_bytes_limit = 10,
+                      .reply_kept_ms = 1000,
+                      .retention = {.expired_ms = 1000}}) {
+    hooks.before = [this](std::string_view call, bool durable) {
+      const std::lock_guard lock(mutex_);  // some tests submit from several threads
+      if (call == "probe") {
+        ++probes;
+      } else {
+        durable_writes.push_back(durable);
+      }
+    };
+  }
   static Submission submission(const std::string& content_key = "", const std::string& owner = "") {
     Submission result;
     result.document = "{}";
@@ -74,26 +40,14 @@ class SubmitTest : public testing::Test {
   }
   bool run_one(const std::string& image) {
     const auto claim = queue.lifecycle.claim();
-    if (!claim) return false;
-    const MemoryFile file(image);
-    return queue.lifecycle.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
+    return claim && succeed(*claim, image);
   }
 
-  std::atomic<std::int64_t> now = 1'700'000'000'000;
-  TemporaryStores temporary;
-  TestStore& store = temporary.store;
-  Writes writes;
-  RecordingJobs jobs{store.all().jobs, writes};
-  RecordingTransitions transitions{store.all().transitions, writes};
-  RecordingMaintenance maintenance{store.all().maintenance, writes};
-  const Stores stores{jobs, store.all().statistics, transitions, store.all().batches, maintenance};
-  IdSource ids{[this] { return now.load(); }, system_random()};
-  QueueSettings settings{.queued_limit = 100,
-                         .owner_queued_limit = 3,
-                         .owner_artifact_bytes_limit = 10,
-                         .reply_kept_ms = 1000,
-                         .retention = {.expired_ms = 1000}};
-  Queue queue{stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), settings};
+  std::vector<bool> durable_writes;  ///< durability of all writes, in order
+  int probes = 0;
+
+ private:
+  std::mutex mutex_;
 };
 
 }  // namespace
@@ -212,8 +166,8 @@ TEST_F(SubmitTest, DoesNotSyncJobsThatAreNotDurable) {
   waited_for.write_reply = [](const JobView&, bool) { return FirstReply{}; };
   EXPECT_TRUE(queue.submission.submit(waited_for));  // a client with a key may send the request again
   run_one("c");
-  EXPECT_EQ(writes.durable, (std::vector<bool>{false, false, true, true, true, true}));
-  EXPECT_EQ(writes.probes, 0);
+  EXPECT_EQ(durable_writes, (std::vector<bool>{false, false, true, true, true, true}));
+  EXPECT_EQ(probes, 0);
 }
 
 TEST_F(SubmitTest, MakesAJobDurableOnRequest) {
@@ -221,19 +175,19 @@ TEST_F(SubmitTest, MakesAJobDurableOnRequest) {
   waited_for.durable = false;
   const std::string id = queue.submission.submit(waited_for)->view.job.id;
   for (int i = 0; i < 2; ++i) queue.submission.make_durable(id);
-  EXPECT_EQ(writes.probes, 1) << "a durable job needs no probe";
+  EXPECT_EQ(probes, 1) << "a durable job needs no probe";
   run_one("a");
-  EXPECT_EQ(writes.durable, (std::vector<bool>{false, true}));
+  EXPECT_EQ(durable_writes, (std::vector<bool>{false, true}));
   queue.submission.make_durable("unknown");
-  EXPECT_EQ(writes.probes, 1);
+  EXPECT_EQ(probes, 1);
 }
 
 TEST_F(SubmitTest, KeepsNoStateOfAJobThatWasNotStored) {
   Submission waited_for = submission();
   waited_for.durable = false;
-  writes.failing = true;
+  hooks.failing = "insert";
   EXPECT_THROW(queue.submission.submit(waited_for), StoreFailure);
-  writes.failing = false;
+  hooks.failing.clear();
   EXPECT_TRUE(queue.submission.submit(waited_for)) << "and its place in the bounds is free";
 }
 
@@ -248,7 +202,7 @@ TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
 }
 
 TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
-  Queue files_only{stores, temporary.large_artifacts, ids, [this] { return now.load(); }, no_log(), settings};
+  Queue files_only{stores, temporary.large_artifacts, ids, clock, no_log(), settings};
   ASSERT_TRUE(files_only.submission.submit(submission("key")));
   const Claim claim = files_only.lifecycle.claim().value();
   const MemoryFile file("abc");
@@ -270,8 +224,7 @@ TEST_F(SubmitTest, SharesTheResultOfAnEqualJobThatRuns) {
   EXPECT_EQ(job(second).state, JobState::running);
   EXPECT_EQ(queue.lifecycle.cancel(fourth), CancelOutcome::cancelling);
   EXPECT_EQ(job(fourth).state, JobState::cancelled) << "at once, and alone";
-  const MemoryFile file("image");
-  queue.lifecycle.succeed(first, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
+  succeed(*claim, "image");
   for (const std::string& id : {second, third}) {
     EXPECT_EQ(job(id).state, JobState::succeeded);
     EXPECT_EQ(job(id).artifacts.at(0).sha256, job(first).artifacts.at(0).sha256);
@@ -282,7 +235,6 @@ TEST_F(SubmitTest, SharesTheResultOfAnEqualJobThatRuns) {
 
 TEST_F(SubmitTest, RunsAFollowerIfTheJobBeforeItFails) {
   const auto submit = [&] { return queue.submission.submit(submission("k"))->view.job.id; };
-  const auto state = [&](const std::string& id) { return queue.queries.find(id)->job.state; };
   submit();
   const auto first = queue.lifecycle.claim();
   const std::string second = submit(), third = submit();
@@ -304,7 +256,7 @@ TEST_F(SubmitTest, EndsAWaitingJobWithTheResultOfAnEqualOne) {
   const std::string second = queue.submission.submit(submission("k"))->view.job.id;
   EXPECT_TRUE(run_one("image"));
   EXPECT_FALSE(queue.lifecycle.claim());
-  EXPECT_EQ(queue.queries.find(second)->job.state, JobState::succeeded);
+  EXPECT_EQ(state(second), JobState::succeeded);
 }
 
 TEST_F(SubmitTest, RendersARefreshOrAJobWithADeadlineBesideAnEqualOne) {

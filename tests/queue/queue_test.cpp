@@ -1,7 +1,5 @@
 /// Submission, life cycle and waiters of the queue.
 
-#include "server/queue/queue.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -9,27 +7,11 @@
 #include <set>
 #include <thread>
 
-#include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/queue/queue_fixture.h"
 
 using namespace queue;
 
 namespace {
-
-class RecordingRunner final : public JobRunner {
- public:
-  void notify(bool) noexcept override { ++notifications; }
-  void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
-  void request_preview(const std::string& id, std::uint32_t side) noexcept override {
-    preview_requests.push_back(id + " " + std::to_string(side));
-  }
-  void on_lease_lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
-  std::string not_ready() override { return status; }
-  std::atomic<int> notifications = 0;  // several threads submit at the same time
-  std::vector<std::string> cancelled, preview_requests;
-  std::vector<Lease> lost_leases;
-  std::string status;
-};
 
 /// Records its calls, and whether the job was stored before.
 class RecordingListener final : public CompletionListener {
@@ -45,51 +27,11 @@ class RecordingListener final : public CompletionListener {
   bool failing = false;
 };
 
-class FailingJobs final : public JobStore {
- public:
-  explicit FailingJobs(const JobStore& target) : JobStore(target) {}
-  InsertResult insert(const InsertRequest& request, std::int64_t now) override {
-    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    return JobStore::insert(request, now);
-  }
-  std::atomic<bool> failing = false;
-};
-
-class FailingMaintenance final : public MaintenanceStore {
- public:
-  explicit FailingMaintenance(const MaintenanceStore& target) : MaintenanceStore(target) {}
-  void probe() override {
-    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-  }
-  bool failing = false;
-};
-
-class QueueTest : public testing::Test {
+class QueueTest : public QueueFixture {
  protected:
-  QueueTest() { queue.runner.attach(&runner); }
+  QueueTest() : QueueFixture({.queued_limit = 10}) { queue.runner.attach(&runner); }
 
-  std::string submit(const std::string& name = "", const std::string& document = "{}") {
-    Submission submission;
-    submission.document = document;
-    submission.job.name = name;
-    return queue.submission.submit(std::move(submission))->view.job.id;
-  }
-  bool succeed(const Claim& claim, const std::string& image) {
-    const MemoryFile file(image);
-    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
-  }
-  JobView find(const std::string& id) { return queue.queries.find(id).value(); }
-
-  std::atomic<std::int64_t> now = 1'700'000'000'000;
-  TemporaryStores temporary;
-  TestStore& store = temporary.store;
-  FailingJobs jobs{store.all().jobs};
-  FailingMaintenance maintenance{store.all().maintenance};
-  const Stores stores{jobs, store.all().statistics, store.all().transitions, store.all().batches, maintenance};
-  IdSource ids{[this] { return now.load(); }, system_random()};
   RecordingRunner runner;
-  Queue queue{
-      stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), QueueSettings{.queued_limit = 10}};
 };
 
 }  // namespace
@@ -146,7 +88,7 @@ TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
   queue.lifecycle.set_progress(large, 0.75);
   EXPECT_DOUBLE_EQ(find(last).waiting_eta_s.value(), 25.05);
   EXPECT_EQ(find(large).waiting_eta_s, std::nullopt);
-  Queue restarted(stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), {});
+  Queue restarted(stores, temporary.artifacts, ids, clock, no_log(), {});
   EXPECT_DOUBLE_EQ(restarted.queries.seconds_per_work().value(), 1e-4) << "of the jobs in the store";
 }
 
@@ -232,9 +174,9 @@ TEST_F(QueueTest, ConcurrentSubmissionsDoNotExceedTheLimit) {
 }
 
 TEST_F(QueueTest, AFailedSubmitDoesNotCountAgainstTheLimit) {
-  jobs.failing = true;
+  hooks.failing = "insert";
   for (int i = 0; i < 20; ++i) EXPECT_THROW(submit(), StoreFailure);
-  jobs.failing = false;
+  hooks.failing.clear();
   EXPECT_TRUE(queue.submission.submit({.document = "{}"}));
   EXPECT_EQ(store.count(JobState::queued), 1);
 }
@@ -370,9 +312,9 @@ TEST_F(QueueTest, ReportsTheReasonOfNotBeingReady) {
   EXPECT_EQ(queue.queries.not_ready(), "");
   runner.status = "worker: restarting";
   EXPECT_EQ(queue.queries.not_ready(), "worker: restarting");
-  maintenance.failing = true;
+  hooks.failing = "probe";
   EXPECT_EQ(queue.queries.not_ready(), "store: disk full");
-  maintenance.failing = false;
+  hooks.failing.clear();
   queue.runner.attach(nullptr);
   EXPECT_EQ(queue.queries.not_ready(), "worker: not started");
 }

@@ -167,6 +167,18 @@ TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
+TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobWhoseTimeIsOver) {
+  worker::SupervisorSettings hurried = impatient();
+  hurried.wall_time = hurried.cancel_answer = std::chrono::milliseconds(50);
+  start(hurried);
+  const std::string id = submit("show 0 " + path("go"), 1);
+  EXPECT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(problem_code(id), "timed_out");
+  ASSERT_TRUE(eventually([&] { return find(id).artifacts.size() == 1; }));
+  create("go");
+  EXPECT_EQ(find(id).artifacts.at(0).name, "preview.png");
+}
+
 TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobThatDoesNotStop) {
   worker::SupervisorSettings reporting = impatient();
   reporting.cancel_answer = std::chrono::milliseconds(50);

@@ -95,61 +95,6 @@ TEST_F(WorkerTest, ReportsProgressAndStopsARenderOnCancel) {
   EXPECT_EQ(log.count("worker_ended"), 0) << "it stopped";
 }
 
-TEST_F(WorkerTest, RunsSmallJobsBesideALargeOne) {
-  start_real_worker();
-  const std::string large = submit(scene(2000, 1000, R"("png")"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
-  EXPECT_EQ(state(large), JobState::running);
-  queue.lifecycle.cancel(large);
-}
-
-/// A curved sheet of 50 x 50 squares, seen from `height`.
-std::string sheet(double height) {
-  std::string positions, triangles;
-  for (int j = 0; j <= 50; ++j) {
-    for (int i = 0; i <= 50; ++i) {
-      positions += (positions.empty() ? "[" : ",[") + std::to_string(i) + "," + std::to_string(i * j % 7) + "," +
-                   std::to_string(j) + "]";
-      const int at = j * 51 + i;
-      if (i == 50 || j == 50) continue;
-      for (const auto& [a, b, c] : {std::array{at, at + 51, at + 1}, std::array{at + 1, at + 51, at + 52}}) {
-        triangles += (triangles.empty() ? "[" : ",[") + std::to_string(a) + "," + std::to_string(b) + "," +
-                     std::to_string(c) + "]";
-      }
-    }
-  }
-  return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-         std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
-             "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
-             "objects": [{"type": "mesh", "material": {}, "positions": [)" +
-         positions + R"(], "triangles": [)" + triangles + "]}]}";
-}
-
-TEST_F(WorkerTest, BuildsTheGeometryOfSeveralFramesOnce) {
-  auto with = settings();
-  with.executable = worker::default_executable();
-  const auto render = [&](double height) {
-    const std::string id = submit(sheet(height));
-    EXPECT_TRUE(reaches(id, JobState::succeeded));
-    return find(id);
-  };
-  const auto reused = [](const queue::Job& job) {
-    return job.report.find("\"geometry_reused\":true") != std::string::npos;
-  };
-  start(with);
-  EXPECT_FALSE(reused(render(20)));
-  const queue::Job second = render(30);
-  EXPECT_TRUE(reused(second));
-  with.scene_cache_bytes = 0;
-  supervisor.reset();
-  start(with);
-  const queue::Job alone = render(30);
-  EXPECT_FALSE(reused(alone));
-  EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
-  EXPECT_FALSE(reused(render(20))) << "without a cache";
-}
-
 /// A ridged sheet as an OBJ file.
 std::string sheet_file() {
   std::string positions, faces;
@@ -168,40 +113,48 @@ std::string sheet_file() {
   return positions + faces;
 }
 
-TEST_F(WorkerTest, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
-  const std::string mesh(64, 'a'), image(64, 'b');
-  const auto upload = [&](const std::string& sha256, const std::string& bytes) {
+class SceneCacheOfAWorker : public WorkerTest {
+ protected:
+  SceneCacheOfAWorker() {
+    with.executable = worker::default_executable();
+    with.files.uploads = path("uploads");
+    upload(mesh, sheet_file());
+  }
+  void upload(const std::string& sha256, const std::string& bytes) const {
     const std::filesystem::path place = path("uploads/" + queue::asset_path(sha256));
     std::filesystem::create_directories(place.parent_path());
     std::ofstream(place, std::ios::binary) << bytes;
-  };
-  upload(mesh, sheet_file());
-  auto with = settings();
-  with.executable = worker::default_executable();
-  with.files.uploads = path("uploads");
-  start(with);
-  const auto render = [&](const std::string& document) {
+  }
+  queue::Job render(const std::string& document) {
     const std::string id = submit(document);
     EXPECT_TRUE(reaches(id, JobState::succeeded)) << problem_code(id);
     return find(id);
-  };
-  upload(image, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
-  const auto frame = [&](int height) {
-    return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-           std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
+  }
+  /// The sheet from a height, with a color or the name of a texture.
+  queue::Job frame(int height, const std::string& color) {
+    return render(R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
+                  std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
              "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
              "objects": [{"type": "mesh", "file": "sha256:)" +
-           mesh + R"(", "material": {"color": {"file": "sha256:)" + image + R"("}}}]})";
-  };
-  const auto report_contains = [](const queue::Job& job, const std::string& words) {
+                  mesh + R"(", "material": {"color": )" + color + "}}]}");
+  }
+  static bool reports(const queue::Job& job, const std::string& words) {
     return job.report.find(words) != std::string::npos;
-  };
-  const queue::Job first = render(frame(20));
-  EXPECT_TRUE(report_contains(first, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << first.report;
+  }
+
+  const std::string mesh = std::string(64, 'a');
+  worker::SupervisorSettings with = settings();
+};
+
+TEST_F(SceneCacheOfAWorker, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
+  start(with);
+  const std::string image(64, 'b'), texture = R"({"file": "sha256:)" + image + R"("})";
+  upload(image, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
+  const queue::Job first = frame(20, texture);
+  EXPECT_TRUE(reports(first, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << first.report;
   std::filesystem::remove(path("uploads/" + queue::asset_path(mesh)));
-  const queue::Job second = render(frame(30));
-  EXPECT_TRUE(report_contains(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})"))
-      << second.report;
+  const queue::Job second = frame(30, texture);
+  EXPECT_TRUE(reports(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})")) << second.report;
   EXPECT_TRUE(
       eventually([&] { return supervisor->cache_bytes().geometry > 0 && supervisor->cache_bytes().images > 0; }));
 
@@ -209,10 +162,20 @@ TEST_F(WorkerTest, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
   with.scene_cache_bytes = 0;
   supervisor.reset();
   start(with);
-  const queue::Job alone = render(frame(30));
-  EXPECT_TRUE(report_contains(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
+  const queue::Job alone = frame(30, texture);
+  EXPECT_TRUE(reports(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
   EXPECT_EQ(supervisor->cache_bytes().geometry, 0u);
+  EXPECT_FALSE(reports(frame(20, texture), "\"geometry_reused\":true")) << "without a cache";
+}
+
+TEST_F(SceneCacheOfAWorker, IsClearedWhenIdle) {
+  with.cache_idle = std::chrono::milliseconds(100);
+  start(with);
+  const auto built = [&] { return reports(frame(20, "1"), "\"geometry_reused\":false"); };
+  EXPECT_TRUE(built());
+  // The cache is empty until a heartbeat has reported the geometry, and once it is cleared. A job uses it in between.
+  EXPECT_TRUE(eventually([&] { return supervisor->cache_bytes().geometry == 0 && built(); }));
 }
 
 /// The nice level of each thread of a process.
@@ -259,21 +222,6 @@ TEST_F(WorkerTest, HasItsOwnSession) {
   start_real_worker();
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   EXPECT_EQ(getsid(supervisor->worker_pid()), supervisor->worker_pid());
-}
-
-TEST_F(WorkerTest, ClearsTheCacheWhenIdle) {
-  auto with = settings();
-  with.executable = worker::default_executable();
-  with.cache_idle = std::chrono::milliseconds(100);
-  start(with);
-  const auto built = [&] {
-    const std::string id = submit(sheet(20));
-    EXPECT_TRUE(reaches(id, JobState::succeeded));
-    return find(id).report.find("\"geometry_reused\":false") != std::string::npos;
-  };
-  EXPECT_TRUE(built());
-  // The cache is empty until a heartbeat has reported the geometry, and once it is cleared. A job uses it in between.
-  EXPECT_TRUE(eventually([&] { return supervisor->cache_bytes().geometry == 0 && built(); }));
 }
 
 /// "VmRSS", "VmHWM": MiB that it has, or had at most.

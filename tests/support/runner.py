@@ -25,7 +25,7 @@ PROGRESS_S = 15  # between two lines about a build
 NOT_WITH_SANITIZERS = (
     "ModelError.*", "Filtering.*", "SurfaceRows.*", "SurfacePatches.KeepWithinTheLimit", "Looks.Estimate*",
     "PixelBounds.ContainEvery*", "Palette.HasAnErrorOf*", "TorusHits.MatchAll*", "FileError.*", "TracePart.RendersGlobalLight*",
-    "TracePart.RendersApproximations*", "WorkerTest.BuildsTheGeometryOf*", "WorkerTest.ReadsMeshAndImageFilesOf*",
+    "TracePart.RendersApproximations*", "SceneCacheOfAWorker.Reads*",
     "WorkerTest.LowersThePriorityOf*", "TracePart.RendersFixedSamples*", "TracePart.RendersCrops*", "TracePart.RendersLayers*",
     "Preview.OfALongWindow*", "SqliteStores.BoundsTheLog*", "S3ClientTest.ReturnsTheBytes*",
     "Stores/JobStoreConformance.*/Postgres", "ReaderLimits.ReportTheFirstOf*")

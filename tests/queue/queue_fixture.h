@@ -1,0 +1,127 @@
+#pragma once
+/// A queue on stores in a temporary directory, with the clock of the test.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/queue/queue.h"
+#include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_stores.h"
+
+/// Calls of the test within those of the stores.
+struct StoreHooks {
+  std::string failing;  ///< the call that fails, as on a full disk: insert, succeed or probe
+  std::function<void(std::string_view call, bool durable)> before = [](std::string_view, bool) {};
+  std::function<void()> after = [] {};  ///< the call has had its effect
+  std::atomic<std::size_t> renewals = 0, leases_max = 0;
+
+  void begin(std::string_view call, bool durable) const {
+    if (call == failing) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
+    before(call, durable);
+  }
+};
+
+class HookedJobs final : public queue::JobStore {
+ public:
+  HookedJobs(const queue::JobStore& target, StoreHooks& hooks) : JobStore(target), hooks_(hooks) {}
+  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
+    hooks_.begin("insert", request.durable);
+    queue::InsertResult result = JobStore::insert(request, now);
+    hooks_.after();
+    return result;
+  }
+
+ private:
+  StoreHooks& hooks_;
+};
+
+class HookedTransitions final : public queue::JobTransitions {
+ public:
+  HookedTransitions(const queue::JobTransitions& target, StoreHooks& hooks) : JobTransitions(target), hooks_(hooks) {}
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<queue::Artifact>& artifacts, bool durable, bool rendered) override {
+    hooks_.begin("succeed", durable);
+    return JobTransitions::succeed(id, fence, now, report, artifacts, durable, rendered);
+  }
+  queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
+                                const queue::Release& how) override {
+    const queue::ReleaseOutcome released = JobTransitions::release(id, fence, now, how);
+    hooks_.after();
+    return released;
+  }
+  std::vector<queue::Lease> renew(const std::vector<queue::Lease>& leases, std::int64_t until) override {
+    hooks_.leases_max = std::max(hooks_.leases_max.load(), leases.size());
+    ++hooks_.renewals;
+    return JobTransitions::renew(leases, until);
+  }
+
+ private:
+  StoreHooks& hooks_;
+};
+
+class HookedMaintenance final : public queue::MaintenanceStore {
+ public:
+  HookedMaintenance(const queue::MaintenanceStore& target, StoreHooks& hooks)
+      : MaintenanceStore(target), hooks_(hooks) {}
+  void probe() override { hooks_.begin("probe", true); }
+  queue::MaintenanceResult run_maintenance(std::int64_t now, const queue::Retention& retention, int limit) override {
+    queue::MaintenanceResult result = MaintenanceStore::run_maintenance(now, retention, limit);
+    hooks_.after();
+    return result;
+  }
+
+ private:
+  StoreHooks& hooks_;
+};
+
+class RecordingRunner final : public queue::JobRunner {
+ public:
+  void notify(bool) noexcept override { ++notifications; }
+  void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
+  void request_preview(const std::string& id, std::uint32_t side) noexcept override {
+    preview_requests.push_back(id + " " + std::to_string(side));
+  }
+  void on_lease_lost(const queue::Lease& lease) noexcept override { lost_leases.push_back(lease); }
+  std::string not_ready() override { return status; }
+  std::atomic<int> notifications = 0;  // several threads submit at the same time
+  std::vector<std::string> cancelled, preview_requests;
+  std::vector<queue::Lease> lost_leases;
+  std::string status;
+};
+
+class QueueFixture : public testing::Test {
+ protected:
+  explicit QueueFixture(const queue::QueueSettings& with = {}) : settings(with) {}
+
+  std::string submit(const std::string& document = "{}") {
+    return queue.submission.submit({.document = document})->view.job.id;
+  }
+  queue::Claim submit_and_claim() {
+    (void)submit();
+    return queue.lifecycle.claim().value();
+  }
+  bool succeed(const queue::Claim& claim, const std::string& image) {
+    const MemoryFile file(image);
+    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+  }
+  queue::JobView find(const std::string& id) { return queue.queries.find(id).value(); }
+  queue::JobState state(const std::string& id) { return find(id).job.state; }
+
+  std::atomic<std::int64_t> now = 1'700'000'000'000;
+  const queue::Clock clock = [this] { return now.load(); };
+  const queue::QueueSettings settings;
+  StoreHooks hooks;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
+  HookedJobs jobs{store.all().jobs, hooks};
+  HookedTransitions transitions{store.all().transitions, hooks};
+  HookedMaintenance maintenance{store.all().maintenance, hooks};
+  const queue::Stores stores{jobs, store.all().statistics, transitions, store.all().batches, maintenance};
+  queue::IdSource ids{clock, queue::system_random()};
+  queue::Queue queue{stores, temporary.artifacts, ids, clock, queue::no_log(), settings};
+};
