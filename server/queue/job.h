@@ -46,6 +46,7 @@ struct Artifact {
   std::string media_type;  ///< "image/png"
   std::string sha256;      ///< 64 hex digits: the key in the ArtifactStore and the ETag
   std::uint64_t bytes = 0;
+  bool operator==(const Artifact&) const = default;
 };
 
 /// The reason of a failure, for the owner of the job.
@@ -55,6 +56,7 @@ struct Problem {
   std::string code;
   std::string detail;  ///< one sentence
   std::vector<tracer::Issue> errors;
+  bool operator==(const Problem&) const = default;
 };
 
 Problem deadline_exceeded();
@@ -101,6 +103,7 @@ struct Job {
   std::string content_key;       ///< key of its images in the result cache; empty: none
   bool use_cache = false;        ///< it may end with the images of an equal job
   std::int64_t revision = 1;     ///< grows with every change of the row
+  bool operator==(const Job&) const = default;
 };
 
 /// A move of a job to another state.

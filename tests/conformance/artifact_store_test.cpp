@@ -28,73 +28,51 @@ using namespace storage::files;
 
 namespace {
 
-struct ArtifactsUnderTest {
-  std::unique_ptr<TemporaryDirectory> directory;
-  std::unique_ptr<ArtifactStore> store;
-};
-
 struct ArtifactStoreKind {
   std::string name;
-  std::function<ArtifactsUnderTest()> make;
+  std::function<std::shared_ptr<ArtifactStore>(const std::string& directory)> make;
 };
 
-ArtifactsUnderTest make_files() {
-  auto directory = std::make_unique<TemporaryDirectory>();
-  auto store = std::make_unique<FileArtifactStore>(directory->path() + "/artifacts");
-  return {std::move(directory), std::move(store)};
+std::shared_ptr<ArtifactStore> make_files(const std::string& directory) {
+  return std::make_shared<FileArtifactStore>(directory + "/artifacts");
 }
 
 /// Small ones as rows, the others as files.
-class RowsAndFiles final : public ArtifactStore {
- public:
-  explicit RowsAndFiles(const std::string& directory) : stores_(directory, {.synchronous = false}), files_(directory) {}
-  Stored put(int fd, bool durable) override { return rows_.put(fd, durable); }
-  void sync(const std::string& sha256) override { rows_.sync(sha256); }
-  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return rows_.open(sha256); }
-  void remove(const std::string& sha256) override { rows_.remove(sha256); }
-
- private:
-  storage::sqlite::SqliteStores stores_;
-  FileArtifactStore files_;
-  storage::sqlite::SmallArtifactStore rows_{stores_, files_};
+struct RowsAndFiles {
+  explicit RowsAndFiles(const std::string& directory) : stores(directory, {.synchronous = false}), files(directory) {}
+  storage::sqlite::SqliteStores stores;
+  FileArtifactStore files;
+  storage::sqlite::SmallArtifactStore store{stores, files};
 };
 
-ArtifactsUnderTest make_rows_and_files() {
-  auto directory = std::make_unique<TemporaryDirectory>();
-  auto store = std::make_unique<RowsAndFiles>(directory->path());
-  return {std::move(directory), std::move(store)};
+std::shared_ptr<ArtifactStore> make_rows_and_files(const std::string& directory) {
+  const auto all = std::make_shared<RowsAndFiles>(directory);
+  return {all, &all->store};
 }
 
 /// Objects that several nodes share, with rows in PostgreSQL. Removes at once what was used now.
-class SharedObjects final : public ArtifactStore {
- public:
-  explicit SharedObjects(std::unique_ptr<storage::objects::ObjectStore> objects) : objects_(std::move(objects)) {}
-  Stored put(int fd, bool durable) override { return store_.put(fd, durable); }
-  void sync(const std::string& sha256) override { store_.sync(sha256); }
-  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return store_.open(sha256); }
-  void remove(const std::string& sha256) override { store_.remove(sha256); }
-
- private:
-  storage::postgres::PostgresStores rows_{PostgresServer::shared().new_database(), {.connections = 4}};
-  std::unique_ptr<storage::objects::ObjectStore> objects_;
-  storage::objects::ObjectIndex index_{rows_.transactions(), storage::objects::ObjectIndex::Kind::artifact};
-  storage::objects::SharedArtifactStore store_{*objects_, index_, system_clock(), std::chrono::seconds(-60)};
+struct SharedObjects {
+  explicit SharedObjects(std::unique_ptr<storage::objects::ObjectStore> all) : objects(std::move(all)) {}
+  storage::postgres::PostgresStores rows{PostgresServer::shared().new_database(), {.connections = 4}};
+  std::unique_ptr<storage::objects::ObjectStore> objects;
+  storage::objects::ObjectIndex index{rows.transactions(), storage::objects::ObjectIndex::Kind::artifact};
+  storage::objects::SharedArtifactStore store{*objects, index, system_clock(), std::chrono::seconds(-60)};
 };
 
-ArtifactsUnderTest make_shared_directory() {
-  auto directory = std::make_unique<TemporaryDirectory>();
-  auto store = std::make_unique<SharedObjects>(
-      std::make_unique<storage::objects::DirectoryObjects>(directory->path() + "/artifacts", "node"));
-  return {std::move(directory), std::move(store)};
+std::shared_ptr<ArtifactStore> make_shared_directory(const std::string& directory) {
+  const auto all = std::make_shared<SharedObjects>(
+      std::make_unique<storage::objects::DirectoryObjects>(directory + "/artifacts", "node"));
+  return {all, &all->store};
 }
 
-ArtifactsUnderTest make_bucket() {
-  return {nullptr, std::make_unique<SharedObjects>(std::make_unique<BucketUnderTest>("artifacts"))};
+std::shared_ptr<ArtifactStore> make_bucket(const std::string& /*directory*/) {
+  const auto all = std::make_shared<SharedObjects>(std::make_unique<BucketUnderTest>("artifacts"));
+  return {all, &all->store};
 }
 
 class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind> {
  protected:
-  ArtifactStore& store() { return *under_test_.store; }
+  ArtifactStore& store() { return *store_; }
   std::string put(std::string_view bytes) { return store().put(MemoryFile(bytes).fd()).sha256; }
 
   /// Null when it is not there.
@@ -107,7 +85,8 @@ class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind
   }
 
  private:
-  ArtifactsUnderTest under_test_ = GetParam().make();
+  const TemporaryDirectory directory_;
+  const std::shared_ptr<ArtifactStore> store_ = GetParam().make(directory_.path());
 };
 
 std::string large_image() {

@@ -32,7 +32,7 @@ namespace {
 
 struct AssetStoreKind {
   std::string name;
-  std::function<std::unique_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
+  std::function<std::shared_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
 };
 
 AssetStore::Read reading(const std::string& bytes) {
@@ -42,35 +42,27 @@ AssetStore::Read reading(const std::string& bytes) {
 }
 
 /// Objects that several nodes share, with rows in PostgreSQL.
-class SharedAssets final : public AssetStore {
- public:
-  SharedAssets(std::unique_ptr<storage::objects::ObjectStore> objects, Clock clock, std::uint64_t bytes_max = INT64_MAX)
-      : objects_(std::move(objects)), store_(*objects_, index_, std::move(clock), bytes_max) {}
-  Put put(const std::string& sha256, const Read& read) override { return store_.put(sha256, read); }
-  std::uint64_t bytes() override { return store_.bytes(); }
-  bool use(const std::string& sha256) override { return store_.use(sha256); }
-  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return store_.open(sha256); }
-  std::vector<std::string> unused_since(int part, std::int64_t then) override {
-    return store_.unused_since(part, then);
-  }
-  bool remove_unused_since(const std::string& sha256, std::int64_t then) override {
-    return store_.remove_unused_since(sha256, then);
-  }
-
- private:
-  std::unique_ptr<storage::objects::ObjectStore> objects_;
-  storage::postgres::PostgresStores rows_{PostgresServer::shared().new_database(), {.connections = 4}};
-  storage::objects::ObjectIndex index_{rows_.transactions(), storage::objects::ObjectIndex::Kind::asset};
-  storage::objects::SharedAssetStore store_;
+struct SharedAssets {
+  std::unique_ptr<storage::objects::ObjectStore> objects;
+  Clock clock;
+  std::uint64_t bytes_max = INT64_MAX;
+  storage::postgres::PostgresStores rows{PostgresServer::shared().new_database(), {.connections = 4}};
+  storage::objects::ObjectIndex index{rows.transactions(), storage::objects::ObjectIndex::Kind::asset};
+  storage::objects::SharedAssetStore store{*objects, index, clock, bytes_max};
 };
 
-std::unique_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, Clock clock) {
-  return std::make_unique<SharedAssets>(std::make_unique<storage::objects::DirectoryObjects>(directory, "node"),
-                                        std::move(clock));
+std::shared_ptr<AssetStore> make_shared(std::unique_ptr<storage::objects::ObjectStore> objects, Clock clock,
+                                        std::uint64_t bytes_max = INT64_MAX) {
+  const std::shared_ptr<SharedAssets> all(new SharedAssets{std::move(objects), std::move(clock), bytes_max});
+  return {all, &all->store};
 }
 
-std::unique_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, Clock clock) {
-  return std::make_unique<SharedAssets>(std::make_unique<BucketUnderTest>("assets"), std::move(clock));
+std::shared_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, Clock clock) {
+  return make_shared(std::make_unique<storage::objects::DirectoryObjects>(directory, "node"), std::move(clock));
+}
+
+std::shared_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, Clock clock) {
+  return make_shared(std::make_unique<BucketUnderTest>("assets"), std::move(clock));
 }
 
 class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
@@ -102,7 +94,7 @@ class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<AssetStore> store_ = GetParam().make(directory_.path() + "/uploads", [this] { return now.load(); });
+  std::shared_ptr<AssetStore> store_ = GetParam().make(directory_.path() + "/uploads", [this] { return now.load(); });
 };
 
 std::string large_file() {
@@ -278,7 +270,7 @@ TEST_P(AssetStoreConformance, StoresConcurrentPutsOfEqualBytesOnce) {
 INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                          testing::Values(AssetStoreKind{"Files",
                                                         [](const std::string& directory, Clock clock) {
-                                                          return std::make_unique<FileAssetStore>(directory,
+                                                          return std::make_shared<FileAssetStore>(directory,
                                                                                                   std::move(clock));
                                                         }},
                                          AssetStoreKind{"SharedDirectory", make_shared_asset_directory},
@@ -319,11 +311,10 @@ TEST(FileAssetStore, DeletesTemporaryFilesAfterAFailedUpload) {
 
 TEST(AssetStoreBound, RejectsPutsAboveItUntilAssetsAreRemoved) {
   const TemporaryDirectory directory;
-  FileAssetStore in_files(
-      directory.path(), [] { return 1; }, 10);
-  SharedAssets in_bucket(
-      std::make_unique<BucketUnderTest>("assets"), [] { return 1; }, 10);
-  for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_bucket}) {
+  const auto clock = [] { return 1; };
+  for (const std::shared_ptr<AssetStore>& store :
+       {std::shared_ptr<AssetStore>(std::make_shared<FileAssetStore>(directory.path(), clock, 10)),
+        make_shared(std::make_unique<BucketUnderTest>("assets"), clock, 10)}) {
     const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
     EXPECT_EQ(put("fivef"), Put::quota_exceeded);

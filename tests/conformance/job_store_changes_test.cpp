@@ -210,8 +210,7 @@ TEST_P(JobStoreConformance, CountsTheUsageOfEachOwner) {
 }
 
 TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
-  Job job;
-  job.id = "0190a5b0-0000-7000-8000-0000000000aa";
+  const Job job = new_job();
   const KeptReply reply = reply_of("ann", "k", now + 10);
   EXPECT_FALSE(store().insert({{{job, "{}"}}, {}, reply}, now));
   reopen();
@@ -228,10 +227,7 @@ TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
 }
 
 TEST_P(JobStoreConformance, StoresNothingUnderAUsedKeyUntilItHasExpired) {
-  Job first, second, third;
-  first.id = "0190a5b0-0000-7000-8000-0000000000a1";
-  second.id = "0190a5b0-0000-7000-8000-0000000000a2";
-  third.id = "0190a5b0-0000-7000-8000-0000000000a3";
+  const Job first = new_job(), second = new_job(), third = new_job();
   KeptReply reply = reply_of("ann", "k", now + 10);
   store().insert({{{first, "{}"}}, {}, reply}, now);
   reply.reply.body = "another";
@@ -274,18 +270,13 @@ TEST_P(JobStoreConformance, FindsTheNewestResultOfAContent) {
 }
 
 TEST_P(JobStoreConformance, InsertsASucceededJob) {
-  Job job;
-  job.id = "0190a5b0-0000-7000-8000-0000000000ab";
+  Job job = new_job();
   job.state = JobState::succeeded;
   job.started_at = job.ended_at = now;
   job.report = "{}";
   job.artifacts = {{"image.png", "image/png", std::string(64, 'a'), 5}};
   store().insert({{{job, "{}"}}, {}, {}}, now);
-  const Job kept = find(job.id);
-  EXPECT_EQ(kept.state, JobState::succeeded);
-  EXPECT_EQ(kept.report, "{}");
-  EXPECT_EQ(kept.ended_at, now);
-  ASSERT_EQ(kept.artifacts.size(), 1u);
+  EXPECT_EQ(find(job.id), job);
   EXPECT_TRUE(store().is_artifact_referenced(std::string(64, 'a')));
   EXPECT_EQ(store().owner_usage("").artifact_bytes, 5);
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));

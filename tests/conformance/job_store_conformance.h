@@ -11,6 +11,19 @@
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 
+namespace queue {
+
+/// The fields that most differences of two jobs show in.
+inline void PrintTo(const Job& job, std::ostream* out) {
+  *out << job.id << " of " << job.owner << ", " << job.name << ": " << name_of(job.state) << ", attempt " << job.attempt
+       << ", revision " << job.revision << ", started " << job.started_at.value_or(-1) << ", ended "
+       << job.ended_at.value_or(-1) << ", not before " << job.not_before.value_or(-1) << ", work " << job.work
+       << ", report " << job.report << ", " << job.labels.size() << " labels, " << job.assets.size() << " assets, "
+       << job.artifacts.size() << " artifacts";
+}
+
+}  // namespace queue
+
 /// One kind of store with a place for its data.
 class StoreUnderTest {
  public:

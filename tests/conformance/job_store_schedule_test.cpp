@@ -11,37 +11,6 @@ constexpr std::int64_t kept_ms = 1000;
 
 }  // namespace
 
-TEST_P(JobStoreConformance, KeepsTheRequestedFieldsOfAJob) {
-  const api::Webhook webhook{"https://example.org/hook", {"failed", "succeeded"}};
-  const std::string id = submit([&](Job& job) {
-    job.owner = "ann";
-    job.run_after = job.not_before = now + 10;
-    job.deadline = now + 20;
-    job.expires_in_s = 30;
-    job.webhook = webhook;
-    job.content_key = "key";
-    job.kind = JobKind::measure;
-    job.accuracy = R"({"target_error":2.0})";
-    job.formats = "exr 16.png";
-  });
-  reopen();
-  const Job job = find(id);
-  EXPECT_EQ(job.owner, "ann");
-  EXPECT_EQ(job.run_after, now + 10);
-  EXPECT_EQ(job.not_before, now + 10);
-  EXPECT_EQ(job.deadline, now + 20);
-  EXPECT_EQ(job.expires_in_s, 30);
-  EXPECT_EQ(job.expires_at, std::nullopt) << "it has not ended";
-  EXPECT_FALSE(job.expired);
-  EXPECT_EQ(job.webhook, webhook);
-  EXPECT_EQ(job.content_key, "key");
-  EXPECT_EQ(job.kind, JobKind::measure);
-  EXPECT_EQ(job.accuracy, R"({"target_error":2.0})");
-  EXPECT_EQ(job.formats, "exr 16.png");
-  EXPECT_EQ(find(submit()).kind, JobKind::render);
-  EXPECT_EQ(find(submit()).webhook, std::nullopt);
-}
-
 TEST_P(JobStoreConformance, OneMinuteOfWaitingEqualsOnePointOfPriority) {
   const std::string early_low = submit([](Job& job) { job.priority = 40; });
   now += 10 * 60'000 + 1;
