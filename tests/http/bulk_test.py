@@ -1,7 +1,7 @@
 """POST /v1/jobs/bulk: one action on many jobs."""
 import unittest
 
-from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 LATER = "2099-01-01T00:00:00Z"
@@ -36,8 +36,7 @@ class Bulk(OneDaemon):
 
     def test_acts_on_ids_and_names_those_it_refuses(self):
         ids = self.waiting(2)
-        running = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(running, "running")
+        running = self.daemon.start_job()
         done = self.change(action="remove", ids=[ids[0], running, NOBODY, "../x", ids[0]])
         self.assertEqual(done, {"matched": 4, "done": 1, "refused": [
             {"id": running, "code": "job_running"}, {"id": NOBODY, "code": "job_not_found"},

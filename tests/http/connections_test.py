@@ -1,4 +1,6 @@
 """Connections of the HTTP server: malformed, ambiguous, huge, slow and too many requests, as raw bytes over sockets."""
+import contextlib
+import itertools
 import json
 import pathlib
 import resource
@@ -21,69 +23,23 @@ def get(target=b"/v1/version", headers=b"Host: localhost\r\n"):
 
 JSON = b"Content-Type: application/json\r\n"
 
-# (description, bytes, status). SMUGGLED is replaced by a request that must not run: it would delete a job.
+# (description, bytes, status): each status, and two interpretations of the end of a body; all others are in request_head_test.cpp.
+# SMUGGLED is replaced by a request that must not run: it would delete a job.
 MALFORMED = [
     ("empty request line", b"\r\n\r\n", 400),
     ("noise", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\n", 400),
-    ("HTTP/0.9", b"GET /\r\n\r\n", 400),
     ("HTTP/2 preface", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505),
-    ("HTTP/3.0", b"GET / HTTP/3.0\r\nHost: localhost\r\n\r\n", 505),
-    ("lower-case version", b"GET / http/1.1\r\nHost: localhost\r\n\r\n", 400),
-    ("bare LF", b"GET / HTTP/1.1\nHost: localhost\n\n", 400),
-    ("bare LF before a header", b"GET / HTTP/1.1\r\nHost: localhost\nX: y\r\n\r\n", 400),
-    ("bare CR", b"GET / HTTP/1.1\r\nHost: localhost\rX: y\r\n\r\n", 400),
-    ("NUL in a header", get(headers=b"Host: localhost\r\nA: b\0c\r\n"), 400),
-    ("ESC in a header", get(headers=b"Host: localhost\r\nA: \x1b[2J\r\n"), 400),
-    ("NUL in the target", get(b"/\0"), 400),
-    ("control in the target", get(b"/a\x01"), 400),
-    ("byte over 127 in the target", get(b"/\xff"), 400),
-    ("%00", get(b"/v1/version%00.png"), 400),
-    ("%0d%0a", get(b"/v1/version%0d%0aX:%20y"), 400),
-    ("%0D%0A in the query", get(b"/v1/jobs?q=%0D%0A"), 400),
-    ("escaped slash", get(b"/v1%2Fversion"), 400),
-    ("broken escape", get(b"/v1/%version"), 400),
-    ("no slash", get(b"v1/version"), 400),
-    ("absolute form", get(b"http://evil/v1/version"), 400),
-    ("space in the target", get(b"/v1/ version"), 400),
-    ("tabs for spaces", b"GET\t/\tHTTP/1.1\r\nHost: localhost\r\n\r\n", 400),
     ("unknown method", b"BREW / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
-    ("lower-case method", b"get / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
-    ("CONNECT", b"CONNECT x:80 HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
-    ("TRACE", b"TRACE / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
-    ("no Host", get(headers=b""), 400),
-    ("two Hosts", get(headers=b"Host: localhost\r\nHost: y\r\n"), 400),
-    ("Host with a path", get(headers=b"Host: localhost/y\r\n"), 400),
-    ("header without colon", get(headers=b"Host: localhost\r\nnonsense\r\n"), 400),
-    ("obs-fold", get(headers=b"Host: localhost\r\nA: b\r\n c\r\n"), 400),
-    ("space before the colon", get(headers=b"Host : x\r\n"), 400),
-    ("65 headers", get(headers=b"Host: localhost\r\n" + b"A: b\r\n" * 65), 431),
     ("17 KiB of headers", get(headers=b"Host: localhost\r\nA: " + b"b" * 17000 + b"\r\n"), 431),
     ("2 KiB of target", get(b"/" + b"a" * 2100), 414),
-    ("9 KiB of request line", get(b"/" + b"a" * 9000), 414),
     ("gzip", post(JSON + b"Content-Encoding: gzip\r\nContent-Length: 3\r\n", b"abc"), 415),
     ("unknown expectation", post(JSON + b"Expect: magic\r\nContent-Length: 3\r\n", b"abc"), 417),
     ("65 MiB announced", post(JSON + b"Content-Length: 68157440\r\n"), 413),
-    ("a length over 64 bits", post(JSON + b"Content-Length: 18446744073709551617\r\n"), 413),
-    # Request smuggling: two interpretations of the end of the body.
     ("CL.TE", post(b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
-    ("TE.CL", post(b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
     ("TE alone", post(b"Transfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
-    ("TE with a tab", post(b"Transfer-Encoding:\tchunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
-    ("TE disguised", post(b"Transfer-Encoding: xchunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
-    ("TE in upper case", post(b"TRANSFER-ENCODING: CHUNKED\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
-    ("TE twice", post(b"Transfer-Encoding: chunked\r\nTransfer-Encoding: cow\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
     ("TE folded", post(b"Transfer-Encoding:\r\n chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
-    ("TE with a space before the colon", post(b"Transfer-Encoding : chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
     ("TE after a bare LF", post(b"A: b\nTransfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
-    ("TE in HTTP/1.0", post(b"Transfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED, version=b"HTTP/1.0"), 400),
     ("two Content-Lengths", post(b"Content-Length: 0\r\nContent-Length: 44\r\n", SMUGGLED), 400),
-    ("two equal Content-Lengths", post(b"Content-Length: 0\r\nContent-Length: 0\r\n", SMUGGLED), 400),
-    ("a list of Content-Lengths", post(b"Content-Length: 0, 44\r\n", SMUGGLED), 400),
-    ("a signed Content-Length", post(b"Content-Length: +0\r\n", SMUGGLED), 400),
-    ("a negative Content-Length", post(b"Content-Length: -1\r\n", SMUGGLED), 400),
-    ("a hexadecimal Content-Length", post(b"Content-Length: 0x0\r\n", SMUGGLED), 400),
-    ("an empty Content-Length", post(b"Content-Length:\r\n", SMUGGLED), 400),
-    ("a folded Content-Length", post(b"Content-Length:\r\n 0\r\n", SMUGGLED), 400),
     ("Content-Length behind a NUL", post(b"Content-Length: 0\0\r\n", SMUGGLED), 400),
     ("the body of a GET", b"GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 44\r\n\r\n" + SMUGGLED, 400),
     ("a request in a header", get(headers=b"Host: localhost\r\nA: b\r\r\n" + SMUGGLED), 400),
@@ -128,11 +84,11 @@ class Malformed(unittest.TestCase):
         cls.daemon = Daemon()
         cls.addClassCleanup(cls.daemon.__exit__)
 
-    def refuse_all(self, byte_by_byte):
+    def test_requests_are_refused_and_nothing_smuggled_runs(self):
         job_id = self.daemon.submit(scene())
         self.daemon.wait_for_end(job_id)
-        for what, data, status in MALFORMED:
-            with self.subTest(what):
+        for (what, data, status), byte_by_byte in itertools.product(MALFORMED, (False, True)):
+            with self.subTest(what, byte_by_byte=byte_by_byte):
                 data = data.replace(SMUGGLED, SMUGGLED % job_id.encode())
                 answer = exchange(self.daemon, data, byte_by_byte)
                 self.assertEqual(statuses(answer), [status], answer)
@@ -145,12 +101,6 @@ class Malformed(unittest.TestCase):
         self.assertEqual(self.daemon.job(job_id)["state"], "succeeded")
         alone = exchange(self.daemon, SMUGGLED % job_id.encode())
         self.assertEqual(statuses(alone), [204], "the smuggled request would have run")
-
-    def test_requests_are_refused_and_nothing_smuggled_runs(self):
-        self.refuse_all(byte_by_byte=False)
-
-    def test_requests_are_refused_the_same_when_they_come_byte_by_byte(self):
-        self.refuse_all(byte_by_byte=True)
 
     def test_pipelined_requests_are_answered_in_order(self):
         body = json.dumps(scene()).encode()
@@ -271,21 +221,13 @@ class ManyClients(unittest.TestCase):
                     connection.sendall(b" ")  # always something, never enough
             self.assertTrue(answer.startswith(b"HTTP/1.1 408 "), answer)
 
-    def test_connections_beyond_the_limit_are_answered_503(self):
-        with Daemon("--connections", "20") as daemon:
-            held = [daemon.socket() for _ in range(20)]
-            wait_until(lambda: self.turned_away(daemon), "503 for the 21st connection")
-            held.pop().close()
-            wait_until(lambda: not self.turned_away(daemon), "room for another")
-            for connection in held:
-                connection.close()
-
-    def test_connections_of_one_address_beyond_its_limit_are_answered_503(self):
-        with Daemon("--connections-per-address", "5") as daemon:
-            held = [daemon.socket() for _ in range(5)]
-            wait_until(lambda: self.turned_away(daemon), "503 for the 6th connection")
-            for connection in held:
-                connection.close()
+    def test_connections_beyond_a_limit_are_answered_503(self):
+        for option, limit in (("--connections", 20), ("--connections-per-address", 5)):
+            with self.subTest(option), Daemon(option, f"{limit}") as daemon, contextlib.ExitStack() as held:
+                crowd = [held.enter_context(daemon.socket()) for _ in range(limit)]
+                wait_until(lambda d=daemon: self.turned_away(d), "503 for one more connection")
+                crowd.pop().close()
+                wait_until(lambda d=daemon: not self.turned_away(d), "room for another")
 
     @staticmethod
     def turned_away(daemon):

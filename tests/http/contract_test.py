@@ -4,7 +4,6 @@ import hashlib
 import json
 import re
 import subprocess
-import threading
 import unittest
 import xml.etree.ElementTree
 
@@ -108,6 +107,12 @@ class Contract(ContractParts, unittest.TestCase):
             schema = {**schema, "components": self.document["components"]}
             jsonschema.Draft202012Validator(schema).validate(json_of(reply))
 
+    def check_without_length(self, seen, operation, method, path, daemon=None):
+        with (daemon or self.daemon).socket() as connection:
+            connection.sendall(f"{method} {path} HTTP/1.1\r\nHost: localhost\r\nIf-Match: *\r\n\r\n".encode())
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+        seen.add((operation, 411))
+
     def test_replies_match_their_descriptions(self):
         seen = set()
         self.check_service(seen)
@@ -165,16 +170,13 @@ class Contract(ContractParts, unittest.TestCase):
             other = self.daemon.request("POST", path, b"{}", {"Content-Type": "text/plain"})
             self.check(seen, path, other, "POST")
             self.check(seen, path, self.daemon.request("POST", path), "POST")
-            with self.daemon.socket() as connection:
-                connection.sendall(f"POST {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
-                self.assertIn(b" 411 ", connection.makefile("rb").readline())
-                seen.add((self.operations["POST", path]["operationId"], 411))
+            self.check_without_length(seen, self.operations["POST", path]["operationId"], "POST", path)
         waited = self.daemon.request("POST", "/v1/jobs", scene(), {"Prefer": "wait=60"})
         self.check(seen, "/v1/jobs", waited, "POST")
         unacceptable = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/gif"})
         self.check(seen, "/v1/render", unacceptable, "POST")
         with Daemon("--jobs", "1") as daemon:
-            daemon.wait_for_state(daemon.submit(long_scene()), "running")
+            daemon.start_job()
             for status, end_it in ((409, lambda job: daemon.request("POST", job["links"]["cancel"])),
                                    (404, lambda job: daemon.request("DELETE", job["links"]["self"]))):
                 reply = self.render_until(daemon, end_it)
@@ -184,14 +186,10 @@ class Contract(ContractParts, unittest.TestCase):
     @staticmethod
     def render_until(daemon, end_it):
         """Returns the reply to a render during which `end_it(job)` ends the queued job."""
-        replies = []
-        document = scene(name="waits")
-        thread = threading.Thread(target=lambda: replies.append(daemon.request("POST", "/v1/render", document)))
-        thread.start()
+        answer = daemon.in_background("POST", "/v1/render", scene(name="waits"))
         path = "/v1/jobs?state=queued&q=waits"
         end_it(wait_until(lambda: json_of(daemon.request("GET", path))["items"], "the job")[0])
-        thread.join()
-        return replies[0]
+        return answer()
 
     def check_jobs(self, seen):
         job_id = self.daemon.submit(scene(job={"labels": {"a": "b"}}))
@@ -212,8 +210,7 @@ class Contract(ContractParts, unittest.TestCase):
         self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?nonsense=1"))
         for _ in range(2):
             self.check(seen, "/v1/jobs/{id}", self.daemon.request("DELETE", path), "DELETE")
-        running = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(running, "running")
+        running = self.daemon.start_job()
         self.check(seen, "/v1/jobs/{id}", self.daemon.get(f"/v1/jobs/{running}"))
         self.check(seen, "/v1/jobs/{id}", self.daemon.request("DELETE", f"/v1/jobs/{running}"), "DELETE")
         self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", f"/v1/jobs/{running}/cancel"), "POST")
@@ -231,10 +228,7 @@ class Contract(ContractParts, unittest.TestCase):
         change(b"{}", If_Match='"0-0"')
         change(b"{}", If_Match=None)
         change(b"{}", url=f"/v1/jobs/{NOBODY}")
-        with self.daemon.socket() as connection:
-            connection.sendall(f"PATCH {path} HTTP/1.1\r\nHost: localhost\r\nIf-Match: *\r\n\r\n".encode())
-            self.assertIn(b" 411 ", connection.makefile("rb").readline())
-            seen.add(("changeJob", 411))
+        self.check_without_length(seen, "changeJob", "PATCH", path)
         retry = "/v1/jobs/{id}/retry"
         self.check(seen, retry, self.daemon.request("POST", path + "/retry"), "POST")
         self.check(seen, retry, self.daemon.request("POST", retry.format(id=NOBODY)), "POST")
@@ -247,10 +241,7 @@ class Contract(ContractParts, unittest.TestCase):
         for body in ({"action": "cancel", "ids": [NOBODY, cancelled]}, {"action": "cancel"}, b"{", b"[" * 100):
             self.check(seen, bulk, self.daemon.request("POST", bulk, body), "POST")
         self.check(seen, bulk, self.daemon.request("POST", bulk, b"{}", {"Content-Type": "text/plain"}), "POST")
-        with self.daemon.socket() as connection:
-            connection.sendall(f"POST {bulk} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
-            self.assertIn(b" 411 ", connection.makefile("rb").readline())
-            seen.add(("changeJobs", 411))
+        self.check_without_length(seen, "changeJobs", "POST", bulk)
         document = scene(name="twice", job={"cache": "use"})
         self.daemon.wait_for_end(self.daemon.submit(document))
         self.check(seen, "/v1/jobs", self.daemon.request("POST", "/v1/jobs", document), "POST")
@@ -344,10 +335,7 @@ class Contract(ContractParts, unittest.TestCase):
         template, path = "/v1/assets/{sha256}", "/v1/assets/" + hashlib.sha256(b"abc").hexdigest()
         for body in (b"abd", b"abc", b"abc"):
             self.check(seen, template, self.daemon.request("PUT", path, body), "PUT")
-        with self.daemon.socket() as connection:
-            connection.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
-            self.assertIn(b" 411 ", connection.makefile("rb").readline())
-            seen.add(("putAsset", 411))
+        self.check_without_length(seen, "putAsset", "PUT", path)
         with self.daemon.socket() as connection:
             connection.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 256000001\r\n\r\n".encode())
             self.assertIn(b" 413 ", connection.makefile("rb").readline())
@@ -361,15 +349,11 @@ class Contract(ContractParts, unittest.TestCase):
             for body in (good, {}, b"{", b"[" * 100):
                 self.check(seen, question, self.daemon.request("POST", question, body), "POST")
             self.check(seen, question, self.daemon.request("POST", question, b"{}", {"Content-Type": "text/plain"}), "POST")
-            with self.daemon.socket() as connection:
-                connection.sendall(f"POST {question} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
-                self.assertIn(b" 411 ", connection.makefile("rb").readline())
-                seen.add((name, 411))
+            self.check_without_length(seen, name, "POST", question)
 
     def check_refusals_of_a_busy_daemon(self, seen):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:
-            running = daemon.submit(long_scene())
-            daemon.wait_for_state(running, "running")
+            running = daemon.start_job()
             batch = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "frames": [{}]}
             batch_id = json_of(daemon.request("POST", "/v1/batches", batch))["id"]
             daemon.request("POST", f"/v1/batches/{batch_id}/cancel")

@@ -1,7 +1,6 @@
 """Event streams of one job and of all jobs: resumption, limits, and no thread per stream."""
 import http.client
 import json
-import re
 import unittest
 
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
@@ -78,15 +77,6 @@ class EventsOfAJob(OneDaemon):
         self.assertEqual(fractions, sorted(fractions))
         self.assertEqual(fractions[-1], 1)
 
-    def test_report_progress_of_a_long_job(self):
-        job_id = self.daemon.submit(long_scene())
-        with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
-            seen = stream.until(lambda event: event["event"] == "progress" and event["data"]["progress"] > 0)
-            self.assertEqual(seen[-1]["data"]["state"], "running")
-            self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-            self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "cancelled")
-            self.assertIsNone(stream.block())
-
     def test_of_an_ended_job_are_its_end(self):
         job = self.finished()
         with Stream(self.daemon, job["links"]["events"]) as stream:
@@ -122,10 +112,6 @@ class EventsOfAJob(OneDaemon):
             self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "removed")
         self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
 
-    def test_of_an_unknown_job_are_a_problem(self):
-        self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}/events"), 404, "job_not_found")
-        self.assert_problem(self.daemon.get("/v1/jobs/x/events"), 404, "job_not_found")
-
     def test_answer_head_without_streaming(self):
         job = self.finished()
         for path in (job["links"]["events"], "/v1/events"):
@@ -134,20 +120,6 @@ class EventsOfAJob(OneDaemon):
 
 
 class EventsOfAllJobs(unittest.TestCase):
-    def test_report_every_state_change(self):
-        with Daemon("--jobs", "1") as daemon, Stream(daemon, "/v1/events") as stream:
-            ids = [daemon.submit(scene()) for _ in range(3)]
-            moves = {job_id: [] for job_id in ids}
-            ended = set()
-            for event in stream.events():
-                if event["event"] != "progress":
-                    moves[event["data"]["id"]].append(event["data"]["state"])
-                if event["event"] == "done":
-                    ended.add(event["data"]["id"])
-                if len(ended) == 3:
-                    break
-            for job_id, states in moves.items():
-                self.assertEqual(sorted(states), sorted(["queued", "running", "succeeded"]), job_id)
 
     def test_describe_their_jobs_and_select_a_batch(self):
         with Daemon() as daemon:
@@ -229,14 +201,6 @@ class EventsOfAllJobs(unittest.TestCase):
             events = list(stream.events())
             self.assertEqual(events[-1]["data"]["state"], "succeeded")
             self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
-
-
-class Heartbeat(unittest.TestCase):
-    def test_is_sent_while_there_are_no_events(self):
-        with Daemon() as daemon, Stream(daemon, "/v1/events") as stream:
-            self.assertEqual(stream.block(), ["retry: 2000"])
-            lines = stream.block()  # 15 s later
-            self.assertTrue(lines and re.fullmatch(r": .*", lines[0]), lines)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@ import os
 import signal
 import unittest
 
-from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, json_of, scene, wait_until
 
 
 class History(unittest.TestCase):
@@ -36,8 +36,7 @@ class History(unittest.TestCase):
 
     def test_names_the_end_of_a_worker_and_of_the_daemon(self):
         with Daemon("--jobs", "1") as daemon:
-            job_id = daemon.submit(long_scene())
-            daemon.wait_for_state(job_id, "running")
+            job_id = daemon.start_job()
             os.kill(wait_until(daemon.worker, "the worker"), signal.SIGKILL)
             wait_until(lambda: len(self.moves(daemon, job_id)) >= 4, "the second attempt")
             self.assertEqual(self.moves(daemon, job_id)[2], ("queued", 1, "worker_crashed"))

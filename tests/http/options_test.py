@@ -19,18 +19,6 @@ def whittled(*arguments, environment=None):
 
 
 class Options(unittest.TestCase):
-    def test_all_errors_are_reported_and_nothing_starts(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
-            file.write("jobs = many\n# fine\nnonsense\n")
-            file.flush()
-            result = whittled("--config", file.name, "--listen", "0.0.0.0:8080", "--wat",
-                              environment={"WHITTLE_LIGHTS": "none"})
-        self.assertEqual((result.returncode, result.stdout), (2, ""))
-        lines = result.stderr.splitlines()
-        self.assertEqual(len(lines), 5)
-        for place in (f"{file.name}:1: ", f"{file.name}:3: ", "--listen: ", "--wat: ", "WHITTLE_LIGHTS: "):
-            self.assertEqual(sum(line.startswith(f"whittled: {place}") for line in lines), 1, place)
-        self.assertIn("without keys", result.stderr)
 
     def test_everything_that_would_stop_the_start_is_reported_at_once(self):
         with tempfile.TemporaryDirectory() as directory:
@@ -104,15 +92,6 @@ class Options(unittest.TestCase):
     def test_help_and_version_end_at_once(self):
         self.assertIn("--render-wait-s", whittled("--help").stdout)
         self.assertRegex(whittled("--version").stdout, r"^whittled \d+\.\d+\.\d+")
-
-    def test_flags_override_the_environment_which_overrides_the_file(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
-            file.write("pixels = 1000\nobjects = 10\nlights = 5\n")
-            file.flush()
-            with Daemon("--config", file.name, "--lights", "7",
-                        environment={"WHITTLE_OBJECTS": "20", "WHITTLE_LIGHTS": "6"}) as daemon:
-                limits = json_of(daemon.get("/v1/version"))["limits"]
-        self.assertEqual((limits["pixels"], limits["objects"], limits["lights"]), (1000, 20, 7))
 
     def test_limits_on_scenes_are_enforced_and_reported(self):
         sphere = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}}

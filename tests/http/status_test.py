@@ -2,7 +2,7 @@
 import re
 import unittest
 
-from tests.http.daemon import SANITIZED, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import SANITIZED, Daemon, OneDaemon, json_of, scene, wait_until
 
 SERIES = ("queued", "running", "ended", "failed", "wait_p50_ms", "wait_p95_ms", "rays", "rss_bytes")
 
@@ -44,8 +44,7 @@ class Status(OneDaemon):
         self.assertEqual((status["queue"], status["used"]["queued_jobs"]), (json_of(self.daemon.get("/v1/queue")), 1))
 
     def test_has_a_history(self):
-        running = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(running, "running")
+        running = self.daemon.start_job()
         ended = self.finished()["id"]
         history = wait_until(lambda: (h := self.status()["history"])["ended"] and sum(h["ended"]) and h["running"][-1] and h,
                              "a step with an end")
@@ -70,7 +69,7 @@ class Status(OneDaemon):
 class UnreadyStatus(unittest.TestCase):
     def test_names_the_reason(self):
         with Daemon("--jobs", "1") as daemon:
-            daemon.wait_for_state(daemon.submit(long_scene()), "running")
+            daemon.start_job()
             daemon.process.terminate()
             status = wait_until(lambda: (now := json_of(daemon.get("/v1/status")))["draining"] and now, "draining")
             self.assertEqual((status["ready"], status["reason"]), (False, "draining"))

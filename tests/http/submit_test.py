@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
 from tests.support.whittle import SCENES, SOURCE, whittle
@@ -47,12 +47,7 @@ class SubmitTest(OneDaemon):
         return done
 
     def jobs(self):
-        items, cursor = [], ""
-        while cursor is not None:
-            page = json_of(self.daemon.get(f"/v1/jobs?label=batch:{self.name}&limit=200{cursor}"))
-            items += page["items"]
-            cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
-        return items
+        return self.daemon.jobs(f"&label=batch:{self.name}")
 
     def images(self):
         """Complete images only: a partial file has a hidden name and may vanish before it is read."""
