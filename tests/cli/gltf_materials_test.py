@@ -12,7 +12,7 @@ import tempfile
 import unittest
 import zlib
 
-from tests.support.images import read_png
+from tests.support.images import read_png, write_png
 from tests.support.whittle import SOURCE, whittle
 
 TOOL = SOURCE / "api" / "client" / "whittle-materials"
@@ -20,16 +20,13 @@ TOOL = SOURCE / "api" / "client" / "whittle-materials"
 
 def png(rows, bits=8, palette=()):
     """A PNG of rows of pixels with one to four channels; with a palette of pixels, of indices into it."""
-    def chunk(kind, content):
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
-
     form = {8: "B", 16: "H"}[bits]
     lines = b"".join(b"\0" + struct.pack(f">{sum(map(len, row))}{form}", *(channel for pixel in row for channel in pixel)) for row in rows)
     color_type = 3 if palette else {1: 0, 2: 4, 3: 2, 4: 6}[len(rows[0][0])]
-    colors = chunk(b"PLTE", bytes(channel for color in palette for channel in color[:3])) if palette else b""
-    colors += chunk(b"tRNS", bytes(color[3] for color in palette)) if palette and len(palette[0]) == 4 else b""
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", len(rows[0]), len(rows), bits, color_type, 0, 0, 0))
-            + colors + chunk(b"IDAT", zlib.compress(lines)) + chunk(b"IEND", b""))
+    colors = [(b"PLTE", bytes(channel for color in palette for channel in color[:3]))] if palette else []
+    colors += [(b"tRNS", bytes(color[3] for color in palette))] if palette and len(palette[0]) == 4 else []
+    return write_png([(b"IHDR", struct.pack(">IIBBBBB", len(rows[0]), len(rows), bits, color_type, 0, 0, 0)), *colors,
+                      (b"IDAT", zlib.compress(lines)), (b"IEND", b"")])
 
 
 def squares(materials, images=(), **further):

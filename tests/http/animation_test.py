@@ -3,33 +3,19 @@ import contextlib
 import sqlite3
 import struct
 import unittest
-import zlib
 
 import numpy
 
 from tests.http.daemon import OneDaemon, json_of, scene, wait_until
-from tests.support.images import read_png
+from tests.support.images import png_chunks, read_png, write_png
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 
-def chunks(png):
-    """(name, data) of each chunk; their CRCs are right."""
-    assert png[:8] == b"\x89PNG\r\n\x1a\n"
-    at = 8
-    while at < len(png):
-        length, = struct.unpack_from(">I", png, at)
-        name, data = png[at + 4:at + 8], png[at + 8:at + 8 + length]
-        assert struct.unpack_from(">I", png, at + 8 + length)[0] == zlib.crc32(name + data), name
-        at += 12 + length
-        yield name, data
-    assert at == len(png)
-
-
 def frames(apng):
     """The control chunk and the PNG of each frame."""
-    head, found, sequence = b"", [], []
-    for name, data in chunks(apng):
+    head, found, sequence = [], [], []
+    for name, data in png_chunks(apng):
         if name == b"acTL":
             count, plays = struct.unpack(">II", data)
         elif name == b"fcTL":
@@ -41,11 +27,9 @@ def frames(apng):
             sequence.append(struct.unpack(">I", data[:4])[0])
             found[-1][1] += data[4:]
         elif name != b"IEND":
-            head += struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+            head.append((name, data))
     assert (count, plays, sequence) == (len(found), 0, list(range(len(sequence))))
-    def chunk(name, data):
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
-    return [(control, apng[:8] + head + chunk(b"IDAT", data) + chunk(b"IEND", b"")) for control, data in found]
+    return [(control, write_png([*head, (b"IDAT", data), (b"IEND", b"")])) for control, data in found]
 
 
 class Animations(OneDaemon):

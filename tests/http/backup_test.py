@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import BIN, Daemon, long_scene, scene
+from tests.http.daemon import BIN, Daemon, scene
 
 SMALL = 32 << 10  # small_bytes_max of sqlite_stores.cpp
 
@@ -30,8 +30,7 @@ class Backup(unittest.TestCase):
             images = {file: daemon.get(f"/v1/jobs/{done}/{file}").body for file in ("image.png", "image.exr")}
             self.assertLess(len(images["image.png"]), SMALL, "beside the rows")
             self.assertGreater(len(images["image.exr"]), SMALL, "a file")
-            running = daemon.submit(long_scene())
-            daemon.wait_for_state(running, "running")
+            running = daemon.start_job()
             waiting = [daemon.submit(scene(name=f"waiting {i}", job={"priority": 1})) for i in range(20)]
             daemon.request("PUT", f"/v1/assets/{name}", asset)
             made = back_up(daemon.data, self.into)

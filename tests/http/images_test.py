@@ -4,7 +4,6 @@ import hashlib
 import http.client
 import json
 import sqlite3
-import threading
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
@@ -47,18 +46,6 @@ class Damage(unittest.TestCase):
             self.assert_damaged(daemon, job)
             self.assert_rendered_again(daemon, job, image)
 
-    def test_a_changed_image_is_found_in_the_background(self):
-        with Daemon() as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
-            image = daemon.get(job["links"]["image"]).body
-            sha256 = hashlib.sha256(image).hexdigest()
-            daemon.kill()
-            (daemon.data / sha256[:2] / sha256).write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
-            with Daemon(data=daemon.data) as restarted:
-                found = wait_until(lambda: [row for row in restarted.log_rows() if row["event"] == "artifact_damaged"],
-                                   "the event")
-                self.assertEqual([row["sha256"] for row in found], [sha256])
-
     def test_a_changed_image_is_an_error_and_rendered_again_by_a_retry(self):
         with Daemon() as daemon:
             ids = [daemon.submit(scene(150, 150, output={"formats": ["exr"]})) for _ in range(2)]
@@ -71,6 +58,8 @@ class Damage(unittest.TestCase):
             file = daemon.data / sha256[:2] / sha256
             file.write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
             with Daemon(data=daemon.data) as restarted:
+                found = wait_until(lambda: [row["sha256"] for row in restarted.log_rows() if row["event"] == "artifact_damaged"], "the event")
+                self.assertEqual(found, [sha256], "found in the background")
                 reply = restarted.get(jobs[0]["links"]["image"])
                 self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"))
                 self.assertEqual(restarted.request("POST", f"/v1/jobs/{ids[0]}/retry").status, 202)
@@ -116,15 +105,6 @@ class Rendering(OneDaemon):
             self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, media_type), accept)
             self.assertTrue(reply.body.startswith(magic), accept)
 
-    def test_ends_with_its_time_budget_and_reports_the_remaining_error(self):
-        document = scene(320, 240, accuracy={"time_budget_ms": 300})
-        reply = self.daemon.request("POST", "/v1/render", document)
-        self.assertEqual(reply.status, 200)
-        job = json_of(self.daemon.get(reply.headers["Content-Location"].rsplit("/", 1)[0]))
-        error = job["report"]["error"]
-        self.assertEqual((error["target"], error["met"]), (None, True))
-        self.assertGreater(error["estimate"], 0)
-
     def test_reports_the_error_of_each_file(self):
         document = scene(accuracy={"samples": [4, 4], "target_error": 100}, output={"formats": ["png", "jpg", "exr"]})
         reply = self.daemon.request("POST", "/v1/render", document)
@@ -151,23 +131,6 @@ class Rendering(OneDaemon):
         reply = self.daemon.request("POST", "/v1/render", long, {"Accept": "image/webp"})
         self.assert_problem(reply, 406, "not_acceptable")
 
-    def test_rejects_unsupported_formats(self):
-        reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/avif, text/html"})
-        self.assert_problem(reply, 406, "not_acceptable")
-
-    def test_reports_the_errors_of_a_scene(self):
-        self.assert_problem(self.daemon.request("POST", "/v1/render", scene(colour="red")), 422, "bad_scene")
-
-    def test_answers_409_if_the_job_is_cancelled(self):
-        replies = []
-        thread = threading.Thread(target=lambda: replies.append(
-            self.daemon.request("POST", "/v1/render", long_scene(name="cancelled meanwhile"))))
-        thread.start()
-        items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=cancelled%20meanwhile"))["items"], "the job")
-        self.daemon.request("POST", f"/v1/jobs/{items[0]['id']}/cancel")
-        thread.join()
-        self.assert_problem(replies[0], 409, "job_cancelled")
-
     def test_job_of_a_disconnected_client_continues(self):
         with self.daemon.socket() as connection:
             body = json.dumps(long_scene(name="left alone")).encode()
@@ -177,30 +140,6 @@ class Rendering(OneDaemon):
         job = self.daemon.wait_for_state(items[0]["id"], "running")
         self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
         self.assertEqual(self.daemon.wait_for_end(job["id"])["state"], "cancelled")
-
-
-class RenderingWithAShortWait(OneDaemon):
-    options = ("--render-wait-s", "0")
-
-    def test_answers_202_with_the_job_at_the_end_of_the_wait(self):
-        reply = self.daemon.request("POST", "/v1/render", long_scene())
-        self.assertEqual(reply.status, 202)
-        job = json_of(reply)
-        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
-        self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
-        self.daemon.wait_for_end(job["id"])
-
-    def test_waiting_requests_occupy_no_thread(self):
-        with Daemon("--render-wait-s", "600", "--handler-threads", "1") as daemon:
-            body = json.dumps(long_scene(name="waiting")).encode()
-            waiting = [daemon.socket() for _ in range(20)]
-            for connection in waiting:
-                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-                                   b"Content-Length: %d\r\n\r\n" % len(body) + body)
-            wait_until(lambda: len(json_of(daemon.get("/v1/jobs?q=waiting"))["items"]) == 20, "20 jobs")
-            self.assertEqual(daemon.get("/v1/version").status, 200)
-            for connection in waiting:
-                connection.close()
 
 
 class Image(OneDaemon):
@@ -227,26 +166,16 @@ class Image(OneDaemon):
     def test_is_served_in_ranges(self):
         size = len(self.whole)
         for requested, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
-                                      (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
+                                      (f"{size - 1}-{size + 100}", size - 1, size)):
             reply = self.daemon.get(self.path, Range=f"bytes={requested}")
             self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), requested)
             self.assertEqual(reply.headers["Content-Range"], f"bytes {begin}-{end - 1}/{size}")
 
-    def test_is_whole_for_multiple_invalid_or_outdated_ranges(self):
-        etag = self.daemon.get(self.path).headers["ETag"]
-        many = ",".join("0-0" for _ in range(1000))
-        for headers in ({"Range": "bytes=0-1,5-6"}, {"Range": f"bytes={many}"}, {"Range": "bytes=9-2"},
-                        {"Range": "pages=1"}, {"Range": "bytes=0-1", "If-Range": '"other"'}):
-            reply = self.daemon.request("GET", self.path, headers=headers)
-            self.assertEqual((reply.status, reply.body), (200, self.whole), headers)
-        reply = self.daemon.request("GET", self.path, headers={"Range": "bytes=0-1", "If-Range": etag})
-        self.assertEqual((reply.status, reply.body), (206, self.whole[:2]))
-
-    def test_reports_its_size_for_ranges_outside(self):
-        for requested in (f"bytes={len(self.whole)}-", "bytes=-0"):
-            reply = self.daemon.get(self.path, Range=requested)
-            self.assert_problem(reply, 416, "range_not_satisfiable")
-            self.assertEqual(reply.headers["Content-Range"], f"bytes */{len(self.whole)}")
+        reply = self.daemon.get(self.path, Range=f"bytes={size}-")
+        self.assert_problem(reply, 416, "range_not_satisfiable")
+        self.assertEqual(reply.headers["Content-Range"], f"bytes */{size}")
+        for if_range, status in ((self.daemon.get(self.path).headers["ETag"], 206), ('"other"', 200)):
+            self.assertEqual(self.daemon.get(self.path, Range="bytes=0-1", If_Range=if_range).status, status)
 
     def test_head_has_the_same_headers_without_a_body(self):
         head, get = self.daemon.request("HEAD", self.path), self.daemon.get(self.path)

@@ -58,8 +58,7 @@ class PostgresTest(unittest.TestCase):
 
     def test_a_render_survives_the_absence_of_the_database(self):
         with Daemon(*self.option) as daemon:
-            job = daemon.submit(scene(800, 600, samples=16))
-            daemon.wait_for_state(job, "running")
+            job = daemon.start_job(scene(800, 600, samples=16))
             self.server.stop()
             try:
                 wait_until(lambda: any(row["event"] == "store_failure" and row["during"] == "succeed"

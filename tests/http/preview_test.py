@@ -1,7 +1,5 @@
 """GET /v1/jobs/{id}/preview: the image so far."""
 import struct
-import threading
-import time
 import unittest
 
 import numpy
@@ -33,8 +31,7 @@ class Previews(OneDaemon):
         return reply
 
     def running(self, **changes):
-        job_id = self.daemon.submit(long_scene(**changes))
-        self.daemon.wait_for_state(job_id, "running")
+        job_id = self.daemon.start_job(long_scene(**changes))
         self.addCleanup(lambda: self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"))
         return job_id
 
@@ -58,20 +55,6 @@ class Previews(OneDaemon):
         self.assertLess(first, 1)
         wait_until(lambda: covered() > first, "more of the image")
 
-    def test_equals_the_image_where_tiles_are_complete(self):
-        for samples in (600, 2400, 9600):
-            job_id = self.daemon.submit(scene(300, 200, samples=samples))
-            reply = wait_until(lambda: self.shown(job_id), "a preview or the image")
-            if reply.status == 200:  # 303 if the render ended before
-                break
-        early = read_png(reply.body)
-        job = self.daemon.wait_for_end(job_id)
-        image = read_png(self.daemon.get(job["links"]["image"]).body)
-        self.assertEqual(early.shape[:2], image.shape[:2])
-        there = early[..., 3] == 255
-        self.assertTrue(there.any())
-        numpy.testing.assert_array_equal(early[there][:, :3], image[there])
-
     def test_applies_the_exposure(self):
         small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [2000, 2000]}}
         jobs = [self.running(output={"exposure": exposure}, **small) for exposure in (0, -3)]
@@ -81,42 +64,6 @@ class Previews(OneDaemon):
             return (bright[there][:, :3], dark[there][:, :3]) if there.any() else None
         bright, dark = wait_until(both, "the same part of both that is not black")
         self.assertTrue((dark.max(axis=1) < bright.max(axis=1)).all())
-
-    def test_shows_adaptive_renders(self):
-        job_id = self.running(accuracy={"target_error": 0.01})
-        self.assertEqual(size_of(self.first(job_id).body), (512, 512))
-
-    def test_is_not_modified_for_its_etag(self):
-        job_id = self.running()
-        def not_modified():
-            reply = self.first(job_id)
-            again = self.preview(job_id, If_None_Match=reply.headers["ETag"])
-            self.assertIn(again.status, (200, 304))
-            return again if again.status == 304 else None
-        again = wait_until(not_modified, "the same image twice")
-        self.assertEqual(again.body, b"")
-
-    def test_simultaneous_requests_get_the_same_preview(self):
-        job_id = self.running()
-        self.first(job_id)
-        replies = []
-        threads = [threading.Thread(target=lambda: replies.append(self.preview(job_id))) for _ in range(40)]
-        begin = time.monotonic()
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        seconds = time.monotonic() - begin
-        self.assertEqual({reply.status for reply in replies}, {200})
-        made = len({reply.headers["ETag"] for reply in replies})
-        self.assertLessEqual(made, 2 + 2 * seconds, "made twice a second at most")
-
-    def test_is_empty_for_a_queued_job(self):
-        job_id = self.daemon.submit(scene(job=LATER))
-        reply = self.preview(job_id)
-        self.assertEqual((reply.status, reply.body, reply.headers["Cache-Control"]), (204, b"", "no-store"))
-        self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-        self.assert_problem(self.preview(job_id), 404, "image_not_found")
 
     def test_redirects_to_the_image_of_a_succeeded_job(self):
         job = self.finished(output={"formats": ["exr", "png"]})
@@ -141,15 +88,8 @@ class Previews(OneDaemon):
         self.assertEqual(self.preview(job["id"], "?max=30", If_None_Match=reply.headers["ETag"]).status, 304)
         for query in ("", "?max=300", "?max=1024"):
             self.assertEqual(self.preview(job["id"], query).status, 303, query)
-        sizes = {}
-        def request_preview(side):
-            sizes[side] = size_of(self.preview(job["id"], f"?max={side}").body)[0]
-        threads = [threading.Thread(target=request_preview, args=(side,)) for side in range(40, 80)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(sizes, {side: side for side in range(40, 80)})
+        answers = {side: self.daemon.in_background("GET", f"/v1/jobs/{job['id']}/preview?max={side}") for side in range(40, 80)}
+        self.assertEqual({side: size_of(answer().body)[0] for side, answer in answers.items()}, {side: side for side in answers})
 
     @unittest.skipIf("thread" in SANITIZED, "a worker is killed before the tile in work ends")
     def test_of_a_cancelled_job_is_kept(self):
@@ -167,26 +107,11 @@ class Previews(OneDaemon):
         self.assertEqual(self.daemon.job(job_id)["artifacts"], [])
         self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/preview.png"), 404, "image_not_found")
 
-    def test_waiting_request_is_answered_at_the_end_of_the_job(self):
-        job_id = self.running(accuracy={"samples": [1000, 1000]})  # a tile takes its time
-        replies = []
-        thread = threading.Thread(target=lambda: replies.append(self.preview(job_id)))
-        thread.start()
-        self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-        thread.join()
-        self.assertIn(replies[0].status, (200, 204, 303, 404))
-        wait_until(lambda: self.preview(job_id).status in (303, 404), "the end")
-
     def test_refuses_other_sizes_and_unknown_jobs(self):
         job_id = self.running()
         for query in ("?max=15", "?max=1025", "?max=big", "?max=", "?max=64&max=64", "?size=64"):
             self.assert_problem(self.preview(job_id, query), 400, "invalid_query")
         self.assert_problem(self.preview(NOBODY), 404, "job_not_found")
-
-    def test_is_gone_for_an_expired_job(self):
-        job_id = self.daemon.submit(scene(job={"expires_in": 1}))
-        wait_until(lambda: self.daemon.job(job_id)["expired"], "expiry")
-        self.assert_problem(self.preview(job_id), 410, "job_expired")
 
 
 @unittest.skipIf("thread" in SANITIZED, "a worker is killed before the tile in work ends")
@@ -200,21 +125,6 @@ class KeptPreviews(unittest.TestCase):
             self.assertEqual(daemon.get(path + "/preview.png").status, 200)
             self.assertEqual(daemon.request("DELETE", path).status, 204)
             self.assertEqual(json_of(daemon.get("/v1/status"))["used"]["artifact_bytes"], 0)
-
-    def test_of_a_job_whose_time_is_over(self):
-        for time_s in (2, 8, 32, 128):
-            with Daemon("--wall-time-s", str(time_s)) as daemon:
-                job_id = daemon.submit(long_scene(job={"max_attempts": 1}))
-                def shown(daemon=daemon, path=f"/v1/jobs/{job_id}/preview"):
-                    status = daemon.get(path).status
-                    return None if status == 204 else status
-                first = wait_until(shown, "a preview or the end")
-                job = daemon.wait_for_end(job_id)
-                self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
-                if first != 404:  # else a busy machine has rendered nothing in this time
-                    daemon.last_preview(job_id)
-                    return
-        self.fail("nothing was rendered in two minutes")
 
 
 if __name__ == "__main__":

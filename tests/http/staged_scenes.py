@@ -6,6 +6,7 @@ import struct
 import zlib
 
 from tests.http.daemon import scene
+from tests.support.images import write_png
 
 
 def grid(side):
@@ -56,11 +57,7 @@ def glb(side):
 def png(side):
     """An image of noise: the slowest content to decode."""
     rows = b"".join(b"\0" + random.Random(y).randbytes(3 * side) for y in range(side))
-
-    def chunk(name, data):
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0))
-            + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+    return write_png([(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(rows, 1)), (b"IEND", b"")])
 
 
 def with_object(shape):

@@ -1,12 +1,11 @@
 """GET /v1/jobs/{id}/view.png: layers of finished images."""
-import contextlib
 import os
 import signal
 import unittest
 
 import numpy
 
-from tests.http.daemon import OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_exr_channels, read_png
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
@@ -50,16 +49,6 @@ class Views(OneDaemon):
         wait_until(lambda: any(row["event"] == "worker_ended" and row["pid"] == str(worker) for row in self.daemon.log_rows()),
                    "its end")
         self.assert_codes(self.viewed("?exposure=0.5"), srgb(self.values("color") * 2**0.5))
-
-    def test_is_repeated_if_its_worker_is_ended_for_a_cancelled_job(self):
-        running = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(running, "running")
-        os.kill(self.daemon.worker(), signal.SIGSTOP)
-        # A task that the worker already has is tested in supervisor_death_test.cpp; here the answer is the same if it has none.
-        with contextlib.closing(self.daemon.connection(self.daemon.port)) as connection:
-            connection.request("GET", f"/v1/jobs/{self.job['id']}/view.png?exposure=1.5")
-            self.daemon.request("POST", f"/v1/jobs/{running}/cancel")
-            self.assert_codes(read_png(connection.getresponse().read()), srgb(self.values("color") * 2**1.5))
 
     def test_color_has_an_exposure(self):
         self.assert_codes(self.viewed(), srgb(self.values("color")))
@@ -123,12 +112,6 @@ class Views(OneDaemon):
         for layer in LAYERS[1:]:
             problem = self.assert_problem(self.view("?layer=" + layer, plain), 404, "image_not_found")
             self.assertEqual(problem["detail"], f"the image has no layer {layer}")
-        waiting = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
-        self.assert_problem(self.view(job=waiting), 404, "image_not_found")
-        self.assert_problem(self.view(job=NOBODY), 404, "job_not_found")
-        expired = self.daemon.submit(scene(job={"expires_in": 1}))
-        wait_until(lambda: self.daemon.job(expired)["expired"], "expiry")
-        self.assert_problem(self.view(job=expired), 410, "job_expired")
 
     def test_refuses_other_parameters(self):
         for query in ("layer=", "layer=Z", "layer=depth&layer=depth", "exposure=", "exposure=101", "exposure=nan", "exposure=inf", "exposure=1,2",

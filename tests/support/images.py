@@ -10,10 +10,18 @@ import zlib
 
 import numpy
 
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+
+def write_png(chunks):
+    """A PNG of [(type, content)]."""
+    return PNG_SIGNATURE + b"".join(struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+                                    for kind, content in chunks)
+
 
 def png_chunks(data):
     """Returns [(type, content)]. Checks every CRC, and that nothing follows IEND."""
-    if data[:8] != b"\x89PNG\r\n\x1a\n":
+    if data[:8] != PNG_SIGNATURE:
         raise ValueError("not a PNG signature")
     chunks, at = [], 8
     while at < len(data):
