@@ -64,30 +64,6 @@ class Render(WithDirectory):
         self.assertEqual(done.returncode, 3)
         self.assertFalse((self.directory / "a.png").exists())
 
-    def test_writes_the_same_bytes_for_short_and_long_forms(self):
-        def document(samples, background, floor, ball, transform, box, can, tip):
-            return {"version": 1, "image": {"width": 48, "height": 36}, "camera": {"position": [0, 3, 9], "look_at": [0, 1, 0]},
-                    "accuracy": {"samples": samples}, "background": background,
-                    "lights": [{"type": "point", "position": [4, 8, 6]}],
-                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": floor}},
-                                {"type": "sphere", "material": {"color": ball}, "radius": 1, **transform},
-                                {"type": "box", "material": {}, **box}, {"type": "cylinder", "radius": 0.5, "material": {}, **can},
-                                {"type": "cone", "radius": 0.5, "base": [3, 0, 0], "material": {}, **tip}]}
-        short = document(4, "skyblue", {"checker": ["white", "#04a"], "scale": 0.5}, "tomato",
-                         {"position": [-2, 1, 0.3], "rotate": [10, 20, 30], "scale": [1, 0.7, 1.2]},
-                         {"center": [0, 0.5, 1], "size": [1, 1, 0.5]}, {"base": [1.7, 0, 0], "height": 1.5}, {"height": 2})
-        steps = [{"rotate": {"axis": axis, "angle": angle}}
-                 for axis, angle in (([1, 0, 0], 10), ([0, 1, 0], 20), ([0, 0, 1], 30))]
-        full = document([4, 4], {"color": "#87ceeb"}, {"checker": [1, "#0044aa"], "scale": [0.5, 0.5]}, "#ff6347",
-                        {"center": [0, 0, 0],
-                         "transform": [{"scale": [1, 0.7, 1.2]}, *steps, {"translate": [-2, 1, 0.3]}]},
-                        {"min": [-0.5, 0, 0.75], "max": [0.5, 1, 1.25]}, {"from": [1.7, 0, 0], "to": [1.7, 1.5, 0]},
-                        {"apex": [3, 2, 0]})
-        for name, each in (("short", short), ("full", full)):
-            done = self.render(each, name + ".exr")
-            self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual((self.directory / "short.exr").read_bytes(), (self.directory / "full.exr").read_bytes())
-
     def exr(self, document):
         done = self.render(document, "image.exr")
         self.assertEqual(done.returncode, 0, done.stderr)

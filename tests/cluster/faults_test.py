@@ -67,8 +67,7 @@ class FaultsTest(unittest.TestCase):
             cluster.node("worker", *LEASE, "--threads", "1", "--jobs", "1")
             first = node.submit(scene(64, 48))
             wait_until(lambda: cluster.sql(f"SELECT state FROM jobs WHERE id = '{first}'") == "succeeded", "the first job")
-            long = node.submit(scene(1200, 900, samples=8, name="long"))
-            node.wait_for_state(long, "running")
+            long = node.start_job(scene(1200, 900, samples=8, name="long"))
             cluster.server.stop()
             end = time.monotonic() + self.outage_s
             while time.monotonic() < end:
@@ -187,8 +186,7 @@ class CutOffTest(unittest.TestCase):
             cluster.uri = f"postgres://postgres@{network.address}/{cluster.database}"
             lost = cluster.node("worker", *LEASE, wrapper=network.wrapper)
             cluster.uri = socket_uri
-            job = api.submit(scene(1600, 1200, samples=6))
-            api.wait_for_state(job, "running")
+            job = api.start_job(scene(1600, 1200, samples=6))
             cut(network)
             start = time.monotonic()
             cluster.node("worker", *LEASE)

@@ -9,7 +9,6 @@ from tests.cluster.nodes import Cluster
 from tests.http.daemon import json_of, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.keys_test import new_key
-from tests.http.uploads_test import TILE, hash_of, put, textured
 from tests.support.images import read_png
 
 SMALL = scene(32, 24)
@@ -109,21 +108,6 @@ class RolesTest(unittest.TestCase):
             thumbnail = node.get(path.replace("image.png", "preview") + "?max=40")
             self.assertEqual((thumbnail.status, read_png(thumbnail.body).shape[:2]), (200, (30, 40)))
 
-    def test_compares_images_of_jobs_that_were_submitted_to_different_nodes(self):
-        jobs = [node.submit(scene(64, 48, samples=samples)) for node, samples in ((self.one, 1), (self.other, 3))]
-        for job in jobs:
-            self.one.wait_for_end(job)
-        replies = [node.request("POST", "/v1/compare", {"a": jobs[0], "b": jobs[1]}) for node in (self.one, self.other)]
-        self.assertEqual([reply.status for reply in replies], [200, 200], replies)
-        self.assertGreater(json_of(replies[0])["rmse"], 0)
-        self.assertEqual(json_of(replies[0])["rmse"], json_of(replies[1])["rmse"])
-
-    def test_uploads_of_one_node_are_textures_on_another(self):
-        self.assertEqual(put(self.one, TILE).status, 201)
-        self.assertEqual(self.other.get(f"/v1/assets/{hash_of(TILE)}").body, TILE)
-        job = self.other.wait_for_end(self.other.submit(textured(TILE)))
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-
     def test_cancel_reaches_the_other_node(self):
         job = self.running()
         start = time.monotonic()
@@ -143,14 +127,6 @@ class RolesTest(unittest.TestCase):
         retried = json_of(self.other.request("POST", "/v1/jobs/bulk", {"action": "remove", "ids": jobs}))
         self.assertEqual(retried["done"], 3)
         self.assertEqual(self.one.get(f"/v1/jobs/{jobs[0]}").status, 404)
-
-    def test_measurements_show_their_results_so_far(self):
-        measurement = {"scene": scene(200, 150), "settings": {"parameters": ["samples"], "reference_samples": 256}}
-        reply = self.one.request("POST", "/v1/measure", measurement)
-        self.assertEqual(reply.status, 202, reply.body)
-        job = json_of(reply)["id"]
-        ended = self.other.wait_for_end(job)
-        self.assertEqual(ended["state"], "succeeded", ended["problem"])
 
 
 class OwnersTest(unittest.TestCase):
@@ -197,8 +173,7 @@ class LeavingTest(unittest.TestCase):
     def test_a_drained_node_leaves_and_its_jobs_run_elsewhere(self):
         with Cluster() as cluster:
             api, leaving = cluster.node("api"), cluster.node("worker", "--drain-s", "0")
-            job = api.submit(long_scene())
-            api.wait_for_state(job, "running")
+            job = api.start_job()
             cluster.wait_for_nodes(2)
             cluster.node("worker")
             self.assertEqual(leaving.terminate(), 0)
