@@ -73,8 +73,8 @@ class DeliveryStore {
 
   /// Precondition: pending, without attempts, with a new id.
   void enqueue(const Delivery& delivery);
-  /// As enqueue, in place of the subscription of its job. False, without an effect, if there is none: another node has
-  /// made the delivery.
+  /// Enqueues a delivery and removes the subscription of its job. Returns false, without an effect, if there is no
+  /// subscription: another node has made the delivery.
   bool replace_subscription(const Delivery& delivery);
 
   /// The pending delivery with the earliest next attempt whose host is not in `busy`. Its cost does not grow with the

@@ -96,7 +96,7 @@ class JobWaiters {
   /// where it did not run. Otherwise as when_ended. Returns a token for `cancel_preview`.
   std::uint64_t request_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
   void cancel_preview(std::uint64_t token) { previews_.cancel(token); }
-  /// As request_preview, of a job that this node runs; false where it does not.
+  /// Like request_preview, but only for a job that this node runs: returns false for others.
   bool request_own_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
   [[nodiscard]] bool is_preview_requested(const std::string& id, std::uint32_t side) const {
     return previews_.is_requested(id, side);

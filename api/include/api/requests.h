@@ -40,7 +40,7 @@ struct RequestedChange {
   std::optional<std::optional<std::int64_t>> expires_at;     ///< ms since 1970 UTC; null: never
 };
 
-/// As parse_scene: all issues at once, never throws.
+/// Parses the change of a job. Like parse_scene it returns all issues at once and never throws.
 tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits);
 
 /// The body of POST /v1/jobs/bulk: an action on jobs that are named by id or by a filter.

@@ -134,7 +134,7 @@ struct Scene {
 /// 415.
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what,
                                                std::string_view other_type = {});
-/// As problem_of, for a body that is no scene document.
+/// The problem of a refused body that is no scene document; see problem_of.
 Problem request_problem(const api::Refusal& refusal);
 /// Takes a body that is no scene document and parses it with a function of api/requests.h. Problems: 400, 411, 413,
 /// 415, 422.

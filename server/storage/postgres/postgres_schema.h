@@ -14,11 +14,11 @@ inline constexpr int schema_version = 2;
 /// program does not support.
 void prepare_schema(const std::string& dsn);
 
-/// Throws StoreFailure as prepare_schema, but changes nothing.
+/// Checks the version without changing anything. Throws StoreFailure like prepare_schema.
 void check_schema(const std::string& dsn);
 
-/// As prepare_schema, for a copy of other data: the database must be empty, or have an unfinished copy. Until
-/// finish_copy nothing else opens it.
+/// Prepares the schema for a copy of other data: the database must be empty or contain an unfinished copy. Nothing else
+/// opens it until finish_copy.
 void prepare_copy(const std::string& dsn);
 void finish_copy(const std::string& dsn);
 

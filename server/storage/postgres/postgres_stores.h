@@ -27,7 +27,7 @@ struct PostgresSettings {
 /// Throws StoreFailure if PostgresStores would because of the server or what the database contains. Changes nothing.
 void check_database(const std::string& dsn);
 
-/// As queue::Stores, with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
+/// queue::Stores with these differences: MaintenanceStore::recover has no effect, as leases end in time, and a
 /// claim's `is_last` is never true, as other nodes claim too. A lost connection is replaced; a call that fails with it
 /// runs again if it had no effect. When the answer to a commit was lost, the call requests its outcome for up to 10 s;
 /// only a StoreFailure of kind `unknown` after that leaves it open.

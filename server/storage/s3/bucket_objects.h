@@ -22,7 +22,7 @@ class BucketObjects final : public objects::ObjectStore {
   std::vector<Object> list(const std::string& after) override;
   void remove_unfinished() override;
 
-  /// As S3Client::presigned_url, valid for an hour.
+  /// A URL that is valid for an hour; see S3Client::presigned_url.
   [[nodiscard]] std::string presigned_url(const std::string& sha256, Parameters parameters) const;
 
  private:

@@ -35,8 +35,8 @@ class Statement {
   virtual void bind(int position, Blob value) = 0;
   virtual void bind_null(int position, ColumnType type) = 0;
   virtual bool row() = 0;  ///< moves to the next row, at the first call by running it; false at the end
-  /// As the first call of `row`, for a statement without a result. It may be sent with the next statement, or with the
-  /// end of the transaction, which then throws its failure.
+  /// Runs a statement that has no result. It may be sent with the next statement or with the end of the transaction,
+  /// which then throws its failure.
   virtual void post() { row(); }
   [[nodiscard]] virtual int changes() const = 0;  ///< rows that it has changed
   [[nodiscard]] virtual bool is_null(int column) const = 0;
@@ -112,7 +112,7 @@ class Database {
     return changed.changes();
   }
 
-  /// As change, for a statement whose number of changed rows nobody needs; it may be sent with the next one.
+  /// Like change, for statements whose number of changed rows is not needed; may be sent with the next one.
   template <class... Values>
   void post(const std::string& sql, const Values&... values) {
     query(sql, values...).post();

@@ -177,7 +177,7 @@ std::uint64_t rights_of(long version) {
   return (std::uint64_t{1} << count) - 1;
 }
 
-/// As landlock_ruleset_attr since version 6, which older headers do not have.
+/// Layout of landlock_ruleset_attr since version 6, which older headers do not have.
 struct RulesetAttributes {
   std::uint64_t handled_access_fs = 0, handled_access_net = 0, scoped = 0;
 };

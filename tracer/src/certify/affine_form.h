@@ -180,7 +180,7 @@ inline AffineForm dot(const AffineVec& a, const AffineVec& b) {
                  3 * dot(size_u + p, size_v + q));
 }
 inline AffineForm dot(const Vec3& a, const AffineVec& b) { return dot(b, a); }
-/// As squared(): the squares of the deviations lie between 0 and that of the radii.
+/// Square of the length. As in squared(), the squares of the deviations lie between 0 and those of the radii.
 inline AffineForm squared_length(const AffineVec& a) {
   const Vec3 c = center(a), size = abs(c), radius{a.x.radius(), a.y.radius(), a.z.radius()}, reach = size + radius;
   const double half = 0.5 * dot(radius, radius);

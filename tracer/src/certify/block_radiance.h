@@ -22,7 +22,7 @@ struct SurfaceRays {
   std::uint32_t material = 0;
   std::optional<RadianceForms> reflected{};  ///< radiance that secondary rays add, if they are followed
 
-  /// As that of LocalRadiance.
+  /// See LocalRadiance::nonlinear_width().
   [[nodiscard]] double nonlinear_width(double dark, double side) const;
 };
 

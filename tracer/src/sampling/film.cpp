@@ -43,7 +43,7 @@ void add_pixel(const PixelState& pixel, const RadianceInterval* bounds, bool onl
     if (!std::isfinite(high)) high = pixel.refined() ? value : 1e30;
     double variance = 0;
     if (pixel.refined() && count > 1) {
-      // As in expected_refined_error(), stratification helps half as much as usual.
+      // Stratification helps half as much as usual, see expected_refined_error().
       const double deviation = only_positions_vary && pixel.measured()
                                    ? stratified_deviation_of_mean(pixel, i)
                                    : deviation_of_mean(pixel, i) * std::pow(count / 2, (1 - variance_power) / 4);
