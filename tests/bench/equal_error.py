@@ -3,8 +3,8 @@
 
     tests/bench/equal_error.py [SCENE ...] [--size 512x512] [--rounds 3] [--limit 20] [--avx2] [--points FILE]
 
-SCENE is a scene of peers/bench_scenes.py or a file; by default the scenes of DEFAULT_SCENES below. A file is rendered with
-the size and accuracy of this benchmark. Every program uses one thread per processor, 10 bounces and a cutoff of 0.001 (Tachyon
+SCENE is a scene of peers/bench_scenes.py or a file; by default the scenes of DEFAULT_SCENES below. A file is rendered by Whittle
+alone, with the size and accuracy of this benchmark. Every program uses one thread per processor, 10 bounces and a cutoff of 0.001 (Tachyon
 has none) and is measured at a range of settings (peers/sweeps.py), POV-Ray with both methods of antialiasing, thresholds,
 depths, with and without jitter, and with the faster of +BM1 and +BM2. Errors are distances to the limit of the same program.
 The table of a target error interpolates between settings and extrapolates nothing: `never` means that Whittle does not reach
@@ -26,7 +26,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from tests.bench.peers import bench_scenes, equal_error, programs, sweeps  # pylint: disable=wrong-import-position
+from tests.bench.peers import bench_scenes, document, equal_error, programs, sweeps  # pylint: disable=wrong-import-position
 from tests.support.sources import SOURCE  # pylint: disable=wrong-import-position
 
 EXAMPLES = ("cornell", "glass", "lens", "lights", "local_models", "shapes", "whitted")
@@ -55,13 +55,13 @@ class Row:
         self.name, self.missing, smallest = name, [], min(TARGETS)
         whittle, uniform = sweeps.whittle(scene, directory, binaries, options.rounds, options.reference ** 2 * 4)
         self.points = {"whittle": whittle.points(smallest), "uniform": uniform.points(smallest)}
-        for other, (program, curves) in PEERS.items():
-            contender = sweeps.peer(program, curves, scene, directory / other, options.rounds, options.reference)
-            if isinstance(contender, str):
-                self.missing.append(f"{other} does not support {contender}")
-            else:
-                most = options.limit * max(point.cpu_s for point in self.points["whittle"])
+        most = options.limit * max(point.cpu_s for point in self.points["whittle"])
+        for other, (program, curves) in PEERS.items() if name in bench_scenes.SCENES else ():
+            try:
+                contender = sweeps.peer(program, curves, scene, directory / other, options.rounds, options.reference)
                 self.points[other] = contender.points(smallest, most)
+            except document.Unsupported as feature:
+                self.missing.append(f"{other} does not support {feature}")
 
     def ours(self, target, field):
         return equal_error.cost_at(self.points["whittle"], target, field)

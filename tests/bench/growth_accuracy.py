@@ -41,30 +41,23 @@ def geometric_mean(values):
 
 
 def summarize(curves):
-    """Per target: (preset, target, estimate, true error, largest true / estimate, samples, time relative to BASE)."""
+    """Per target: (preset, target, estimate, true error, samples, time relative to BASE)."""
     rows = []
     for target in sorted(curves[0], reverse=True):
         points = [curve[target] for curve in curves]
         bases = [next(point for point in curve.values() if point["preset"] == BASE) for curve in curves]
         rows.append((points[0]["preset"] or "", target, geometric_mean(point["claimed"]["estimate"] for point in points),
                      geometric_mean(point["error"] for point in points),
-                     max(point["error"] / point["claimed"]["estimate"] for point in points),
                      geometric_mean(point["samples"]["mean"] for point in points),
                      geometric_mean(point["seconds"] / base["seconds"] for point, base in zip(points, bases))))
     return rows
-
-
-def print_curve(rows):
-    print(f"\n{'preset':10} {'target':>7} {'estimate':>8} {'true':>8} {'max true/estimate':>17} {'samples':>8} {'time':>7}")
-    for name, target, estimate, true, worst, samples, time in rows:
-        print(f"{name:10} {target:7g} {estimate:8.3f} {true:8.3f} {worst:17.2f} {samples:8.1f} {time:7.2f}")
 
 
 def table(rows, scenes, size):
     lines = [f"| preset | target error | estimated error | true error | samples per pixel | time relative to `{BASE}` |",
              6 * "| --- " + "|"]
     lines += [f"| `{name}` | {target:g} | {estimate:.2f} | {true:.2f} | {samples:.1f} | {time:.2g} |"
-              for name, target, estimate, true, _, samples, time in rows if name]
+              for name, target, estimate, true, samples, time in rows if name]
     return "\n".join(lines) + f"\n\nErrors in levels; geometric means over {scenes} example scenes at {size} pixels.\n"
 
 
@@ -80,9 +73,8 @@ def main(arguments):
         directory = options.keep or pathlib.Path(temporary)
         directory.mkdir(parents=True, exist_ok=True)
         rows = summarize([measure(scene, directory, options) for scene in options.scenes])
-    print_curve(rows)
     text = table(rows, len(options.scenes), options.size.replace("x", " x "))
-    print("\n" + text)
+    print(text)
     if options.write:
         content, replaced = TABLE.subn(lambda found: found[1] + text + found[2], options.write.read_text())
         if not replaced:

@@ -3,11 +3,10 @@
 
     tests/bench/growth_bench.py [PARAMETER ...] [--most 1000000] [--rounds 3]
     tests/bench/growth_bench.py accuracy [--write FILE]      (growth_accuracy.py)
-    tests/bench/growth_bench.py radiosity [--cancels 20]     (growth_radiosity.py)
 
-PARAMETER is triangles, spheres, lights, depth, pixels or threads; all of them by default. --most bounds triangles
-(10000000 takes 2 GB and minutes) and spheres (the document limit is about a million). Times are the minimum of the rounds,
-because other work on the machine only adds to them. Peak memory includes the libraries of the process. `ns/ray` is tracing
+PARAMETER is triangles, spheres, lights, depth, pixels, threads or radiosity (triangles again, which light each other); all of
+them by default. --most bounds triangles (10000000 takes 2 GB and minutes) and spheres (the document limit is about a million).
+Times are the minimum of the rounds, because other work on the machine only adds to them. Peak memory includes the libraries of the process. `ns/ray` is tracing
 time times threads per ray and `x first` its ratio to the first line. `x log n` is the growth of log n: the cost of a tree
 if neighbouring rays visit the same nodes and memory latency stays constant. For incoherent rays the lower bound is bare
 Embree with the same rays on one thread (rays_bench): growth of its time per ray, then our time and our memory (BVH and
@@ -23,7 +22,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from tests.bench import growth_accuracy, growth_radiosity  # pylint: disable=wrong-import-position
+from tests.bench import growth_accuracy  # pylint: disable=wrong-import-position
 from tests.bench.peers import bench_scenes, programs  # pylint: disable=wrong-import-position
 
 ONE_SAMPLE = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}
@@ -42,6 +41,12 @@ def triangles(directory, most):
         count = bench_scenes.write_waves(wanted, directory / "waves.ply")
         document["objects"][0] = {"type": "mesh", "file": "waves.ply", "material": "water"}
         yield count, document, {}
+
+
+def radiosity(directory, most):
+    for count, document, _ in triangles(directory, most):
+        accuracy = {"model": "global", "samples": [4, 4], "approximate": {"interreflection": "radiosity"}}
+        yield count, {**document, "accuracy": accuracy}, {}
 
 
 def spheres(_, most):
@@ -72,7 +77,7 @@ def threads(*_):
         yield count, bench_scenes.document("sphereflake", ONE_SAMPLE, 4, 512, 512), {"threads": count}
 
 
-PARAMETERS = {parameter.__name__: parameter for parameter in (triangles, spheres, lights, depth, pixels, threads)}
+PARAMETERS = {parameter.__name__: parameter for parameter in (triangles, spheres, lights, depth, pixels, threads, radiosity)}
 
 
 def stages(run):
@@ -112,9 +117,8 @@ def print_growth(name, directory, most, rounds):
 
 
 def main():
-    others = {"accuracy": growth_accuracy, "radiosity": growth_radiosity}
-    if sys.argv[1:2] and sys.argv[1] in others:
-        others[sys.argv[1]].main(sys.argv[2:])
+    if sys.argv[1:2] == ["accuracy"]:
+        growth_accuracy.main(sys.argv[2:])
         return
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parameters", nargs="*", choices=[*PARAMETERS, []], metavar="PARAMETER")

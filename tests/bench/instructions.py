@@ -3,8 +3,6 @@
 
     tests/bench/instructions.py                    prints them beside instructions.json
     tests/bench/instructions.py --against OLD/bin  prints them beside those of another build
-    tests/bench/instructions.py --general          prints those of the integrator with all features beside them: the cost
-                                                   of features that are compiled in but not needed
     tests/bench/instructions.py --write            writes instructions.json (the commit states the reason)
 
 Valgrind counts, and the counts are reproducible: it emulates AVX2 but not AVX-512, which decides the code path of Embree,
@@ -43,23 +41,23 @@ class Count(NamedTuple):
     instructions: int   # of tracer::render alone
 
 
-def count_instructions(paths, model, directory):
+def count_instructions(paths, directory):
     """A Count for each scene. One process renders all: starting it under valgrind takes longer than the images."""
     with tempfile.TemporaryDirectory() as output:
         # Counted inside render(); dumped where compile() of the next scene begins, and at the end.
         command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=out", "--toggle-collect=tracer::render(*",
-                   "--dump-before=tracer::compile(*", directory / "trace_model", model, *paths]
+                   "--dump-before=tracer::compile(*", directory / "trace_model", *paths]
         done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=output)
         dumps = sorted(pathlib.Path(output).glob("out.*"), key=lambda path: int(path.suffix[1:]))
         totals = [int(re.search(r"^totals: (\d+)", path.read_text(), re.MULTILINE)[1])
                   for path in [*dumps[1:], pathlib.Path(output) / "out"]]
-    rays = [int(line.split()[1]) for line in done.stdout.splitlines()]
+    rays = [int(line) for line in done.stdout.splitlines()]
     if not len(paths) == len(totals) == len(rays):
         raise RuntimeError(f"{len(paths)} scenes, {len(rays)} images, {len(totals)} counts")
     return [Count(*pair) for pair in zip(rays, totals)]
 
 
-def measure(model="picked", directory=BIN):
+def measure(directory=BIN):
     """{image: {"rays", "instructions_per_ray"}}"""
     with tempfile.TemporaryDirectory() as scenes:
         paths = []
@@ -67,21 +65,18 @@ def measure(model="picked", directory=BIN):
             paths.append(pathlib.Path(scenes) / f"{name}.json")
             paths[-1].write_text(json.dumps(scene(name, accuracy=accuracy, image=SIZE)))
         return {name: {"rays": count.rays, "instructions_per_ray": round(count.instructions / count.rays, 1)}
-                for name, count in zip(IMAGES, count_instructions(paths, model, directory))}
+                for name, count in zip(IMAGES, count_instructions(paths, directory))}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument("--against", type=pathlib.Path)
-    choice.add_argument("--general", action="store_true")
     choice.add_argument("--write", action="store_true")
     options = parser.parse_args()
     found = measure()
     if options.against:
-        others = measure(directory=options.against.resolve())
-    elif options.general:
-        others = measure("full")
+        others = measure(options.against.resolve())
     else:
         others = json.loads(BASELINE.read_text()) if BASELINE.exists() else found
     print(f"{'image':14} {'rays':>8} {'other':>8} {'instructions/ray':>16} {'other':>8} {'ratio':>7}  exercises")

@@ -12,6 +12,10 @@
                slots.
   crowd        GET /v1/version over new connections beside idle connections, incomplete request heads and event streams
                (--idle, --slow, --streams), and the memory of the daemon.
+  flood        small renders of one API key while another has submitted a batch and --endless jobs that look small and do
+               not end. Goal: p99 500 ms.
+  batches      a batch of 10,000 frames of a scene of 1 MB: time, peak memory of the daemon, and reads by others meanwhile.
+               Goal: 5 s, 200 MB, p99 of the reads 50 ms.
   history      pages and submissions with --jobs finished jobs in the store. Goal: p99 within twice that of --jobs 100.
 
 Each part starts `whittled` with an empty data directory. A round of --seconds is measured for one build after the other;
@@ -27,18 +31,20 @@ import pathlib
 import resource
 import signal
 import sys
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 # pylint: disable=wrong-import-position
 from tests.bench.compare import measure_alternately, print_figures
-from tests.bench.crowd import Crowd
-from tests.bench.service import Connection, Service, get, latencies_under_load, percentiles, post, timed
+from tests.bench.service import Connection, Crowd, Service, get, latencies_under_load, percentiles, post, timed
 from tests.http.daemon import json_of, long_scene, scene, wait_until
 from tests.support.whittle import BIN
 
 DEFERRED = scene(job={"run_after": "2999-01-01T00:00:00Z"})  # stored durably and never run
 LARGE_RENDERS = 8
+FRAMES = 10_000
+MIB = 2**20
 SHARES = (0.1, 0.5, 0.99)  # other work on the machine affects the first decile least
 
 
@@ -115,15 +121,58 @@ def mixed(service, _):
 
 @contextlib.contextmanager
 def crowd(service, options):
-    idle_mib = service.resident_mib()
-    with Crowd(service.port, options) as others:
+    idle_mib = service.resident_bytes() / MIB
+    with Crowd(service.port, options):
         def measure(seconds):
             service.submit(scene())  # its events are sent to every stream
             taken = latencies_under_load(service, get("/v1/version"), seconds, pause_s=0.002, reconnect=True)[1]
             return {**percentiles("GET beside the crowd", taken), "memory of the daemon alone, MiB": idle_mib,
-                    "memory of the daemon with the crowd, MiB": service.resident_mib()}
+                    "memory of the daemon with the crowd, MiB": service.resident_bytes() / MIB}
         yield measure
-        print(f"crowd: {others.summary()}")
+
+
+@contextlib.contextmanager
+def flood(service, options):
+    mirror = {"color": 0, "reflection": 1}
+    walls = [{"type": "plane", "point": [x, y, z], "normal": [-x, -y, -z], "material": mirror}
+             for x, y, z in ((2, 0, 0), (-2, 0, 0), (0, 2, 0), (0, -2, 0), (0, 0, 9), (0, 0, -2))]
+    endless = scene(40, 25, objects=walls, accuracy={"samples": [1000, 1000], "max_depth": 1_000_000, "cutoff": 0})
+    other, own = service.keys
+    batch = {"scene": scene(64, 48), "frames": [{}] * FRAMES}
+    connection = Connection(service.port)
+    for request in [post("/v1/jobs", endless, other)] * options.endless + [post("/v1/batches", batch, other)]:
+        status, body = connection.exchange(request)
+        if status != 202:
+            sys.exit(body.decode())
+    connection.close()
+    yield lambda seconds: percentiles("render beside the flood of another key", latencies_under_load(
+        service, post("/v1/render", scene(16, 16), own), seconds)[1])
+
+
+@contextlib.contextmanager
+def batches(service, _):
+    materials = {f"material {i}": {"color": [i / 4000, 0.5, 0.25], "diffuse": 0.8, "specular": 0.125, "shininess": 20 + i,
+                                   "specular_color": [1, 1, 1], "reflection": 0.125, "reflection_color": [0.5, 0.5, 1],
+                                   "emission": [0, 0, 0], "absorption": [0.1, 0.2, 0.3], "ior": 1.5} for i in range(4000)}
+    request = post("/v1/batches", {"scene": {**DEFERRED, "materials": materials},
+                                   "frames": [{"camera": {"fov": 20 + 60 * i / FRAMES}} for i in range(FRAMES)]})
+
+    def measure(_):
+        replies, reads_ms, reader, submitter = [], [], Connection(service.port), Connection(service.port)
+        service.forget_peak()
+        thread = threading.Thread(target=lambda: replies.append(timed(lambda: submitter.exchange(request))))
+        thread.start()
+        while thread.is_alive():
+            reads_ms.append(timed(lambda: reader.exchange(get("/v1/version")))[1])
+            time.sleep(0.001)
+        reader.close()
+        submitter.close()
+        ((status, body), batch_ms), = replies
+        if status != 202:
+            sys.exit(body.decode())
+        return {"batch, ms": batch_ms, "peak memory of the daemon, MiB": service.peak_bytes() / MIB,
+                **percentiles("GET during a batch", reads_ms)}
+    yield measure
 
 
 @contextlib.contextmanager
@@ -155,7 +204,7 @@ def finish_jobs(service, count):
         sys.exit(f"not all jobs succeeded: {jobs}")
 
 
-PARTS = {part.__name__: part for part in (renders, submissions, claims, mixed, crowd, history)}
+PARTS = {part.__name__: part for part in (renders, submissions, claims, mixed, crowd, flood, batches, history)}
 
 
 def arguments():
@@ -164,7 +213,7 @@ def arguments():
     parser.add_argument("--against", type=pathlib.Path)
     parser.add_argument("--rounds", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=1)
-    for name, default in (("clients", 8), ("idle", 2000), ("slow", 500), ("streams", 500), ("jobs", 20_000)):
+    for name, default in (("clients", 8), ("idle", 2000), ("slow", 500), ("streams", 500), ("endless", 3), ("jobs", 20_000)):
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART")
     return parser.parse_args()
@@ -187,7 +236,7 @@ def main():
         with contextlib.ExitStack() as stack:
             measures = []
             for build in builds:
-                service = stack.enter_context(Service(build))
+                service = stack.enter_context(Service(build, ("other", "own") if name == "flood" else ()))
                 service.wait_for_end(service.submit(scene()))  # the worker has started
                 measures.append(functools.partial(stack.enter_context(PARTS[name](service, options)), options.seconds))
             print_figures(measure_alternately(measures, options.rounds))

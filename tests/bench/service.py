@@ -1,9 +1,8 @@
 """A `whittled` of any build with an empty data directory, and raw HTTP clients that cost little CPU time."""
 import json
+import multiprocessing
 import os
 import pathlib
-import re
-import shutil
 import socket
 import subprocess
 import sys
@@ -11,57 +10,74 @@ import tempfile
 import threading
 import time
 
-from tests.http.daemon import PATIENCE_S, Served
+from tests.http.daemon import PATIENCE_S, Daemon
 
 # Neither quota nor log output affects the figures.
 OPTIONS = ("--log-level", "warning", "--queued-jobs", "10000000", "--key-queued-jobs", "10000000")
 
 
-class Service(Served):
-    """The daemon of one build on free ports, with an API key for each name. Its output is not checked, so that it may be
-    an older version."""
+class Service(Daemon):
+    """The daemon of one build, with an API key for each name; requests have the last one."""
 
-    def __init__(self, directory, keys=()):
-        self.data = pathlib.Path(tempfile.mkdtemp(prefix="whittle-load-"))
-        self.keys = [subprocess.run([directory / "whittled", "--new-key", name, "--keys", self.data / "keys"], check=True,
-                                    capture_output=True, text=True).stdout.strip() for name in keys]
-        with_keys = ("--keys", self.data / "keys") if keys else ()
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
-        with open(self.data / "log", "wb") as log:
-            # pylint: disable-next=consider-using-with
-            self.process = subprocess.Popen([directory / "whittled", "--listen", "127.0.0.1:0", "--health-listen",
-                                             "127.0.0.1:0", "--data", self.data / "data", *OPTIONS, *with_keys],
-                                            stdout=subprocess.PIPE, stderr=log, env=environment, start_new_session=True)
-        self.port, self.health_port = self.read_port(), self.read_port()
+    def __init__(self, build, keys=()):
+        # pylint: disable-next=consider-using-with
+        self.key_directory = tempfile.TemporaryDirectory(prefix="whittle-load-")
+        file = pathlib.Path(self.key_directory.name) / "keys"
+        self.keys = [subprocess.run([build / "whittled", "--new-key", name, "--keys", file], check=True, capture_output=True,
+                                    text=True).stdout.strip() for name in keys]
+        super().__init__(*OPTIONS, *(("--keys", file) if keys else ()),
+                         wrapper=("sh", "-c", 'shift; exec "$0" "$@"', build / "whittled"))
 
-    def read_port(self):
-        found = re.search(rb"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
-        if not found:
-            sys.exit(f"whittled does not start: {(self.data / 'log').read_text('utf-8')}")
-        return int(found[1])
+    def __exit__(self, *error):
+        super().__exit__(*error)
+        self.key_directory.cleanup()
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.process.wait(PATIENCE_S)
-        self.process.stdout.close()
-        shutil.rmtree(self.data)
-
-    def resident_mib(self):
-        pages = self.proc("statm").read_text("ascii").split()[1]
-        return int(pages) * os.sysconf("SC_PAGESIZE") / 2**20
+    def request(self, method, path, body=None, headers=None, port=None):
+        key = {"Authorization": f"Bearer {self.keys[-1]}"} if self.keys else {}
+        return super().request(method, path, body, {**key, **(headers or {})}, port)
 
     def cpu_seconds(self):
         """CPU time of the daemon and its workers so far."""
-        children = [pid for task in self.proc("task").iterdir() for pid in (task / "children").read_text("ascii").split()]
         stats = [pathlib.Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()
-                 for pid in (self.process.pid, *children)]
+                 for pid in (self.process.pid, *self.worker_pids())]
         return sum(int(ticks) for fields in stats for ticks in fields[11:13]) / os.sysconf("SC_CLK_TCK")
 
-    def proc(self, name):
-        return pathlib.Path(f"/proc/{self.process.pid}/{name}")
+
+class Crowd(multiprocessing.Process):
+    """Holds `sizes.idle` connections, `sizes.slow` request heads that grow by a byte per second, and `sizes.streams` event
+    streams while the context is active. When the daemon closes a head, another one takes its place."""
+
+    def __init__(self, port, sizes):
+        super().__init__(daemon=True)
+        self.port, self.sizes, self.is_open = port, sizes, multiprocessing.Event()
+
+    def __enter__(self):
+        self.start()
+        self.is_open.wait()
+        return self
+
+    def __exit__(self, *_):
+        self.terminate()
+        self.join()
+
+    def connect(self, text=b""):
+        connection = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
+        connection.sendall(text)
+        return connection
+
+    def run(self):
+        head, stream = b"GET /v1/version HTTP/1.1\r\nX-Padding: ", get("/v1/events")
+        held = [self.connect(text) for text in [b""] * self.sizes.idle + [stream] * self.sizes.streams]
+        slow = [self.connect(head) for _ in range(self.sizes.slow)]
+        self.is_open.set()
+        while held or slow:
+            time.sleep(1)
+            for index, connection in enumerate(slow):
+                try:
+                    connection.send(b"x")
+                except OSError:  # closed by the daemon
+                    connection.close()
+                    slow[index] = self.connect(head)
 
 
 class Connection:
@@ -87,9 +103,10 @@ class Connection:
         self.socket.close()
 
 
-def post(path, document):
+def post(path, document, key=""):
     body = json.dumps(document).encode()
-    return (f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+    access = f"Authorization: Bearer {key}\r\n" if key else ""
+    return (f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n{access}"
             f"Content-Length: {len(body)}\r\n\r\n").encode() + body
 
 

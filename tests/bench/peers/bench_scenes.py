@@ -1,4 +1,4 @@
-"""Generated scenes of any size for comparing ray tracers, limited to the features of POV-Ray and Tachyon (document.py).
+"""Generated scenes of any size for comparing ray tracers, limited to the features of POV-Ray and mostly of Tachyon.
 
 After Eric Haines, A proposal for standard graphics environments, IEEE CG&A 7(11), 1987 (the Standard Procedural
 Databases): its kinds of scenes, not its parameters. Each scene is a function of one number, its size, and deterministic.
@@ -257,22 +257,7 @@ def waves(triangles=200000):
                  {"water": shiny((0.1, 0.3, 0.35), 0.3, 0.5, 90), "buoy": shiny((0.8, 0.2, 0.1))})
 
 
-def glass(count=4):
-    """Refracting spheres above a floor; Tachyon does not support refraction."""
-    objects = [floor(), floor(9.0, "sky")]
-    for i in range(count):
-        for k in range(count):
-            objects.append(sphere((1.5 * (i - (count - 1) / 2), 0.75, 1.5 * (k - (count - 1) / 2)), 0.6,
-                                  "glass" if (i + k) % 2 else "red"))
-    clear = {"model": "phong", "color": [0.9, 0.9, 0.9], "ambient": 0, "diffuse": 0.02, "specular": 0.5, "shininess": 90,
-             "reflection": 0.1, "transmission": 0.85, "ior": 1.5, "fresnel": False}
-    return scene("glass", view((3.5, 4.2, 7.5), (0, 0.4, 0), 38), objects,
-                 {"floor": matte((0.6, 0.6, 0.55)), "sky": matte((0.3, 0.45, 0.8)), "glass": clear,
-                  "red": shiny((0.6, 0.1, 0.1), 0.2)})
-
-
-SCENES = {make.__name__: make for make in (sphereflake, tetra, rings, mountain, gears, pot, tree, lattice, molecule, waves,
-                                           glass)}
+SCENES = {make.__name__: make for make in (sphereflake, tetra, rings, mountain, gears, pot, tree, lattice, molecule, waves)}
 
 
 def document(name, accuracy, size=None, width=512, height=512):

@@ -2,12 +2,11 @@
 
     blender --background --factory-startup --python cycles_scene.py -- SCENE.json IMAGE.ppm SETTINGS
 
-SETTINGS is a JSON object: `samples`, `seed`, `threshold` (noise of adaptive sampling, 0 without), `clamp` (of indirect
-light, 0 without), `bounces`, `threads`. The image is a linear 16-bit PPM. Prints `render SECONDS`, without Blender's start.
+SETTINGS is a JSON object: `samples`, `seed`, `threshold` (noise of adaptive sampling, 0 without), `threads`. The image is a
+linear 16-bit PPM. Prints `render SECONDS`, without Blender's start.
 
-- Materials are Lambert's and mirrors: a diffuse closure of the reflectance `color` x `diffuse` with roughness 0, a glossy one
-  of `reflection` with roughness 0, and an emission closure whose strength 1 is the radiance `emission`. Both sides of a lamp
-  shine, as Whittle's do. A color may be a checker.
+- A material is Lambert's, a diffuse closure of the reflectance `color` with roughness 0, or an emission closure whose
+  strength 1 is the radiance `emission`. Both sides of a lamp shine, as Whittle's do.
 - The film is a box of one pixel, as Whittle's is by default.
 """
 import array
@@ -20,70 +19,20 @@ import bpy
 from mathutils import Matrix, Vector
 
 
-def color(nodes, links, value):
-    """The colour, or the output of nodes for a checker."""
-    if not isinstance(value, dict):
-        return [*([value] * 3 if isinstance(value, (int, float)) else value), 1]
-    place, checker = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeTexChecker")
-    links.new(place.outputs["UV"], checker.inputs["Vector"])
-    checker.inputs["Scale"].default_value = value["scale"]
-    # Of the squares with z = 0, those with an even sum have the second colour.
-    for name, of in zip(("Color2", "Color1"), value["checker"]):
-        checker.inputs[name].default_value = color(nodes, links, of)
-    return checker.outputs["Color"]
-
-
 def material(name, value):
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes, links = made.node_tree.nodes, made.node_tree.links
     nodes.clear()
-
-    def closure(kind, of, **inputs):
-        node = nodes.new(f"ShaderNode{kind}")
-        for key, given in {"Color": of, **inputs}.items():
-            if hasattr(given, "node"):
-                links.new(given, node.inputs[key])
-            else:
-                node.inputs[key].default_value = given
-        return node.outputs[0]
-
-    share, reflected, emission = value.get("diffuse", 1), value.get("reflection", 0), value.get("emission", [0, 0, 0])
-    parts = []
-    if share:
-        own = color(nodes, links, value.get("color", 1))
-        parts.append(closure("BsdfDiffuse", own if share == 1 else [share * part for part in own[:3]] + [1], Roughness=0))
-    if reflected:
-        parts.append(closure("BsdfGlossy", [reflected] * 3 + [1], Roughness=0))
-    if any(emission):
-        parts.append(closure("Emission", [*emission, 1], Strength=1))
-    shader = parts[0]
-    for part in parts[1:]:
-        both = nodes.new("ShaderNodeAddShader")
-        links.new(shader, both.inputs[0])
-        links.new(part, both.inputs[1])
-        shader = both.outputs[0]
-    links.new(shader, nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    if "emission" in value:
+        closure = nodes.new("ShaderNodeEmission")
+        closure.inputs["Strength"].default_value = 1
+    else:
+        closure = nodes.new("ShaderNodeBsdfDiffuse")
+        closure.inputs["Roughness"].default_value = 0
+    closure.inputs["Color"].default_value = [*value.get("emission", value.get("color")), 1]
+    links.new(closure.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return made
-
-
-def light(value):
-    """Directional, or a point with the attenuation inverse_square; without size. A light of intensity I gives an irradiance of
-    pi I cos in Whittle; the energy of a sun is its irradiance in Blender, that of a point its power."""
-    kind, power = ("SUN", math.pi) if value["type"] == "directional" else ("POINT", 4 * math.pi ** 2)
-    made = bpy.data.lights.new("light", kind)
-    made.energy = power * value["intensity"]
-    if kind == "SUN":
-        made.angle = 0
-    else:
-        made.shadow_soft_size = 0
-    made.cycles.max_bounces = 1024
-    placed = bpy.data.objects.new("light", made)
-    if kind == "SUN":
-        placed.rotation_euler = Vector(value["direction"]).to_track_quat("-Z", "Y").to_euler()
-    else:
-        placed.location = value["position"]
-    return placed
 
 
 def camera(value):
@@ -107,20 +56,12 @@ def build(document):
         mesh = bpy.data.meshes.new(str(i))
         mesh.from_pydata(value["positions"], [], value["triangles"])
         mesh.materials.append(materials[value["material"]])
-        mesh.polygons.foreach_set("use_smooth", [value.get("smooth", False)] * len(mesh.polygons))
-        if value.get("uvs"):
-            corner = array.array("i", [0]) * len(mesh.loops)
-            mesh.loops.foreach_get("vertex_index", corner)
-            mesh.uv_layers.new().data.foreach_set("uv", [part for each in corner for part in value["uvs"][each]])
         scene.collection.objects.link(bpy.data.objects.new(str(i), mesh))
-    for value in document.get("lights", []):
-        scene.collection.objects.link(light(value))
     scene.camera = camera(document["camera"])
     scene.collection.objects.link(scene.camera)
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (
-        *document.get("background", {}).get("color", [0, 0, 0]), 1)
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = 0, 0, 0, 1
     return scene
 
 
@@ -136,12 +77,11 @@ def settle(scene, document, settings, image):
     cycles.samples, cycles.seed = settings["samples"], settings["seed"]
     cycles.use_adaptive_sampling = settings["threshold"] > 0
     cycles.adaptive_threshold = settings["threshold"]
-    cycles.sample_clamp_direct, cycles.sample_clamp_indirect = 0, settings["clamp"]
-    for kind in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"):
-        setattr(cycles, kind, settings["bounces"])
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    for kind in ("max_bounces", "diffuse_bounces"):
+        setattr(cycles, kind, 1024)
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1
-    cycles.blur_glossy = 0  # mirrors stay sharp after diffuse bounces
 
 
 def write_ppm(scene, image):

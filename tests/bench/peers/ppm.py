@@ -1,10 +1,8 @@
-"""Reads linear 16-bit PPM images, which both peers write, and writes sRGB PNGs, which `whittle diff` reads.
+"""Reads linear 16-bit PPM images, which the peers write.
 
 Images are arrays of (height, width, 3), row 0 on top, from 0 to 1.
 """
 import re
-import struct
-import zlib
 
 import numpy
 
@@ -27,15 +25,3 @@ def read(path, factor=1):
 def encode_srgb(linear):
     """IEC 61966-2-1"""
     return numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * numpy.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
-
-
-def write_png(image, path):
-    """Encodes the image as sRGB with 16 bits per channel."""
-    height, width, _ = image.shape
-    codes = numpy.rint(65535 * encode_srgb(image)).astype(">u2").reshape(height, 3 * width)
-    rows = b"".join(b"\0" + row.tobytes() for row in codes)
-    chunk = lambda kind, content: (struct.pack(">I", len(content)) + kind + content
-                                   + struct.pack(">I", zlib.crc32(kind + content)))
-    head = struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 1))
-                     + chunk(b"IEND", b""))

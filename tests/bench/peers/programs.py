@@ -8,7 +8,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-from tests.bench.peers import document, povray, ppm, tachyon
+from tests.bench.peers import povray, povray_radiosity, tachyon
 from tests.support.whittle import BIN
 
 
@@ -55,43 +55,52 @@ def number(pattern, text):
 
 
 class Whittle:
-    name = "whittle"
-
     def __init__(self, scene, directory, binaries=BIN):
-        self.directory, self.binaries = directory, binaries
-        (directory / "scene.json").write_text(json.dumps(scene, separators=(",", ":")))
+        self.scene, self.directory, self.binaries = scene, directory, binaries
 
-    def run(self, threads=os.cpu_count()):
+    def run(self, accuracy=None, threads=os.cpu_count()):
+        """With the accuracy of the scene, or with another."""
+        document = {**self.scene, "accuracy": accuracy or self.scene["accuracy"]}
+        (self.directory / "scene.json").write_text(json.dumps(document, separators=(",", ":")))
         costs, text = timed([self.binaries / "whittle", "render", "scene.json", "-o", "whittle.tiff", "--threads", threads],
                             self.directory)
         return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.directory / "whittle.tiff", text)
 
 
+def run_povray(directory, size, options):
+    costs, text = timed(["povray", "+Iscene.pov", "+Opovray.ppm", f"+W{size['width']}", f"+H{size['height']}", "-D", "-V", "+FP16",
+                         "File_Gamma=1", f"+WT{os.cpu_count()}", *options], directory)
+    return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, directory / "povray.ppm", text)
+
+
 class PovRay:
-    """`bounding` 1: slabs, its default; 2: a BSP tree. `sampling`: by default one ray through the center of each pixel."""
-    name = "povray"
+    """`bounding` 1: slabs, its default; 2: a BSP tree."""
 
     def __init__(self, scene, directory, bounding=1):
-        self.directory, self.bounding, self.size = directory, bounding, (scene.width, scene.height)
+        self.directory, self.bounding, self.size = directory, bounding, scene["image"]
         povray.write_scene(scene, directory / "scene.pov")
 
-    def run(self, threads=os.cpu_count(), sampling=("-A",)):
-        width, height = self.size
-        costs, text = timed(["povray", "+Iscene.pov", "+Opovray.ppm", f"+W{width}", f"+H{height}", "-D", "-V", "+FP16",
-                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", *sampling], self.directory)
-        return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.directory / "povray.ppm", text)
+    def run(self, sampling="-A"):
+        return run_povray(self.directory, self.size, [f"+BM{self.bounding}", *sampling.split()])
+
+
+class PovRayRadiosity:
+    def __init__(self, scene, directory):
+        self.directory, self.size = directory, scene["image"]
+        povray_radiosity.write_scene(scene, directory / "scene.pov")
+
+    def run(self, setting):
+        return run_povray(self.directory, self.size, povray_radiosity.options(setting))
 
 
 class Tachyon:
-    name = "tachyon"
-
     def __init__(self, scene, directory):
-        self.directory, self.options = directory, (tachyon.highlights(scene),)
+        self.directory = directory
         tachyon.write_scene(scene, directory / "scene.dat")
 
-    def run(self, threads=os.cpu_count(), sampling=()):
-        costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", threads,
-                             *self.options, *sampling], self.directory)
+    def run(self, sampling=""):
+        costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", os.cpu_count(),
+                             "-shade_phong", *sampling.split()], self.directory)
         return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.directory / "tachyon.ppm", text)
 
 
@@ -103,31 +112,8 @@ class Cycles:
         (directory / "scene.json").write_text(json.dumps(scene))
 
     def run(self, setting):
-        settings = {"seed": 1, "clamp": 0, "bounces": 1024, "threads": os.cpu_count(), **setting}
+        settings = {"seed": 1, "threads": os.cpu_count(), **setting}
         costs, text = timed(
             ["blender", "--background", "--factory-startup", "--python", pathlib.Path(__file__).with_name("cycles_scene.py"),
              "--", "scene.json", "cycles.ppm", json.dumps(settings)], self.directory)
         return Run(number(r"render ([\d.]+)", text), *costs, self.directory / "cycles.ppm", text)
-
-
-def export(program, scene, directory, **options):
-    """The program with the scene (a document), or the name of an unsupported feature."""
-    try:
-        return program(document.portable_scene(scene), directory, **options)
-    except document.Unsupported as reason:
-        return str(reason)
-
-
-def srgb_image(run):
-    """The image as a file that `whittle diff` reads."""
-    if run.image.suffix != ".ppm":
-        return run.image
-    png = run.image.with_suffix(".png")
-    ppm.write_png(ppm.read(run.image), png)
-    return png
-
-
-def difference(a, b, heat=None):
-    """The metrics of `whittle diff` for two images, in levels."""
-    command = [BIN / "whittle", "diff", a, b, "--json"] + (["--heat", heat] if heat else [])
-    return json.loads(subprocess.run(command, check=True, capture_output=True).stdout)

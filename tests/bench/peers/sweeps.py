@@ -5,7 +5,6 @@ Each limit has two independent references, whose noise has a mean product of 0: 
 pixels and channels is the squared error of the image alone. References of Whittle are images of uniform samples with
 other seeds; those of the others are images of `factor` and `factor - 1` times the width and height, one ray per pixel.
 """
-import json
 import math
 import statistics
 
@@ -20,9 +19,8 @@ ADAPTIVE = {"max_depth": MODEL["max_depth"]}   # Russian roulette below the defa
 ONE_SAMPLE = {**MODEL, "samples": [1, 1]}
 FEW_PIXELS = 16, 12
 
-TARGETS = [[json.dumps({**ADAPTIVE, "target_error": target})
-            for target in (16, 11, 8, 5.6, 4, 2.8, 2, 1.4, 1, 0.7, 0.5, 0.35, 0.25)]]
-UNIFORM = [[json.dumps({**MODEL, "samples": [side * side] * 2}) for side in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)]]
+TARGETS = [[{**ADAPTIVE, "target_error": target} for target in (16, 11, 8, 5.6, 4, 2.8, 2, 1.4, 1, 0.7, 0.5, 0.35, 0.25)]]
+UNIFORM = [[{**MODEL, "samples": [side * side] * 2} for side in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)]]
 SIDES = {1: (2, 3, 4, 5, 6, 7, 9), 2: (1, 2, 3, 4, 5)}  # +R of method 1 is limited to 9
 POVRAY = [["-A"]] + [[f"+AM{method} +A{threshold} +R{side} {jitter}" for side in SIDES[method]] for method, threshold, jitter in (
     (1, "0.0", "-J"), (2, "0.0", "-J"), (1, "0.03", "-J"), (1, "0.1", "-J"), (1, "0.03", "+J1.0"), (2, "0.003", "-J"),
@@ -73,7 +71,7 @@ class Contender:
         while len(runs) < self.rounds and runs[0].cpu_s < 1:
             runs.append(self.run(setting))
         rays = programs.number(r"\nall +(\d+) rays", runs[0].output) if runs[0].image.suffix == ".tiff" else 0
-        return Point(setting, true_error(levels(runs[0]), self.references),
+        return Point(str(setting), true_error(levels(runs[0]), self.references),
                      statistics.median(run.cpu_s for run in runs) - self.idle_cpu_s,
                      statistics.median(run.whole_s for run in runs) - self.idle_wall_s, int(rays))
 
@@ -83,23 +81,20 @@ class Contender:
 
 def whittle(scene, directory, binaries, rounds, reference_samples):
     """The contenders with a target error and with uniform samples, which share their references."""
-    def run(accuracy, size=tuple(scene["image"].values())):
-        document = {**scene, "accuracy": accuracy, "image": dict(zip(("width", "height"), size))}
-        return programs.Whittle(document, directory, binaries).run()
-
-    exact = {**MODEL, "cutoff": 0, "samples": [reference_samples] * 2}
-    references = [levels(run({**exact, "seed": seed})) for seed in (1, 2)]
-    return [Contender(curves, lambda setting: run(json.loads(setting)), lambda: run(ONE_SAMPLE, FEW_PIXELS), references, rounds)
-            for curves in (TARGETS, UNIFORM)]
+    few = directory / "few_pixels"
+    few.mkdir()
+    program = programs.Whittle(scene, directory, binaries)
+    idle = programs.Whittle({**scene, "accuracy": ONE_SAMPLE, "image": dict(zip(("width", "height"), FEW_PIXELS))}, few, binaries)
+    references = [levels(program.run({**MODEL, "cutoff": 0, "samples": [reference_samples] * 2, "seed": seed})) for seed in (1, 2)]
+    return [Contender(curves, program.run, idle.run, references, rounds) for curves in (TARGETS, UNIFORM)]
 
 
 def peer(program, curves, scene, directory, rounds, factor):
-    """The contender, or the name of an unsupported feature. POV-Ray has the faster of its bounding methods."""
+    """The contender. POV-Ray has the faster of its bounding methods. Raises Unsupported."""
     def export(width, height, **options):
         place = directory / f"{width}x{height}"
         place.mkdir(parents=True, exist_ok=True)
-        return programs.export(program, {**scene, "accuracy": ONE_SAMPLE, "image": {"width": width, "height": height}}, place,
-                               **options)
+        return program({**scene, "accuracy": ONE_SAMPLE, "image": {"width": width, "height": height}}, place, **options)
 
     def enlarged(times):
         image = export(times * width, times * height, **options).run().image
@@ -108,13 +103,9 @@ def peer(program, curves, scene, directory, rounds, factor):
         return mean
 
     (width, height), options = scene["image"].values(), {}
-    exported = export(width, height)
-    if isinstance(exported, str):
-        return exported
     if program is programs.PovRay:
         options = min(({"bounding": method} for method in (1, 2)),
                       key=lambda options: export(width, height, **options).run().cpu_s)
-        exported = export(width, height, **options)
+    exported = export(width, height, **options)
     references = [enlarged(times) for times in (factor - 1, factor)]
-    return Contender(curves, lambda setting: exported.run(sampling=setting.split()), export(*FEW_PIXELS, **options).run,
-                     references, rounds)
+    return Contender(curves, exported.run, export(*FEW_PIXELS, **options).run, references, rounds)
