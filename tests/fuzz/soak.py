@@ -16,13 +16,12 @@ import subprocess
 import sys
 import time
 
+import seeds
+
 SOURCE = pathlib.Path(__file__).parents[2]
 BIN = SOURCE / "build/fuzz/bin"
-SEEDS = {"fuzz_reader": ["tests/fuzz/corpus/reader", "scenes"],
-         "fuzz_http_request": ["tests/fuzz/corpus/http_request"],
-         "fuzz_image": ["tests/fuzz/corpus/image"],
-         "fuzz_mesh": ["tests/fuzz/corpus/mesh"],
-         "fuzz_worker_messages": ["tests/fuzz/corpus/worker_messages"]}
+SEEDS = {f"fuzz_{name}": [f"build/fuzz/corpus/{name}"] for name in seeds.FUZZERS}
+SEEDS["fuzz_reader"].append("scenes")
 LIMITS = ["-max_len=4096", "-timeout=10", "-rss_limit_mb=2048", "-print_final_stats=1"]
 
 

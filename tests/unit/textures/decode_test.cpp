@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path corpus = WHITTLE_SOURCE_DIR "/tests/fuzz/corpus/image";
+const fs::path corpus = WHITTLE_CORPUS "/image";
 
 std::vector<std::uint8_t> bytes_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
