@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape
 from tests.support import cases, descendants, leftovers, runner, summarize
 from tests.support.sources import SOURCE, text, tracked
 
-PATIENCE_S = 60
+PATIENCE_S = 300
 GTEST = "[==========] 5 tests from 2 test suites ran. (1 ms total)\n[  PASSED  ] 3 tests.\n"
 GTEST_BAD = GTEST + "[  SKIPPED ] 1 test, listed below:\n[  FAILED  ] 1 test, listed below:\n[  FAILED  ] A.B\n"
 UNITTEST = "Ran 7 tests in 0.1s\n\nOK (skipped=2)\n"

@@ -15,7 +15,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 from tests.http.daemon import Daemon
 from tests.support.sources import SOURCE
 
-PATIENCE_S = 60
+PATIENCE_S = 300
 # Without a process for each address that is opened, and one in reserve, a test takes two thirds of the processor time.
 FEW_PROCESSES = ("--in-process-gpu", "--num-raster-threads=1", "--renderer-process-limit=1", "--disable-site-isolation-trials",
                  "--disable-features=SpareRendererForSitePerProcess,IsolateOrigins,site-per-process", "--disable-extensions")

@@ -22,7 +22,7 @@ from tests.support.descendants import END_WITH_PARENT
 from tests.support.whittle import BIN
 
 SANITIZED = os.environ.get("WHITTLE_SANITIZED", "")
-PATIENCE_S = 600 if SANITIZED else 120
+PATIENCE_S = 600
 
 Reply = collections.namedtuple("Reply", "status headers body")
 

@@ -24,7 +24,7 @@ using http::Answer;
 using http::Reply;
 using http::Request;
 
-constexpr auto patience = 120s;
+constexpr auto patience = 600s;
 
 /// A blocking client on loopback.
 class Client {

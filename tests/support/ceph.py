@@ -14,7 +14,7 @@ from botocore.config import Config
 from tests.support.descendants import END_WITH_PARENT
 from tests.support.s3 import ACCESS_KEY, BUCKET, REGION, SECRET_KEY
 
-PATIENCE_S = 120
+PATIENCE_S = 600
 CONFIGURATION = """[global]
 fsid = {fsid}
 mon host = v1:127.0.0.1:{port}
