@@ -10,7 +10,7 @@ import zlib
 
 import numpy
 
-from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene
+from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_png, write_png
 from tests.support.whittle import only_in_long_runs
 
@@ -28,10 +28,10 @@ class Compare(OneDaemon):
         return self.daemon.request("POST", "/v1/compare", {"a": a, "b": b, **body})
 
     def compared(self, a, b, **body):
-        reply = self.compare(a, b, **body)
-        while reply.status == 503:  # on a busy machine the worker takes longer than the reply may wait
-            self.assertIn("Retry-After", reply.headers)
+        def answered():
             reply = self.compare(a, b, **body)
+            return None if reply.status == 503 and "Retry-After" in reply.headers else reply
+        reply = wait_until(answered, "the comparison")  # on a busy machine the worker takes longer than a reply may wait
         self.assertEqual(reply.status, 200, reply.body)
         return json_of(reply)
 
