@@ -5,6 +5,7 @@
 /// and then the call had no effect; after a failed disk (StoreFailure::Kind::broken) this holds once the store was
 /// opened again, and not for StoreFailure::Kind::unknown. Virtual functions are those that tests replace.
 
+#include <cerrno>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -27,6 +28,12 @@ class StoreFailure : public std::runtime_error {
     damaged,  ///< bytes that were stored are others now
   };
   StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
+  explicit StoreFailure(const std::string& what) : StoreFailure(Kind::unavailable, what) {}
+  /// The kind of a failed call of the operating system, by its errno.
+  static Kind kind_of(int error) {
+    if (error == ENOSPC || error == EDQUOT || error == EFBIG) return Kind::full;
+    return error == EIO ? Kind::broken : Kind::unavailable;
+  }
   Kind kind;
 };
 

@@ -32,8 +32,7 @@ void copy_file(const std::string& from, const std::string& sha256, const std::st
     return read_at(source.fd(), offset, bytes, size, from);
   });
   if (stored.sha256 != sha256) {
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              from + " is damaged: its bytes have the sha256 " + stored.sha256);
+    throw queue::StoreFailure(from + " is damaged: its bytes have the sha256 " + stored.sha256);
   }
   copy.set_time(std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000);
   copy.rename_to(path_of(into, sha256));
@@ -79,7 +78,7 @@ std::string missing_file(const std::string& copy) {
 
 void back_up(const std::string& data, const std::string& into) {
   namespace fs = std::filesystem;
-  if (fs::exists(into)) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, into + " exists already");
+  if (fs::exists(into)) throw queue::StoreFailure(into + " exists already");
   const std::string part = into + ".part";
   fs::remove_all(part);  // of an interrupted backup
   fs::create_directories(part);
@@ -91,8 +90,7 @@ void back_up(const std::string& data, const std::string& into) {
     copy_all(data, part);
     missing = missing_file(part);
   }
-  if (!missing.empty())
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, missing + " is missing; delete the job");
+  if (!missing.empty()) throw queue::StoreFailure(missing + " is missing; delete the job");
   sync_disk(part);
   fs::rename(part, into);
   sync_disk(into);

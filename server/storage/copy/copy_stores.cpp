@@ -27,10 +27,6 @@ namespace {
 
 using Reader = std::unique_ptr<queue::ArtifactReader>;
 
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, what);
-}
-
 /// The tables of a script in its order, in which each comes after those that it refers to; without those of one row,
 /// which are counters of the process itself.
 std::vector<Table> tables_of(const char* script) {
@@ -63,9 +59,10 @@ void compare_tables(sql::Transactions& from, sql::Transactions& to, const char* 
   for (const Table& table : tables_of(script)) {
     const Digest source = digest_of(from, table), copy = digest_of(to, table);
     if (source == copy) continue;
-    fail("the copy of the table " + table.name + " has " + std::to_string(copy.rows) + " rows and the source " +
-         std::to_string(source.rows) +
-         ", or their content differs: one of them was changed meanwhile; delete the copy and start again");
+    throw queue::StoreFailure(
+        "the copy of the table " + table.name + " has " + std::to_string(copy.rows) + " rows and the source " +
+        std::to_string(source.rows) +
+        ", or their content differs: one of them was changed meanwhile; delete the copy and start again");
   }
 }
 
@@ -152,10 +149,10 @@ void copy_files(const End& from, const End& to, const std::set<std::string>& nam
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
   if (failures > 0) {
-    fail(std::to_string(failures) + " " + what +
-         " cannot be copied; start the daemon with the source and delete or retry "
-         "the jobs that name them:" +
-         reasons);
+    throw queue::StoreFailure(std::to_string(failures) + " " + what +
+                              " cannot be copied; start the daemon with the source and delete or retry "
+                              "the jobs that name them:" +
+                              reasons);
   }
   report(what + ": " + std::to_string(all.size()) + " copied and compared");
 }

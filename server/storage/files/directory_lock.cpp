@@ -47,8 +47,7 @@ DirectoryLock::DirectoryLock(const std::string& directory, const std::function<v
     ::close(fd_);
     errno = error;
     if (error != EWOULDBLOCK) fail("cannot lock", path);
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "the data directory " + directory + " is in use by process " + process);
+    throw queue::StoreFailure("the data directory " + directory + " is in use by process " + process);
   }
   // Only for error messages; a missing one reads "unknown".
   const std::string process = std::to_string(getpid());

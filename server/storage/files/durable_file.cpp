@@ -68,12 +68,7 @@ void delete_leftovers(const std::string& directory) {
 
 void fail(const std::string& what, const std::string& path) {
   const int error = errno;
-  const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-  using Kind = queue::StoreFailure::Kind;
-  throw queue::StoreFailure(full           ? Kind::full
-                            : error == EIO ? Kind::broken
-                                           : Kind::unavailable,
-                            what + " " + path + ": " + std::strerror(error));
+  throw queue::StoreFailure(queue::StoreFailure::kind_of(error), what + " " + path + ": " + std::strerror(error));
 }
 
 File::File(const std::string& path, int flags)
@@ -176,9 +171,7 @@ void for_each_entry(const std::string& directory,
                     const std::function<void(const std::filesystem::directory_entry&)>& each) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(directory, error)) each(entry);
-  if (error)
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "cannot list " + directory + ": " + error.message());
+  if (error) throw queue::StoreFailure("cannot list " + directory + ": " + error.message());
 }
 
 std::optional<NamedFile> find_file(const std::string& directory, const std::string& sha256) {

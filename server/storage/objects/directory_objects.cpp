@@ -19,7 +19,7 @@ auto without_io_errors(Call call) {
     return call();
   } catch (const queue::StoreFailure& failure) {
     if (failure.kind != queue::StoreFailure::Kind::broken) throw;
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, failure.what());
+    throw queue::StoreFailure(failure.what());
   }
 }
 

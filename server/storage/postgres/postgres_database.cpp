@@ -17,9 +17,7 @@ namespace {
 constexpr Oid oid_of_int8 = 20, oid_of_text = 25, oid_of_bytea = 17;
 constexpr int binary = 1;
 
-[[noreturn]] void fail_unavailable(const std::string& what) {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: " + what);
-}
+[[noreturn]] void fail_unavailable(const std::string& what) { throw queue::StoreFailure("PostgreSQL: " + what); }
 
 std::string trimmed(std::string message) {
   while (!message.empty() && message.back() == '\n') message.pop_back();

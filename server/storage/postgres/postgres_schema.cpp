@@ -64,9 +64,7 @@ void create(PostgresDatabase& database, int version) {
                   std::to_string(version) + "); COMMIT");
 }
 
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: " + what);
-}
+[[noreturn]] void fail(const std::string& what) { throw queue::StoreFailure("PostgreSQL: " + what); }
 
 [[noreturn]] void fail_unfinished() {
   fail("the database has an unfinished copy of other data; repeat the command with --copy-to to finish it");

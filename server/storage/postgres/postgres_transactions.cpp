@@ -92,7 +92,7 @@ bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool i
     }
   } catch (const Conflict&) {
     if (!is_last) return false;
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "PostgreSQL: conflicts with other transactions");
+    throw queue::StoreFailure("PostgreSQL: conflicts with other transactions");
   } catch (const queue::StoreFailure&) {
     if (!committing) throw;
     if (synced == sql::Synced::with_next) throw;  // claims and leases, which end in time

@@ -37,8 +37,7 @@ class ObjectReader final : public queue::ArtifactReader {
   void load(std::uint64_t at, std::size_t size) const {
     auto piece = client_.get(key_, at, std::max(size, ahead_bytes));
     if (!piece || piece->bytes.empty() || piece->object_bytes != bytes_)
-      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                                "S3: " + key_ + " was removed while it was read");
+      throw queue::StoreFailure("S3: " + key_ + " was removed while it was read");
     window_ = std::move(piece->bytes);
     window_at_ = at;
   }

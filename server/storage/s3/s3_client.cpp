@@ -18,10 +18,6 @@ namespace {
 
 constexpr std::size_t document_bytes_max = 4u << 20;  // a list of 1,000 keys of 1,024 bytes, escaped
 
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, what);
-}
-
 /// The root element of an answer; empty where the body is no XML.
 struct Document {
   explicit Document(const std::string& body) { xml.load_buffer(body.data(), body.size()); }
@@ -77,7 +73,7 @@ std::string read_whole(const S3Client::ReadAt& read, std::uint64_t offset, std::
   std::size_t filled = 0;
   while (filled < size) {
     const std::size_t count = read(offset + filled, bytes.data() + filled, size - filled);
-    if (count == 0) fail("the source became shorter while it was stored");
+    if (count == 0) throw queue::StoreFailure("the source became shorter while it was stored");
     filled += count;
   }
   return bytes;
@@ -151,7 +147,7 @@ int S3Client::admit(int tries) {
   const std::lock_guard lock(mutex_);
   if (failure_.empty()) return tries;
   const auto now = std::chrono::steady_clock::now();
-  if (now < next_probe_) fail(failure_);
+  if (now < next_probe_) throw queue::StoreFailure(failure_);
   next_probe_ = now + settings_.probe_pause;
   return 1;
 }

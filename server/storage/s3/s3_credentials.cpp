@@ -24,8 +24,7 @@ Credentials from_environment() {
 
 Credentials from_file(const std::string& path) {
   std::ifstream file(path);
-  if (!file)
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "cannot read the credentials in " + path);
+  if (!file) throw queue::StoreFailure("cannot read the credentials in " + path);
   Credentials credentials;
   bool is_default = true;
   for (std::string line; std::getline(file, line);) {
@@ -46,8 +45,7 @@ Credentials from_file(const std::string& path) {
 Credentials CredentialSource::get() const {
   Credentials credentials = file_.empty() ? from_environment() : from_file(file_);
   if (credentials.access_key.empty() || credentials.secret_key.empty()) {
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              file_.empty() ? "AWS_ACCESS_KEY_ID or AWS_SECRET_ACCESS_KEY is not set"
+    throw queue::StoreFailure(file_.empty() ? "AWS_ACCESS_KEY_ID or AWS_SECRET_ACCESS_KEY is not set"
                                             : file_ + " has no aws_access_key_id or no aws_secret_access_key");
   }
   return credentials;

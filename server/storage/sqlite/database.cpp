@@ -21,12 +21,10 @@ namespace {
   const int primary = result & 0xff;
   if (primary == SQLITE_CONSTRAINT || primary == SQLITE_MISUSE || primary == SQLITE_ERROR) throw std::logic_error(what);
   if (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN) what += std::string(": ") + std::strerror(system_error);
+  if (primary == SQLITE_FULL) throw queue::StoreFailure(queue::StoreFailure::Kind::full, what);
   // Only a failed write is FULL to SQLite; a quota, a file size limit or a full disk at a sync is an I/O error.
-  const bool no_room = system_error == ENOSPC || system_error == EDQUOT || system_error == EFBIG;
-  const bool full = primary == SQLITE_FULL || (primary == SQLITE_IOERR && no_room);
-  const bool broken = primary == SQLITE_IOERR && system_error == EIO;
-  using Kind = queue::StoreFailure::Kind;
-  throw queue::StoreFailure(full ? Kind::full : broken ? Kind::broken : Kind::unavailable, what);
+  if (primary == SQLITE_IOERR) throw queue::StoreFailure(queue::StoreFailure::kind_of(system_error), what);
+  throw queue::StoreFailure(what);
 }
 
 class SqliteStatement final : public sql::Statement {
@@ -93,8 +91,7 @@ SqliteDatabase::SqliteDatabase(const std::string& path, Access access, bool sync
   connection_.reset(connection);
   if (connection == nullptr) throw std::bad_alloc();
   if (result != SQLITE_OK) {
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "cannot open " + path + ": " + sqlite3_errmsg(connection));
+    throw queue::StoreFailure("cannot open " + path + ": " + sqlite3_errmsg(connection));
   }
   sqlite3_extended_result_codes(connection, 1);
   sqlite3_busy_timeout(connection, 5000);
@@ -161,15 +158,13 @@ std::int64_t pragma(SqliteDatabase& database, const std::string& name) {
 /// another program.
 std::int64_t read_version(SqliteDatabase& database, const std::string& path, std::int64_t version) {
   if (!is_new(database) && pragma(database, "application_id") != application_id) {
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              path + " is a database of another program, or of a version without application_id");
+    throw queue::StoreFailure(path + " is a database of another program, or of a version without application_id");
   }
   const std::int64_t found = pragma(database, "user_version");
   if (found != 0 && found != version) {
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              path + " was written by " + (found > version ? "a newer" : "an older") +
-                                  " program: its schema has version " + std::to_string(found) +
-                                  ", this program supports version " + std::to_string(version) + " only");
+    throw queue::StoreFailure(path + " was written by " + (found > version ? "a newer" : "an older") +
+                              " program: its schema has version " + std::to_string(found) +
+                              ", this program supports version " + std::to_string(version) + " only");
   }
   return found;
 }

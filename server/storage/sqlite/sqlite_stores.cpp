@@ -34,9 +34,8 @@ void require_no_artifacts(const std::filesystem::path& directory) {
     if (!part.is_directory() || part.path().filename().string().size() != 2) continue;
     for (const auto& file : std::filesystem::directory_iterator(part)) {
       if (!tracer::is_sha256(file.path().filename().string())) continue;
-      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                                file_of(directory) + " is missing or empty, but " + part.path().string() +
-                                    " has images: restore a backup, or use another directory");
+      throw queue::StoreFailure(file_of(directory) + " is missing or empty, but " + part.path().string() +
+                                " has images: restore a backup, or use another directory");
     }
   }
 }

@@ -147,7 +147,7 @@ void OutcomeWriter::keep_preview(const std::string& id, std::int64_t fence, std:
       const Descriptor memory = sealed_memory(png);
       if (queue_.lifecycle.keep_preview(id, fence, memory.get())) return;
       // Another thread writes the end at present, or the job runs again.
-      throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "the job has not ended");
+      throw queue::StoreFailure("the job has not ended");
     };
     executor_.run_with_retry(3, "keep_preview", keep);
   });
