@@ -24,8 +24,6 @@ storage::s3::S3Settings valid_settings(const Config& config) {
   return **std::move(settings);
 }
 
-std::string directory_of(const Config& config, const char* kind) { return config.artifacts + "/" + kind; }
-
 }  // namespace
 
 tracer::Result<std::optional<storage::s3::S3Settings>, ConfigError> bucket_settings(const Config& config) {
@@ -70,9 +68,8 @@ SharedFiles::Medium::Medium(const Config& config) {
     assets = std::make_unique<storage::s3::BucketObjects>(*client, "assets");
     return;
   }
-  const std::string node = queue::IdSource(queue::system_clock(), queue::system_random()).next();
-  artifacts = std::make_unique<storage::objects::DirectoryObjects>(directory_of(config, "artifacts"), node);
-  assets = std::make_unique<storage::objects::DirectoryObjects>(directory_of(config, "assets"), node);
+  artifacts = std::make_unique<storage::objects::DirectoryObjects>(config.artifacts + "/artifacts");
+  assets = std::make_unique<storage::objects::DirectoryObjects>(config.artifacts + "/assets");
 }
 
 SharedFiles::SharedFiles(const Config& config, storage::sql::Transactions& transactions, const queue::Clock& clock)

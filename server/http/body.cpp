@@ -9,6 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "server/support/file_io.h"
+
 namespace http {
 namespace {
 
@@ -20,16 +22,6 @@ int open_unlinked(const std::string& directory) {
   const int named = ::mkostemp(path.data(), O_CLOEXEC);
   if (named >= 0) ::unlink(path.c_str());
   return named;
-}
-
-bool write_all(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 }  // namespace
@@ -50,7 +42,7 @@ bool Body::append(std::string_view bytes) {
   if (content.budget.file_used + bytes.size() > content.budget.file_bytes) return false;
   content.size += bytes.size();
   content.budget.file_used += bytes.size();
-  return write_all(content.file.get(), bytes);
+  return support::write_all(content.file.get(), bytes);
 }
 
 bool Body::Content::spool() {
@@ -58,19 +50,16 @@ bool Body::Content::spool() {
   if (!file) return false;
   budget.memory_used -= size;
   budget.file_used += size;
-  return write_all(file.get(), std::exchange(memory, {}));
+  return support::write_all(file.get(), std::exchange(memory, {}));
 }
 
 std::size_t Body::read(std::uint64_t offset, char* into, std::size_t size) const {
   if (offset >= size_bytes()) return 0;
   size = std::min<std::uint64_t>(size, size_bytes() - offset);
   if (!spooled()) return content_->memory.copy(into, size, offset);
-  for (std::size_t done = 0; done < size;) {
-    const ssize_t count = ::pread(content_->file.get(), into + done, size - done, static_cast<off_t>(offset + done));
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) throw std::system_error(count < 0 ? errno : EIO, std::generic_category(), "spooled body");
-    done += static_cast<std::size_t>(count);
-  }
+  const ssize_t count = support::read_at(content_->file.get(), offset, into, size);
+  if (count < static_cast<ssize_t>(size))
+    throw std::system_error(count < 0 ? errno : EIO, std::generic_category(), "spooled body");
   return size;
 }
 

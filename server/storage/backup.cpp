@@ -23,14 +23,12 @@ void copy_database(const std::string& from, const std::string& to) {
 }
 
 void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
-  const File source(from, O_RDONLY | O_NOFOLLOW);
-  if (source.fd() < 0 && errno == ENOENT) return;
+  const support::Descriptor source(::open(from.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (!source && errno == ENOENT) return;
   struct stat status {};
-  if (source.fd() < 0 || fstat(source.fd(), &status) < 0) fail("cannot open", from);
-  TemporaryFile copy(into + "/tmp/" + sha256);
-  const auto stored = copy.copy([&](std::uint64_t offset, char* bytes, std::size_t size) {
-    return read_at(source.fd(), offset, bytes, size, from);
-  });
+  if (!source || fstat(source.get(), &status) < 0) fail("cannot open", from);
+  TemporaryFile copy(into);
+  const auto stored = copy.copy(contents_of(source.get(), from));
   if (stored.sha256 != sha256) {
     throw queue::StoreFailure(from + " is damaged: its bytes have the sha256 " + stored.sha256);
   }

@@ -45,10 +45,9 @@ std::string read_all(const ArtifactReader& reader) {
 
 /// A node: its own connections to one database and one directory.
 struct Node {
-  Node(const std::string& database, const std::string& directory, const std::string& name,
-       const std::atomic<std::int64_t>& now)
+  Node(const std::string& database, const std::string& directory, const std::atomic<std::int64_t>& now)
       : rows(database, {.connections = 2}),
-        objects(directory, name),
+        objects(directory),
         index(rows.transactions(), ObjectIndex::Kind::artifact),
         store(objects, index, [&now] { return now.load(); }) {}
   std::string put(const std::string& bytes) { return store.put(MemoryFile(bytes).fd()).sha256; }
@@ -84,7 +83,7 @@ class SharedStores : public testing::Test {
   const std::string database = PostgresServer::shared().new_database();
   std::atomic<std::int64_t> now = 1'700'000'000'000;
   const std::string objects = directory.path() + "/objects";
-  Node a{database, objects, "a", now}, b{database, objects, "b", now};
+  Node a{database, objects, now}, b{database, objects, now};
 };
 
 }  // namespace
@@ -204,7 +203,7 @@ TEST_F(SharedStores, LeaveUnfinishedFilesOfOtherNodesForADay) {
   std::ofstream(young) << "half";
   std::ofstream(old) << "half";
   fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
-  DirectoryObjects another(objects, "c");
+  DirectoryObjects another(objects);
   another.remove_unfinished();
   EXPECT_TRUE(fs::exists(young));
   EXPECT_FALSE(fs::exists(old));

@@ -75,7 +75,7 @@ std::set<std::string> names(sql::Transactions& database, const std::string& quer
 /// True if it exists, and its bytes are those of its name.
 bool is_intact(const Reader& reader, const std::string& sha256) {
   try {
-    return reader && files::hash_of(*reader).sha256 == sha256;
+    return reader && files::hash_of(files::contents_of(*reader)).sha256 == sha256;
   } catch (const queue::StoreFailure& failure) {
     if (failure.kind != queue::StoreFailure::Kind::damaged) throw;
     return false;
@@ -109,8 +109,7 @@ std::string copy_asset(const End& from, const End& to, const std::string& sha256
   if (to.assets.use(sha256) && is_intact(to.assets.open(sha256), sha256)) return {};
   const Reader source = from.assets.open(sha256);
   if (!source) return "is missing";
-  const auto put = to.assets.put(
-      sha256, [&](std::uint64_t offset, char* into, std::size_t size) { return source->read(offset, into, size); });
+  const auto put = to.assets.put(sha256, files::contents_of(*source));
   if (put == queue::AssetStore::Put::other_bytes) return "is damaged";
   if (put == queue::AssetStore::Put::quota_exceeded) return "exceeds the limit of uploads of the copy";
   return is_intact(to.assets.open(sha256), sha256) ? "" : "was damaged by the copy";

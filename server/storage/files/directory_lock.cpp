@@ -39,22 +39,16 @@ void DirectoryLock::pause() { std::this_thread::sleep_for(std::chrono::milliseco
 DirectoryLock::DirectoryLock(const std::string& directory, const std::function<void()>& wait) {
   if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", directory);
   const std::string path = directory + "/lock";
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
-  if (fd_ < 0) fail("cannot open", path);
-  if (!lock_soon(fd_, wait)) {
-    const int error = errno;
-    const std::string process = holder(fd_);
-    ::close(fd_);
-    errno = error;
-    if (error != EWOULDBLOCK) fail("cannot lock", path);
-    throw queue::StoreFailure("the data directory " + directory + " is in use by process " + process);
+  file_ = support::Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640));
+  if (!file_) fail("cannot open", path);
+  if (!lock_soon(file_.get(), wait)) {
+    if (errno != EWOULDBLOCK) fail("cannot lock", path);
+    throw queue::StoreFailure("the data directory " + directory + " is in use by process " + holder(file_.get()));
   }
   // Only for error messages; a missing one reads "unknown".
   const std::string process = std::to_string(getpid());
-  if (ftruncate(fd_, 0) == 0) [[maybe_unused]]
-    const ssize_t written = pwrite(fd_, process.data(), process.size(), 0);
+  if (ftruncate(file_.get(), 0) == 0) [[maybe_unused]]
+    const ssize_t written = pwrite(file_.get(), process.data(), process.size(), 0);
 }
-
-DirectoryLock::~DirectoryLock() { ::close(fd_); }
 
 }  // namespace storage::files

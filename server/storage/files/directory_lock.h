@@ -4,6 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "server/support/descriptor.h"
+
 namespace storage::files {
 
 /// Prevents a second daemon on a data directory: an exclusive lock (flock) on DIRECTORY/lock, a file with the process
@@ -17,12 +19,9 @@ class DirectoryLock {
   /// Creates the directory where missing. Calls `wait` before each retry. Throws StoreFailure, with the process id of
   /// another holder.
   explicit DirectoryLock(const std::string& directory, const std::function<void()>& wait = pause);
-  ~DirectoryLock();
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
 
  private:
-  int fd_ = -1;
+  support::Descriptor file_;
 };
 
 }  // namespace storage::files

@@ -56,8 +56,8 @@ queue::DiskSpace DiskSpaceMonitor::now() const {
 
 /// Whole or not at all. Not synced: after power loss a shorter one still frees its size.
 bool DiskSpaceMonitor::create_ballast(std::uint64_t bytes) {
-  const File file(ballast_, O_WRONLY | O_CREAT | O_EXCL);
-  if (file.fd() >= 0 && posix_fallocate(file.fd(), 0, static_cast<off_t>(bytes)) == 0) return true;
+  const support::Descriptor file(::open(ballast_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640));
+  if (file && posix_fallocate(file.get(), 0, static_cast<off_t>(bytes)) == 0) return true;
   unlink(ballast_.c_str());
   return false;
 }

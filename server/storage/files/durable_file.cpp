@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/queue/asset_store.h"
+#include "server/support/file_io.h"
 #include "tracer/sha256.h"
 
 namespace storage::files {
@@ -27,30 +28,32 @@ auto retry(Call call) {
   }
 }
 
-void write_all(int fd, const char* bytes, std::size_t size, const std::string& path) {
-  while (size > 0) {
-    const ssize_t written = retry([&] { return ::write(fd, bytes, size); });
-    if (written < 0) fail("cannot write", path);
-    bytes += written;
-    size -= static_cast<std::size_t>(written);
-  }
+/// Empty, with errno, if the file cannot be opened.
+support::Descriptor open_file(const std::string& path, int flags) {
+  return support::Descriptor(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC); }));
+}
+
+std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name) {
+  const ssize_t count = support::read_at(fd, offset, into, size);
+  if (count < 0) fail("cannot read", name);
+  return static_cast<std::size_t>(count);
 }
 
 class FileReader final : public queue::ArtifactReader {
  public:
-  FileReader(std::string path, std::unique_ptr<File> file) : path_(std::move(path)), file_(std::move(file)) {
+  FileReader(std::string path, support::Descriptor file) : path_(std::move(path)), file_(std::move(file)) {
     struct stat status {};
-    if (fstat(file_->fd(), &status) < 0) fail("cannot stat", path_);
+    if (fstat(file_.get(), &status) < 0) fail("cannot stat", path_);
     size_bytes_ = static_cast<std::uint64_t>(status.st_size);
   }
   std::uint64_t size_bytes() const override { return size_bytes_; }
   std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset >= size_bytes_ ? 0 : read_at(file_->fd(), offset, into, size, path_);
+    return offset >= size_bytes_ ? 0 : read_at(file_.get(), offset, into, size, path_);
   }
 
  private:
   std::string path_;
-  std::unique_ptr<File> file_;
+  support::Descriptor file_;
   std::uint64_t size_bytes_ = 0;
 };
 
@@ -71,21 +74,13 @@ void fail(const std::string& what, const std::string& path) {
   throw queue::StoreFailure(queue::StoreFailure::kind_of(error), what + " " + path + ": " + std::strerror(error));
 }
 
-File::File(const std::string& path, int flags)
-    : fd_(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0640); })) {}
-File::~File() {
-  if (fd_ >= 0) ::close(fd_);
+ReadAt contents_of(int fd, const std::string& name) {
+  return
+      [fd, name](std::uint64_t offset, char* into, std::size_t size) { return read_at(fd, offset, into, size, name); };
 }
 
-std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = retry([&] { return pread(fd, into + done, size - done, static_cast<off_t>(offset + done)); });
-    if (got < 0) fail("cannot read", name);
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  return done;
+ReadAt contents_of(const queue::ArtifactReader& reader) {
+  return [&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); };
 }
 
 queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
@@ -101,12 +96,9 @@ queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
   }
 }
 
-queue::ArtifactStore::Stored hash_of(const queue::ArtifactReader& reader) {
-  return hash_of([&](std::uint64_t offset, char* into, std::size_t size) { return reader.read(offset, into, size); });
-}
-
-TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
-  if (file_.fd() < 0) fail("cannot create", path_);
+TemporaryFile::TemporaryFile(const std::string& directory)
+    : path_(directory + "/tmp/XXXXXX"), file_(::mkostemp(path_.data(), O_CLOEXEC)) {
+  if (!file_ || fchmod(file_.get(), 0640) < 0) fail("cannot create", path_);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -114,17 +106,19 @@ TemporaryFile::~TemporaryFile() {
 }
 
 queue::ArtifactStore::Stored TemporaryFile::copy(const ReadAt& read) {
-  return hash_of(read, [this](const char* bytes, std::size_t size) { write_all(file_.fd(), bytes, size, path_); });
+  return hash_of(read, [this](const char* bytes, std::size_t size) {
+    if (!support::write_all(file_.get(), {bytes, size})) fail("cannot write", path_);
+  });
 }
 
 void TemporaryFile::set_time(std::int64_t unix_ms) {
   const timespec time{unix_ms / 1000, unix_ms % 1000 * 1'000'000};
   const std::array<timespec, 2> times{time, time};
-  if (futimens(file_.fd(), times.data()) < 0) fail("cannot set the time of", path_);
+  if (futimens(file_.get(), times.data()) < 0) fail("cannot set the time of", path_);
 }
 
 void TemporaryFile::sync() {
-  if (retry([&] { return fsync(file_.fd()); }) < 0) fail("cannot sync", path_);
+  if (retry([&] { return fsync(file_.get()); }) < 0) fail("cannot sync", path_);
 }
 
 void TemporaryFile::rename_to(const std::string& target) {
@@ -133,14 +127,14 @@ void TemporaryFile::rename_to(const std::string& target) {
 }
 
 void sync_path(const std::string& path) {
-  const File file(path, O_RDONLY | O_NOFOLLOW);
-  if (file.fd() < 0) fail("cannot open", path);
-  if (retry([&] { return fsync(file.fd()); }) < 0) fail("cannot sync", path);
+  const support::Descriptor file = open_file(path, O_RDONLY | O_NOFOLLOW);
+  if (!file) fail("cannot open", path);
+  if (retry([&] { return fsync(file.get()); }) < 0) fail("cannot sync", path);
 }
 
 void sync_disk(const std::string& path) {
-  const File directory(path, O_RDONLY | O_DIRECTORY);
-  if (directory.fd() < 0 || syncfs(directory.fd()) < 0) fail("cannot sync", path);
+  const support::Descriptor directory = open_file(path, O_RDONLY | O_DIRECTORY);
+  if (!directory || syncfs(directory.get()) < 0) fail("cannot sync", path);
 }
 
 void create_directories(const std::string& directory, Leftovers leftovers) {
@@ -153,18 +147,14 @@ void create_directories(const std::string& directory, Leftovers leftovers) {
   if (leftovers == Leftovers::remove) delete_leftovers(directory + "/tmp");
 }
 
-std::string name_of_part(int part) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  const auto byte = static_cast<std::size_t>(part);
-  return {digits[byte / 16], digits[byte % 16]};
-}
+std::string name_of_part(int part) { return tracer::hex_of(std::string(1, static_cast<char>(part))); }
 
 std::string subdirectory(const std::string& directory, const std::string& sha256) {
   return directory + "/" + sha256.substr(0, 2);
 }
 
 std::string path_of(const std::string& directory, const std::string& sha256) {
-  return subdirectory(directory, sha256) + "/" + sha256;
+  return directory + "/" + queue::asset_path(sha256);
 }
 
 void for_each_entry(const std::string& directory,
@@ -204,11 +194,9 @@ void remove_file(const std::string& directory, const std::string& sha256) {
 std::unique_ptr<queue::ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return nullptr;
   const std::string path = path_of(directory, sha256);
-  auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
-  if (file->fd() < 0) {
-    if (errno == ENOENT) return nullptr;
-    fail("cannot open", path);
-  }
+  support::Descriptor file = open_file(path, O_RDONLY | O_NOFOLLOW);
+  if (!file && errno == ENOENT) return nullptr;
+  if (!file) fail("cannot open", path);
   return std::make_unique<FileReader>(path, std::move(file));
 }
 

@@ -14,40 +14,27 @@
 #include <vector>
 
 #include "server/queue/artifact_store.h"
+#include "server/support/descriptor.h"
 
 namespace storage::files {
 
 /// Throws a StoreFailure for errno, with `what` and `path`.
 [[noreturn]] void fail(const std::string& what, const std::string& path);
 
-/// An open descriptor; negative, with errno, where the file could not be opened.
-class File {
- public:
-  File(const std::string& path, int flags);
-  ~File();
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  [[nodiscard]] int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-/// Positioned reads up to `size` bytes; fewer only at the end. `name` is for the failure.
-std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name);
-
-/// Bytes at an offset, as AssetStore::Read.
+/// Bytes at an offset, as AssetStore::Read: those of a descriptor, with `name` for the failure, or of an artifact. What
+/// is read must outlive them.
 using ReadAt = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
+ReadAt contents_of(int fd, const std::string& name);
+ReadAt contents_of(const queue::ArtifactReader& reader);
 
 /// Reads to the end and returns sha256 and size; `take`, where given, receives each piece.
 using Take = std::function<void(const char* bytes, std::size_t size)>;
 queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take = {});
-queue::ArtifactStore::Stored hash_of(const queue::ArtifactReader& reader);
 
-/// A new file that the destructor deletes unless it was renamed.
+/// A new file in DIRECTORY/tmp that the destructor deletes unless it was renamed.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(std::string path);
+  explicit TemporaryFile(const std::string& directory);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
@@ -59,7 +46,7 @@ class TemporaryFile {
 
  private:
   std::string path_;
-  File file_;
+  support::Descriptor file_;
   bool renamed_ = false;
 };
 

@@ -31,10 +31,8 @@ queue::ArtifactStore::Stored FileArtifactStore::put(int fd, bool durable) {
 }
 
 queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
-  TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
-  Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
-    return read_at(fd, offset, into, size, "the source");
-  });
+  TemporaryFile temporary(directory_);
+  Stored stored = temporary.copy(contents_of(fd, "the source"));
   const std::string target = path_of(directory_, stored.sha256);
   if (!durable && open(stored.sha256)) return stored;
   if (durable) temporary.sync();  // also over a durable file: another thread may remove that at any moment
@@ -54,7 +52,7 @@ void FileArtifactStore::sync(const std::string& sha256) {
 std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
   auto reader = open_reader(directory_, sha256);
   if (!reader || verified_.contains(sha256)) return reader;
-  if (hash_of(*reader).sha256 != sha256) return nullptr;
+  if (hash_of(contents_of(*reader)).sha256 != sha256) return nullptr;
   verified_.add(sha256);
   return reader;
 }
@@ -76,7 +74,7 @@ std::optional<FileArtifactStore::Scrubbed> FileArtifactStore::scrub() {
     scrub_names_.pop_back();
     const auto reader = open_reader(directory_, name);
     if (!reader) continue;  // removed meanwhile
-    const Stored found = hash_of(*reader);
+    const Stored found = hash_of(contents_of(*reader));
     if (found.sha256 != name) verified_.remove(name);
     return Scrubbed{{name, found.bytes}, found.sha256 != name};
   }
@@ -113,7 +111,7 @@ queue::AssetStore::Put FileAssetStore::store(const std::string& sha256, const Re
     sync_path(directory);  // another put may be between its rename and its sync
     return Put::was_there;
   }
-  TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
+  TemporaryFile temporary(directory_);
   const queue::ArtifactStore::Stored stored = temporary.copy(read);
   if (stored.sha256 != sha256) return Put::other_bytes;
   temporary.set_time(clock_());

@@ -48,7 +48,6 @@ class FileArtifactStore final : public queue::ArtifactStore {
   std::string directory_;
   queue::DiskHealth own_health_;
   queue::DiskHealth& health_;
-  std::atomic<std::uint64_t> temporary_count_{0};
   NameSet verified_{100'000};             ///< artifacts whose bytes were compared
   int scrub_part_ = 0;                    ///< the next one
   std::vector<std::string> scrub_names_;  ///< the rest of the part before
@@ -81,7 +80,6 @@ class FileAssetStore final : public queue::AssetStore {
   std::atomic<std::uint64_t> bytes_{0};
   queue::DiskHealth own_health_;
   queue::DiskHealth& health_;
-  std::atomic<std::uint64_t> temporary_count_{0};
   /// Held over the check of the last use and the deletion, and over the check of the size and the rename.
   std::mutex mutex_;
 };

@@ -47,9 +47,8 @@ support::Descriptor AssetCache::open(const std::string& sha256) {
 bool AssetCache::fetch(const std::string& sha256) {
   const auto reader = assets_.open(sha256);
   if (!reader) return false;
-  files::TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
-  const auto stored = temporary.copy(
-      [&](std::uint64_t offset, char* into, std::size_t size) { return reader->read(offset, into, size); });
+  files::TemporaryFile temporary(directory_);
+  const auto stored = temporary.copy(files::contents_of(*reader));
   if (stored.sha256 != sha256)
     throw queue::StoreFailure(queue::StoreFailure::Kind::damaged, "asset " + sha256 + " has other bytes than its name");
   const std::lock_guard lock(mutex_);

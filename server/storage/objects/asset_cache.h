@@ -1,7 +1,6 @@
 #pragma once
 /// Copies of assets on the disk of a node, from which its worker reads them.
 
-#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -29,7 +28,6 @@ class AssetCache {
   const std::string directory_;
   const std::uint64_t bytes_max_;
   queue::AssetStore& assets_;
-  std::atomic<std::uint64_t> temporary_count_{0};
   std::mutex mutex_;         ///< guards the next
   std::uint64_t bytes_ = 0;  ///< size of all files
 };

@@ -37,8 +37,7 @@ class FileOfNetwork final : public queue::ArtifactReader {
 
 }  // namespace
 
-DirectoryObjects::DirectoryObjects(std::string directory, std::string node)
-    : directory_(std::move(directory)), node_(std::move(node)) {
+DirectoryObjects::DirectoryObjects(std::string directory) : directory_(std::move(directory)) {
   files::create_directories(directory_, files::Leftovers::keep);
 }
 
@@ -51,8 +50,8 @@ void DirectoryObjects::store(const std::string& sha256, const queue::AssetStore:
   // Another node may be reading an intact file, and would lose it over NFS; a put may be between its rename and its
   // sync.
   const auto existing = files::open_reader(directory_, sha256);
-  if (existing && files::hash_of(*existing).sha256 == sha256) return files::sync_path(part);
-  files::TemporaryFile temporary(directory_ + "/tmp/" + node_ + "-" + std::to_string(temporary_count_++));
+  if (existing && files::hash_of(files::contents_of(*existing)).sha256 == sha256) return files::sync_path(part);
+  files::TemporaryFile temporary(directory_);
   temporary.copy(read);
   temporary.sync();
   temporary.rename_to(files::path_of(directory_, sha256));

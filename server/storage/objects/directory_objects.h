@@ -1,7 +1,6 @@
 #pragma once
 /// Objects as files DIRECTORY/ab/abcdef... (durable_file.h) of a directory that several nodes mount.
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,9 +15,8 @@ namespace storage::objects {
 /// file.
 class DirectoryObjects final : public ObjectStore {
  public:
-  /// Creates the directories where missing. `node`: a name that no other user of the directory has, for temporary
-  /// files.
-  DirectoryObjects(std::string directory, std::string node);
+  /// Creates the directories where missing.
+  explicit DirectoryObjects(std::string directory);
 
   void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) override;
   std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
@@ -29,8 +27,7 @@ class DirectoryObjects final : public ObjectStore {
  private:
   void store(const std::string& sha256, const queue::AssetStore::Read& read);
 
-  const std::string directory_, node_;
-  std::atomic<std::uint64_t> temporary_count_{0};
+  const std::string directory_;
 };
 
 }  // namespace storage::objects

@@ -54,9 +54,7 @@ SharedArtifactStore::SharedArtifactStore(ObjectStore& objects, ObjectIndex& inde
     : objects_(objects), index_(index), clock_(std::move(clock)), grace_(grace) {}
 
 queue::ArtifactStore::Stored SharedArtifactStore::put(int fd, bool /*durable*/) {
-  const Read read = [fd](std::uint64_t offset, char* into, std::size_t size) {
-    return files::read_at(fd, offset, into, size, "the source");
-  };
+  const Read read = files::contents_of(fd, "the source");
   Stored stored = files::hash_of(read);
   index_.begin(stored.sha256, stored.bytes, clock_());
   objects_.put(stored.sha256, stored.bytes, read);
@@ -71,7 +69,7 @@ std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open(const std::stri
   auto reader = objects_.open(sha256);
   if (!reader) return nullptr;
   if (reader->size_bytes() > small_bytes) return std::make_unique<VerifyingReader>(std::move(reader), sha256, damaged_);
-  if (files::hash_of(*reader).sha256 != sha256) return nullptr;
+  if (files::hash_of(files::contents_of(*reader)).sha256 != sha256) return nullptr;
   return reader;
 }
 

@@ -1,7 +1,5 @@
 #include "server/storage/sqlite/sqlite_stores.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -10,6 +8,7 @@
 
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/schema.h"
+#include "server/support/file_io.h"
 #include "tracer/sha256.h"
 
 namespace storage::sqlite {
@@ -52,14 +51,9 @@ constexpr std::size_t small_bytes_max = 32u << 10;
 /// The whole content if it is small and can be read.
 std::optional<std::string> read_small(int fd) {
   std::array<char, small_bytes_max + 1> bytes;
-  std::size_t size = 0;
-  while (size < bytes.size()) {
-    const ssize_t got = ::pread(fd, bytes.data() + size, bytes.size() - size, static_cast<off_t>(size));
-    if (got < 0) return std::nullopt;
-    if (got == 0) return std::string(bytes.data(), size);
-    size += static_cast<std::size_t>(got);
-  }
-  return std::nullopt;
+  const ssize_t count = support::read_at(fd, 0, bytes.data(), bytes.size());
+  if (count < 0 || count > static_cast<ssize_t>(small_bytes_max)) return std::nullopt;
+  return std::string(bytes.data(), static_cast<std::size_t>(count));
 }
 
 std::optional<std::string> read_row(sql::Database& database, const std::string& sha256) {

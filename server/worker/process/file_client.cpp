@@ -3,11 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "server/support/file_io.h"
 
 namespace worker {
 namespace {
@@ -18,15 +19,9 @@ api::AssetBytes content_of(const Descriptor& file) {
   const off_t size = lseek(file.get(), 0, SEEK_END);
   std::vector<std::uint8_t> bytes(
       std::clamp<std::size_t>(static_cast<std::size_t>(std::max<off_t>(size, 0)), 0, api::asset_bytes_max));
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = pread(file.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return std::string("cannot be read");
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  bytes.resize(done);
+  const ssize_t count = support::read_at(file.get(), 0, reinterpret_cast<char*>(bytes.data()), bytes.size());
+  if (count < 0) return std::string("cannot be read");
+  bytes.resize(static_cast<std::size_t>(count));
   return bytes;
 }
 

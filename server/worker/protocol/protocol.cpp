@@ -21,6 +21,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/support/file_io.h"
+
 namespace worker {
 namespace {
 
@@ -184,12 +186,7 @@ std::vector<Descriptor> take_files(msghdr& message) {
 
 std::optional<std::string> read_body(int memory, std::size_t size) {
   std::string body(size, '\0');
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = pread(memory, body.data() + done, size - done, static_cast<off_t>(done));
-    if (got == 0 || (got < 0 && errno != EINTR)) return std::nullopt;
-    if (got > 0) done += static_cast<std::size_t>(got);
-  }
+  if (support::read_at(memory, 0, body.data(), size) != static_cast<ssize_t>(size)) return std::nullopt;
   return body;
 }
 
@@ -242,11 +239,8 @@ Descriptor open_memory() {
 }
 
 void append(const Descriptor& memory, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = write(memory.get(), bytes.data(), bytes.size());
-    if (written < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "write to memory");
-    if (written > 0) bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
+  if (!support::write_all(memory.get(), bytes))
+    throw std::system_error(errno, std::generic_category(), "write to memory");
 }
 
 void seal(const Descriptor& memory) {
