@@ -13,27 +13,21 @@ std::int64_t steady_us() {
       .count();
 }
 
-JobEvent read_event(const sql::Query& row) {
+JobEvent read_event(sql::Query& row) {
   JobEvent event;
-  event.number = row.integer(0);
-  event.at = row.integer(1);
-  event.state = row.text(2);
+  JobSummary& job = event.job;
+  row.take(event.number, event.at, event.state, job.id, job.kind, job.name, job.batch, job.owner, job.keep);
   const std::optional<JobState> state = job_state(event.state);
   event.kind = state && !ended(*state) ? JobEvent::Kind::state : JobEvent::Kind::done;
   event.progress = state == JobState::succeeded ? 1 : 0;
-  event.job = {row.text(3), job_kind(row.text(4)).value(), row.text(5), row.text(6), row.text(7), row.integer(8) != 0};
-  event.job.state = state.value_or(JobState::cancelled);
+  job.state = state.value_or(JobState::cancelled);
   return event;
 }
 
 }  // namespace
 
 std::optional<int> ClusterStore::number_events() {
-  const auto work = [](sql::Database& database) {
-    sql::Query numbered = database.query("SELECT number_events()");
-    numbered.row();
-    return static_cast<int>(numbered.integer(0));
-  };
+  const auto work = [](sql::Database& database) { return static_cast<int>(database.number("SELECT number_events()")); };
   const int count = transactions_.write(work, sql::Synced::with_next);  // it syncs what it has numbered
   return count < 0 ? std::nullopt : std::optional(count);
 }
@@ -52,7 +46,7 @@ std::vector<JobEvent> ClusterStore::events_after(std::int64_t after, int limit) 
     sql::Query row = database.query(
         "SELECT number, at, state, job_id, kind, name, batch_id, owner, keep FROM events WHERE number > ?"
         " ORDER BY number LIMIT ?",
-        after, std::int64_t{limit});
+        after, limit);
     while (row.row()) events.push_back(read_event(row));
     return events;
   });
@@ -71,10 +65,8 @@ void ClusterStore::put_result(const std::string& job_id, const std::string& name
 }
 
 std::optional<std::string> ClusterStore::find_result(const std::string& job_id, const std::string& name) {
-  return transactions_.read([&](sql::Database& database) -> std::optional<std::string> {
-    sql::Query row = database.query("SELECT bytes FROM running_results WHERE job_id = ? AND name = ?", job_id, name);
-    if (!row.row()) return std::nullopt;
-    return row.text(0);
+  return transactions_.read([&](sql::Database& database) {
+    return database.query("SELECT bytes FROM running_results WHERE job_id = ? AND name = ?", job_id, name).first_text();
   });
 }
 
@@ -86,8 +78,7 @@ ClusterStore::Duties ClusterStore::report_node(const Node& node) {
         "INSERT INTO nodes (id, name, role, version, slots, running, started_at, seen_at)"
         " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)"
         " ON CONFLICT (id) DO UPDATE SET slots = ?5, running = ?6, seen_at = ?8",
-        node.id, node.name, node.role, node.version, std::int64_t{node.slots}, std::int64_t{node.running},
-        node.started_at, now);
+        node.id, node.name, node.role, node.version, node.slots, node.running, node.started_at, now);
     database.post("DELETE FROM nodes WHERE seen_at < ?", now - node_kept_ms);
     Duties duties;
     duties.cancelled =
@@ -98,8 +89,7 @@ ClusterStore::Duties ClusterStore::report_node(const Node& node) {
         " (SELECT count(*) FROM nodes WHERE seen_at > ?)",
         now - node_runs_ms);
     row.row();
-    duties.suspects_wait = row.integer(0) != 0;
-    duties.nodes = static_cast<int>(row.integer(1));
+    row.take(duties.suspects_wait, duties.nodes);
     return duties;
   };
   return transactions_.write(work, sql::Synced::with_next);
@@ -116,8 +106,8 @@ std::vector<Node> ClusterStore::nodes() {
     sql::Query row = database.query(
         "SELECT id, name, role, version, slots, running, started_at, seen_at FROM nodes ORDER BY name, id");
     while (row.row()) {
-      nodes.push_back({row.text(0), row.text(1), row.text(2), row.text(3), static_cast<int>(row.integer(4)),
-                       static_cast<int>(row.integer(5)), row.integer(6), row.integer(7)});
+      Node& node = nodes.emplace_back();
+      row.take(node.id, node.name, node.role, node.version, node.slots, node.running, node.started_at, node.seen_at);
     }
     return nodes;
   });
@@ -129,9 +119,8 @@ void ClusterStore::synchronize() {
     const std::string statement = "SELECT CAST(extract(epoch FROM clock_timestamp()) * 1000000 AS BIGINT)";
     database.query(statement).row();
     const std::int64_t sent = steady_us();
-    sql::Query now = database.query(statement);
-    now.row();
-    ahead_us_ = now.integer(0) - (sent + steady_us()) / 2;
+    const std::int64_t now = database.number(statement);
+    ahead_us_ = now - (sent + steady_us()) / 2;
     return 0;
   });
 }

@@ -8,17 +8,10 @@ namespace {
 constexpr const char* delivery_columns =
     "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
 
-DeliveryState state_named(const std::string& name) {
-  for (const DeliveryState state : {DeliveryState::pending, DeliveryState::delivered}) {
-    if (name == name_of(state)) return state;
-  }
-  return DeliveryState::abandoned;
-}
-
-Delivery read_delivery(const sql::Query& row) {
-  Delivery delivery{row.text(0),    row.text(1),  row.text(2), row.text(3), row.text(4), state_named(row.text(5)),
-                    row.integer(6), std::nullopt, {}};
-  delivery.next_attempt_at = row.optional_integer(7);
+Delivery read_delivery(sql::Query& row) {
+  Delivery delivery;
+  row.take(delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.state,
+           delivery.created_at, delivery.next_attempt_at);
   return delivery;
 }
 
@@ -26,7 +19,8 @@ void read_attempts(sql::Database& database, Delivery& delivery) {
   sql::Query row = database.query(
       "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
   while (row.row()) {
-    delivery.attempts.push_back({row.integer(0), row.integer(1), static_cast<int>(row.integer(2)), row.text(3)});
+    DeliveryAttempt& attempt = delivery.attempts.emplace_back();
+    row.take(attempt.at, attempt.duration_ms, attempt.status, attempt.detail);
   }
 }
 
@@ -123,12 +117,11 @@ void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt&
     database.change(
         "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
         " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
-        id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
+        id, attempt.at, attempt.duration_ms, attempt.status, attempt.detail);
     if (next_attempt_at) {
       return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
     }
-    return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                           std::string(name_of(state)), id);
+    return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?", state, id);
   });
 }
 

@@ -36,6 +36,10 @@ inline const char* name_of(DeliveryState state) {
   constexpr std::array names{"pending", "delivered", "abandoned"};
   return names[static_cast<std::size_t>(state)];
 }
+inline void from_text(const std::string& text, DeliveryState& state) {
+  using enum DeliveryState;
+  state = text == name_of(pending) ? pending : text == name_of(delivered) ? delivered : abandoned;
+}
 
 /// A message to a webhook: the same bytes at every attempt.
 struct Delivery {

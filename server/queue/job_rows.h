@@ -10,6 +10,9 @@
 
 namespace queue {
 
+inline void from_text(const std::string& text, JobState& state) { state = job_state(text).value(); }
+inline void from_text(const std::string& text, JobKind& kind) { kind = job_kind(text).value(); }
+
 /// Words in one column, separated by spaces.
 std::string joined(const std::vector<std::string>& words);
 std::vector<std::string> split(const std::string& text);

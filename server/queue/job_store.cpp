@@ -12,9 +12,7 @@ namespace queue {
 namespace {
 
 std::int64_t count_jobs(sql::Database& database, JobState state) {
-  sql::Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(name_of(state)));
-  query.row();
-  return query.integer(0);
+  return database.number("SELECT jobs FROM job_counts WHERE state = ?", state);
 }
 
 // ---- pages
@@ -33,11 +31,8 @@ struct Walk {
 };
 
 std::int64_t count_labelled(sql::Database& database, const Label& label) {
-  sql::Query query =
-      database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS counted",
-                     label.first, label.second, many);
-  query.row();
-  return query.integer(0);
+  return database.number("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?) AS counted",
+                         label.first, label.second, many);
 }
 
 /// The shortest walk: the rarest label, or the state where that is rarer.
@@ -109,17 +104,17 @@ std::vector<std::string> list_ids(sql::Database& database, const JobFilter& filt
   }
   if (walk.over == Walk::Over::batch) query.bind(++position, filter.batch);
   query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
-  if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
+  if (filter.state) query.bind(++position, *filter.state);
   for (const auto& [key, value] : others) {
     query.bind(++position, key);
     query.bind(++position, value);
   }
   if (!filter.text.empty()) query.bind(++position, lower_ascii(filter.text));
-  if (filter.kind) query.bind(++position, std::string(name_of(*filter.kind)));
+  if (filter.kind) query.bind(++position, *filter.kind);
   if (filter.owner) query.bind(++position, *filter.owner);
   for (const auto& moment : {filter.created_after, filter.created_before})
     if (moment) query.bind(++position, *moment);
-  query.bind(++position, std::int64_t{limit});
+  query.bind(++position, limit);
   return query.texts();
 }
 
@@ -173,7 +168,7 @@ std::optional<JobsBefore> read_queue_position(sql::Database& database, const std
     sql::Query job = database.query(
         "SELECT owner, suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
     if (!job.row()) return std::nullopt;
-    owner = job.text(0), suspect = job.integer(1), rank = job.integer(2);
+    job.take(owner, suspect, rank);
   }
   JobsBefore before;
   {
@@ -183,7 +178,7 @@ std::optional<JobsBefore> read_queue_position(sql::Database& database, const std
                         " AND state = 'queued' AND not_before IS NULL AND (rank, id) < (?3, ?4) LIMIT ?5) AS before"),
         suspect, owner, rank, id, limit);
     own.row();
-    before = {own.integer(0), own.integer(1)};
+    own.take(before.jobs, before.work);
   }
   const std::vector<Turns> turns = read_turns(database, suspect);
   std::int64_t pass = 0;
@@ -296,7 +291,7 @@ ChangeOutcome JobStore::change(const std::string& id, const JobChange& change, s
     database.change(
         "UPDATE jobs SET name = ?, priority = ?, rank = rank + ?, expires_at = ?, revision = revision + 1"
         " WHERE id = ?",
-        change.name.value_or(job->name), std::int64_t{priority}, rank_change,
+        change.name.value_or(job->name), priority, rank_change,
         change.expires_at ? *change.expires_at : job->expires_at, id);
     if (change.labels) {
       database.change("DELETE FROM labels WHERE job_id = ?", id);
@@ -345,8 +340,7 @@ QueueDepth JobStatistics::depth() {
         " CAST((SELECT work FROM job_counts WHERE state = 'queued') - coalesce(sum(work), 0) AS BIGINT)"
         " FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
     delayed.row();
-    depth.delayed = delayed.integer(0);
-    depth.work = delayed.integer(1);
+    delayed.take(depth.delayed, depth.work);
     // Ids are in order of creation.
     sql::Query oldest = database.query(
         "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"

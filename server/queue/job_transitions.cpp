@@ -16,7 +16,7 @@ bool end(sql::Database& database, const std::string& id, std::int64_t fence, std
              " cancel_requested = 0, artifacts_synced = ?5, revision = revision + 1,"
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
-             std::string(name_of(state)), now, id, fence, std::int64_t{synced}) == 1;
+             state, now, id, fence, synced) == 1;
 }
 
 CancelOutcome cancel_job(sql::Database& database, const std::string& id, std::int64_t now) {
@@ -75,8 +75,8 @@ struct NextJob {
 std::optional<NextJob> lock_next_job(sql::Database& database, const ClaimFilter& filter, std::int64_t now,
                                      const std::vector<std::string>& owners) {
   for (const std::string& owner : owners) {
-    sql::Query job = database.query(waiting_jobs(filter, "?3") + " LIMIT 1" + database.skip_locked(),
-                                    std::int64_t{filter.suspects}, now, owner);
+    sql::Query job =
+        database.query(waiting_jobs(filter, "?3") + " LIMIT 1" + database.skip_locked(), filter.suspects, now, owner);
     if (job.row()) return NextJob{job.text(0)};
   }
   return std::nullopt;
@@ -95,7 +95,7 @@ std::optional<NextJob> find_next_job(sql::Database& database, const ClaimFilter&
             " LIMIT 1) AND queued_jobs > 0 AND instr(?3, ' ' || owners.owner || ' ') = 0"
             " ORDER BY running_jobs * 1.0 / next.weight, max(owners.pass, (SELECT pass FROM latest_pass)),"
             " next.rank, next.id LIMIT ?4",
-        std::int64_t{filter.suspects}, now, busy_owners, std::int64_t{database.is_shared() ? 16 : 2});
+        filter.suspects, now, busy_owners, database.is_shared() ? 16 : 2);
     while (first.row()) {
       next_of_owners.push_back({first.text(0)});
       owners.push_back(first.text(1));
@@ -103,8 +103,8 @@ std::optional<NextJob> find_next_job(sql::Database& database, const ClaimFilter&
   }
   if (database.is_shared()) return lock_next_job(database, filter, now, owners);
   if (owners.size() != 1) return owners.empty() ? std::nullopt : std::optional(next_of_owners.front());
-  sql::Query second = database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", std::int64_t{filter.suspects},
-                                     now, owners.front());
+  sql::Query second =
+      database.query(waiting_jobs(filter, "?3") + " LIMIT 1 OFFSET 1", filter.suspects, now, owners.front());
   next_of_owners.front().is_last = !second.row();
   return next_of_owners.front();
 }
@@ -205,8 +205,8 @@ ReleaseOutcome JobTransitions::release(const std::string& id, std::int64_t fence
                            " ?8, attempt = attempt - ?2, suspect = max(suspect, ?3), large = max(large, ?4),"
                            " not_before = CASE cancel_requested WHEN 0 THEN ?5 END"
                            " WHERE id = ?6 AND fence = ?7 AND state = 'running' RETURNING state",
-                       now, std::int64_t{!release.counts}, std::int64_t{release.suspect}, std::int64_t{release.large},
-                       not_before, id, fence, release.code.empty() ? "" : release.code + " " + release.detail);
+                       now, !release.counts, release.suspect, release.large, not_before, id, fence,
+                       release.code.empty() ? "" : release.code + " " + release.detail);
     if (!released.row()) return ReleaseOutcome::stale;
     return released.text(0) == "queued" ? ReleaseOutcome::queued : ReleaseOutcome::cancelled;
   });
@@ -234,8 +234,7 @@ BatchPage BatchStore::list(const std::string& cursor, int limit) {
   return transactions_.read([&](sql::Database& database) {
     const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
     std::vector<std::string> ids =
-        database.query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, std::int64_t{limit} + 1)
-            .texts();
+        database.query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, limit + 1).texts();
     BatchPage page;
     if (ids.size() > static_cast<std::size_t>(limit)) {
       ids.pop_back();
@@ -253,7 +252,7 @@ BatchRemoval BatchStore::remove_ended(const std::string& id, int limit) {
                                                .query(
                                                    "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
                                                    " AND state NOT IN ('queued', 'running') LIMIT ?",
-                                                   id, std::int64_t{limit})
+                                                   id, limit)
                                                .texts();
     for (const std::string& job : ended) {
       const std::vector<Artifact> artifacts = read_artifacts(database, job);

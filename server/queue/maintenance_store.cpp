@@ -48,27 +48,25 @@ struct Step {
         database.query(with_artifacts).row())
       return true;
     // Minima, since a planner that has seen few jobs would rather read all of them than an index for a range.
-    sql::Query any = database.query(
-        "SELECT (SELECT min(not_before) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL) <= ?1"
-        " OR (SELECT min(deadline) FROM jobs INDEXED BY jobs_by_deadline"
-        "   WHERE state = 'queued' AND deadline IS NOT NULL) <= ?1"
-        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ?4)"
-        " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expiring"
-        "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL) <= ?1"
-        " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expired WHERE expired = 1) <= ?2"
-        " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at IS NOT NULL) <= ?3"
-        " OR (SELECT min(expires_at) FROM replies) <= ?1" +
-            oldest_of("succeeded") + " <= ?5" + oldest_of("failed") + " <= ?6" + oldest_of("cancelled") + " <= ?6",
-        limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before,
-        limits.succeeded_before, limits.failed_before);
-    any.row();
-    return any.integer(0) != 0;
+    return database.number(
+               "SELECT (SELECT min(not_before) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL) <= ?1"
+               " OR (SELECT min(deadline) FROM jobs INDEXED BY jobs_by_deadline"
+               "   WHERE state = 'queued' AND deadline IS NOT NULL) <= ?1"
+               " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ?4)"
+               " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expiring"
+               "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL) <= ?1"
+               " OR (SELECT min(expires_at) FROM jobs INDEXED BY jobs_expired WHERE expired = 1) <= ?2"
+               " OR (SELECT min(ended_at) FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at IS NOT NULL) "
+               "<= ?3"
+               " OR (SELECT min(expires_at) FROM replies) <= ?1" +
+                   oldest_of("succeeded") + " <= ?5" + oldest_of("failed") + " <= ?6" + oldest_of("cancelled") +
+                   " <= ?6",
+               limits.now, limits.delete_before, limits.delete_unkept_before, limits.lease_ended_before,
+               limits.succeeded_before, limits.failed_before) != 0;
   }
 
   [[nodiscard]] std::optional<std::string> oldest_with_artifacts() const {
-    sql::Query oldest = database.query(std::string(with_artifacts) + database.skip_locked());
-    if (!oldest.row()) return std::nullopt;
-    return oldest.text(0);
+    return database.query(std::string(with_artifacts) + database.skip_locked()).first_text();
   }
 
   /// Ids of at most `limit` jobs that are due now.

@@ -26,7 +26,9 @@ std::optional<TaskClaim> TaskStore::claim(const std::string& condition, const st
             " LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING job_id, key, attempt, part",
         node_, lease_ms, values...);
     if (!claimed.row()) return std::nullopt;
-    return TaskClaim{claimed.text(0), claimed.text(1), claimed.integer(2), claimed.text(3)};
+    TaskClaim task;
+    claimed.take(task.job_id, task.key, task.attempt, task.part);
+    return task;
   });
 }
 
@@ -104,11 +106,10 @@ void TaskStore::offer_help() {
 
 int TaskStore::helpers() {
   return write([&](sql::Database& database) {
-    database.change("DELETE FROM task_helpers WHERE seen_at < clock_ms() - ?1", std::int64_t{60} * 1000);
-    sql::Query count = database.query(
+    database.change("DELETE FROM task_helpers WHERE seen_at < clock_ms() - ?1", 60 * 1000);
+    return static_cast<int>(database.number(
         "SELECT count(*) FROM task_helpers WHERE node <> ?1 AND build = ?2 AND seen_at > clock_ms() - ?3", node_,
-        build_, help_ms);
-    return count.row() ? static_cast<int>(count.integer(0)) : 0;
+        build_, help_ms));
   });
 }
 

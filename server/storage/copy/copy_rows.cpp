@@ -22,8 +22,6 @@ std::vector<std::string> names_of(const Table& table, std::size_t count) {
   return names;
 }
 
-std::string marks(std::size_t count) { return joined(std::vector<std::string>(count, "?")); }
-
 /// The first values of a row.
 Row read_row(const sql::Query& query, const Table& table, std::size_t count) {
   Row row;
@@ -62,7 +60,7 @@ Row last_key(sql::Transactions& database, const Table& table) {
 
 void insert_rows(sql::Transactions& database, const Table& table, const std::vector<Row>& rows) {
   const std::string insert = "INSERT INTO " + table.name + " (" + joined(names_of(table, table.columns.size())) +
-                             ") VALUES (" + marks(table.columns.size()) + ")";
+                             ") VALUES (" + sql::marks(table.columns.size()) + ")";
   database.write([&](sql::Database& connection) {
     for (const Row& row : rows) {
       sql::Query query = connection.query(insert);
@@ -96,7 +94,7 @@ void for_each_page(sql::Transactions& database, const Table& table, Row after, i
   const std::string key = joined(names_of(table, table.key_columns));
   const std::string order = " ORDER BY " + key + " LIMIT " + std::to_string(page_rows);
   const std::string first = select + order;
-  const std::string next = select + " WHERE (" + key + ") > (" + marks(table.key_columns) + ")" + order;
+  const std::string next = select + " WHERE (" + key + ") > (" + sql::marks(table.key_columns) + ")" + order;
   for (;;) {
     const std::vector<Row> rows = database.read([&](sql::Database& connection) {
       sql::Query query = connection.query(after.empty() ? first : next);

@@ -21,7 +21,7 @@ struct Blob {
 
 enum class ColumnType { integer, text, blob };
 template <class T>
-inline constexpr ColumnType column_type = std::is_same_v<T, std::int64_t>  ? ColumnType::integer
+inline constexpr ColumnType column_type = std::is_integral_v<T>            ? ColumnType::integer
                                           : std::is_same_v<T, std::string> ? ColumnType::text
                                                                            : ColumnType::blob;
 
@@ -45,7 +45,16 @@ class Statement {
   virtual void reset() noexcept = 0;                             ///< ends the run and forgets the parameters
 };
 
+/// "?, ?, ?"
+inline std::string marks(std::size_t count) {
+  std::string text;
+  for (std::size_t i = 0; i < count; ++i) text += i == 0 ? "?" : ", ?";
+  return text;
+}
+
 /// A run of a statement: step with `row`, then read columns. The destructor resets the statement.
+///
+/// Values of an enumeration are texts: name_of(value) and, for take(), from_text(text, value) in its namespace.
 class Query {
  public:
   /// Binds `values` to the statement's parameters, in order.
@@ -60,24 +69,34 @@ class Query {
 
   template <class T>
   void bind(int position, const T& value) {
-    statement_.bind(position, value);
+    if constexpr (std::is_integral_v<T>) {
+      statement_.bind(position, static_cast<std::int64_t>(value));
+    } else if constexpr (std::is_enum_v<T>) {
+      statement_.bind(position, std::string(name_of(value)));
+    } else {
+      statement_.bind(position, value);
+    }
   }
   template <class T>
   void bind(int position, const std::optional<T>& value) {
     if (value) {
-      statement_.bind(position, *value);
+      bind(position, *value);
     } else {
       statement_.bind_null(position, column_type<T>);
     }
   }
 
-  bool row() { return statement_.row(); }
+  bool row() {
+    taken_ = 0;
+    return statement_.row();
+  }
   void post() { statement_.post(); }
   std::vector<std::string> texts() {  ///< the first column of all remaining rows
     std::vector<std::string> values;
     while (row()) values.push_back(text(0));
     return values;
   }
+  std::optional<std::string> first_text() { return row() ? std::optional(text(0)) : std::nullopt; }
   [[nodiscard]] int changes() const { return statement_.changes(); }
 
   [[nodiscard]] bool is_null(int column) const { return statement_.is_null(column); }
@@ -86,8 +105,33 @@ class Query {
     return is_null(column) ? std::nullopt : std::optional(integer(column));
   }
   [[nodiscard]] std::string text(int column) const { return statement_.text(column); }
+  /// Reads the columns of the row in their order, from the first one or the one after the last that was taken.
+  template <class... Values>
+  void take(Values&... values) {
+    (take_next(values), ...);
+  }
 
  private:
+  template <class T>
+  void take_next(T& value) {
+    const int column = taken_++;
+    if constexpr (std::is_same_v<T, bool>) {
+      value = integer(column) != 0;
+    } else if constexpr (std::is_integral_v<T>) {
+      value = static_cast<T>(integer(column));
+    } else if constexpr (std::is_enum_v<T>) {
+      from_text(text(column), value);
+    } else {
+      value = text(column);
+    }
+  }
+  template <class T>
+  void take_next(std::optional<T>& value) {
+    value.reset();
+    is_null(taken_) ? void(++taken_) : take_next(value.emplace());
+  }
+
+  int taken_ = 0;
   Statement& statement_;
 };
 
@@ -110,6 +154,14 @@ class Database {
     Query changed = query(sql, values...);
     changed.row();
     return changed.changes();
+  }
+
+  /// The first column of the first row, which there must be.
+  template <class... Values>
+  std::int64_t number(const std::string& sql, const Values&... values) {
+    Query row = query(sql, values...);
+    row.row();
+    return row.integer(0);
   }
 
   /// Like change, for statements whose number of changed rows is not needed; may be sent with the next one.
