@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 
 #include "server/daemon/shared_files.h"
@@ -13,7 +12,6 @@
 #include "server/storage/files/file_stores.h"
 #include "server/storage/postgres/postgres_schema.h"
 #include "server/storage/postgres/postgres_stores.h"
-#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 
 namespace whittled {
@@ -26,15 +24,10 @@ bool is_database(const std::string& to) { return to.starts_with("postgres://") |
 /// A data directory, which this locks.
 struct Directory {
   explicit Directory(const std::string& path)
-      : jobs(path),
-        deliveries(storage::sqlite::open_deliveries(path)),
-        files(path),
-        artifacts(jobs, files),
-        assets(path + "/uploads", queue::system_clock()) {}
-  storage::copy::End end() { return {jobs.transactions(), *deliveries, artifacts, assets}; }
+      : stores(path), files(path), artifacts(stores, files), assets(path + "/uploads", queue::system_clock()) {}
+  storage::copy::End end() { return {stores.transactions(), stores.delivery_transactions(), artifacts, assets}; }
 
-  storage::sqlite::SqliteStores jobs;
-  std::unique_ptr<storage::sql::Transactions> deliveries;
+  storage::sqlite::SqliteStores stores;
   storage::files::FileArtifactStore files;
   storage::sqlite::SmallArtifactStore artifacts;
   storage::files::FileAssetStore assets;

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "tracer/version.h"
 
@@ -33,7 +32,7 @@ Storage::Storage(const Config& config, const queue::Log& log, std::function<void
       postgres(make_if<storage::postgres::PostgresStores>(!sqlite, config.database, postgres_settings())),
       clock(sqlite ? queue::system_clock() : postgres->clock()),
       stores(sqlite ? sqlite->all() : postgres->all()),
-      deliveries(sqlite ? *storage::sqlite::open_delivery_store(config.data, &disk_health) : postgres->deliveries()),
+      deliveries(sqlite ? sqlite->deliveries() : postgres->deliveries()),
       artifact_files(make_if<storage::files::FileArtifactStore>(config.artifacts.empty(), config.data, &disk_health)),
       upload_files(make_if<storage::files::FileAssetStore>(config.artifacts.empty(), uploads_directory(config), clock,
                                                            config.uploads_bytes, &disk_health)),
@@ -66,8 +65,7 @@ std::string uploads_directory(const Config& config) {
 
 void check_database(const Config& config) {
   if (!config.database.empty()) return storage::postgres::check_database(config.database);
-  storage::sqlite::check_jobs_file(config.data);
-  storage::sqlite::check_deliveries_file(config.data);
+  storage::sqlite::check_files(config.data);
 }
 
 }  // namespace whittled

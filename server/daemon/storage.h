@@ -43,7 +43,7 @@ struct Storage {
   const std::unique_ptr<storage::postgres::PostgresStores> postgres;
   const queue::Clock clock;  ///< the time of the rows
   const queue::Stores stores;
-  queue::DeliveryStore deliveries;
+  queue::DeliveryStore& deliveries;
   // Either of the next two or three.
   const std::unique_ptr<storage::files::FileArtifactStore> artifact_files;
   const std::unique_ptr<storage::files::FileAssetStore> upload_files;

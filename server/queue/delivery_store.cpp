@@ -35,7 +35,7 @@ int insert_delivery(sql::Database& database, const Delivery& delivery) {
 }  // namespace
 
 void DeliveryStore::subscribe(const Subscription& subscription) {
-  transactions_->write([&](sql::Database& database) {
+  transactions_.write([&](sql::Database& database) {
     return database.change(
         "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
         " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
@@ -44,7 +44,7 @@ void DeliveryStore::subscribe(const Subscription& subscription) {
 }
 
 std::optional<Subscription> DeliveryStore::subscription(const std::string& job_id) {
-  return transactions_->read([&](sql::Database& database) -> std::optional<Subscription> {
+  return transactions_.read([&](sql::Database& database) -> std::optional<Subscription> {
     sql::Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
     if (!row.row()) return std::nullopt;
     return Subscription{job_id, row.text(0), split(row.text(1))};
@@ -52,22 +52,22 @@ std::optional<Subscription> DeliveryStore::subscription(const std::string& job_i
 }
 
 std::vector<std::string> DeliveryStore::subscribed_jobs() {
-  return transactions_->read([](sql::Database& database) {
+  return transactions_.read([](sql::Database& database) {
     return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts();
   });
 }
 
 void DeliveryStore::unsubscribe(const std::string& job_id) {
-  transactions_->write(
+  transactions_.write(
       [&](sql::Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
 }
 
 void DeliveryStore::enqueue(const Delivery& delivery) {
-  transactions_->write([&](sql::Database& database) { return insert_delivery(database, delivery); });
+  transactions_.write([&](sql::Database& database) { return insert_delivery(database, delivery); });
 }
 
 bool DeliveryStore::replace_subscription(const Delivery& delivery) {
-  return transactions_->write([&](sql::Database& database) {
+  return transactions_.write([&](sql::Database& database) {
     if (database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id) == 0) return false;
     insert_delivery(database, delivery);
     return true;
@@ -75,7 +75,7 @@ bool DeliveryStore::replace_subscription(const Delivery& delivery) {
 }
 
 std::optional<Delivery> DeliveryStore::next(const std::set<std::string>& busy) {
-  return transactions_->read([&](sql::Database& database) -> std::optional<Delivery> {
+  return transactions_.read([&](sql::Database& database) -> std::optional<Delivery> {
     std::pair<std::int64_t, std::string> earliest;
     {
       // The first of each host, by steps from one host to the next in the index.
@@ -104,8 +104,8 @@ std::optional<Delivery> DeliveryStore::next(const std::set<std::string>& busy) {
 }
 
 bool DeliveryStore::reserve(const Delivery& delivery, std::int64_t until) {
-  if (!transactions_->read([](sql::Database& database) { return database.is_shared(); })) return true;
-  return transactions_->write([&](sql::Database& database) {
+  if (!transactions_.read([](sql::Database& database) { return database.is_shared(); })) return true;
+  return transactions_.write([&](sql::Database& database) {
     return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
                            delivery.id, delivery.next_attempt_at) == 1;
   });
@@ -113,7 +113,7 @@ bool DeliveryStore::reserve(const Delivery& delivery, std::int64_t until) {
 
 void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                                    std::optional<std::int64_t> next_attempt_at) {
-  transactions_->write([&](sql::Database& database) {
+  transactions_.write([&](sql::Database& database) {
     database.change(
         "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
         " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
@@ -126,7 +126,7 @@ void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt&
 }
 
 std::vector<Delivery> DeliveryStore::of_job(const std::string& job_id) {
-  return transactions_->read([&](sql::Database& database) {
+  return transactions_.read([&](sql::Database& database) {
     std::vector<Delivery> deliveries;
     {
       sql::Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
@@ -138,14 +138,14 @@ std::vector<Delivery> DeliveryStore::of_job(const std::string& job_id) {
 }
 
 bool DeliveryStore::redeliver(const std::string& job_id, const std::string& id, std::int64_t now) {
-  return transactions_->write([&](sql::Database& database) {
+  return transactions_.write([&](sql::Database& database) {
     return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
                            now, id, job_id) == 1;
   });
 }
 
 void DeliveryStore::delete_before(std::int64_t then) {
-  transactions_->write([&](sql::Database& database) {
+  transactions_.write([&](sql::Database& database) {
     return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
   });
 }

@@ -66,9 +66,9 @@ inline std::string host_of(const std::string& url) {
 
 class DeliveryStore {
  public:
-  /// The tables must exist: see the schemas of server/storage/sqlite and server/storage/postgres.
-  explicit DeliveryStore(std::shared_ptr<storage::sql::Transactions> transactions)
-      : transactions_(std::move(transactions)) {}
+  /// The tables must exist: see the schemas of server/storage/sqlite and server/storage/postgres. `transactions` must
+  /// outlive it.
+  explicit DeliveryStore(storage::sql::Transactions& transactions) : transactions_(transactions) {}
 
   void subscribe(const Subscription& subscription);  ///< replaces an earlier one of the job
   std::optional<Subscription> subscription(const std::string& job_id);
@@ -98,7 +98,7 @@ class DeliveryStore {
   void delete_before(std::int64_t then);
 
  private:
-  const std::shared_ptr<storage::sql::Transactions> transactions_;
+  storage::sql::Transactions& transactions_;
 };
 
 }  // namespace queue

@@ -1,8 +1,8 @@
 #pragma once
 /// Sends a signed webhook when a job has ended, and retries until it is delivered, also after restarts.
 ///
-///   const auto deliveries = storage::sqlite::open_delivery_store(directory);  // sqlite_delivery_store.h
-///   webhooks::Webhooks webhooks(*deliveries, find, send, clock, ids, log, settings);
+///   const storage::sqlite::SqliteStores stores(directory);  // server/storage/sqlite/sqlite_stores.h
+///   webhooks::Webhooks webhooks(stores.deliveries(), find, send, clock, ids, log, settings);
 ///   queue.set_completion_listener(&webhooks);                     // before anything is submitted or run
 ///
 /// A subscription is stored before its job, and replaced by a delivery in one commit when the job has ended, so kill -9

@@ -212,11 +212,11 @@ TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
   for (const bool deleted : {false, true}) {
     std::filesystem::resize_file(path, 0);
     if (deleted) std::filesystem::remove(path);
-    EXPECT_EQ(failure_of([&] { storage::sqlite::check_jobs_file(directory.path()); }), StoreFailure::Kind::unavailable);
+    EXPECT_EQ(failure_of([&] { storage::sqlite::check_files(directory.path()); }), StoreFailure::Kind::unavailable);
     EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable) << deleted;
   }
   std::filesystem::remove(directory.path() + "/aa/" + sha256);
-  EXPECT_NO_THROW(storage::sqlite::check_jobs_file(directory.path()));
+  EXPECT_NO_THROW(storage::sqlite::check_files(directory.path()));
   EXPECT_NO_THROW(TestStore(directory.path()));
 }
 

@@ -14,7 +14,6 @@
 #include "server/queue/disk_health.h"
 #include "server/queue/queue.h"
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
@@ -146,7 +145,6 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   std::vector<std::string> reported;
   DiskHealth health([&](const std::string& what) { reported.push_back(what); });
   TestStore jobs(directory.path(), {.health = &health});
-  const auto deliveries = open_delivery_store(directory.path(), &health);
   FileArtifactStore artifacts(directory.path(), &health);
   FileAssetStore uploads(
       directory.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
@@ -160,7 +158,7 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   for (const auto& write : std::vector<std::function<void()>>{
            [&] { jobs.submit(job_named("a"), "a"); },
            [&] {
-             deliveries->subscribe({"a", "http://a/", {"failed"}});
+             jobs.sqlite().deliveries().subscribe({"a", "http://a/", {"failed"}});
            },
            [&] { artifacts.put(MemoryFile("def").fd()); },
            [&] { uploads.put(kept, [](std::uint64_t, char*, std::size_t) -> std::size_t { return 0; }); }}) {
@@ -182,18 +180,19 @@ TEST(SqliteDeliveryStore, ReportsAFailedSyncAndRejectsLaterWrites) {
   int reported = 0;
   DiskHealth health([&](const std::string&) { ++reported; });
   {
-    const auto store = open_delivery_store(directory.path(), &health);
-    store->subscribe({"kept", "http://a/", {"failed"}});
+    const SqliteStores stores(directory.path(), {.health = &health});
+    DeliveryStore& store = stores.deliveries();
+    store.subscribe({"kept", "http://a/", {"failed"}});
     sync_fails = true;
-    EXPECT_THROW(store->subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
+    EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
     sync_fails = false;
     EXPECT_EQ(reported, 1);
     const int syncs = sync_count;
-    EXPECT_THROW(store->unsubscribe("kept"), StoreFailure);
+    EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
     EXPECT_EQ(sync_count, syncs);
   }
-  const auto store = open_delivery_store(directory.path());
-  EXPECT_TRUE(store->subscription("kept"));
+  const SqliteStores stores(directory.path());
+  EXPECT_TRUE(stores.deliveries().subscription("kept"));
 }
 
 TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {

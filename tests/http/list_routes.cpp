@@ -8,7 +8,6 @@
 #include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/temporary_stores.h"
 
 namespace {
@@ -29,14 +28,13 @@ int main() try {
   queue::IdSource ids(queue::system_clock(), queue::system_random());
   queue::Queue queue(temporary.store.all(), temporary.artifacts, ids, queue::system_clock(), queue::no_log(), {});
   queue::Events events([](const queue::JobEvent&) { return std::string(); }, queue::system_clock());
-  const auto deliveries = storage::sqlite::open_delivery_store(temporary.directory.path());
   const telemetry::ServiceHistory history;
   const std::atomic<bool> draining = false;
   http::Readiness readiness([] { return std::string(); }, draining);
   print(http::client_routes({.queue = queue,
                              .events = events,
                              .assets = assets,
-                             .deliveries = *deliveries,
+                             .deliveries = temporary.store.sqlite().deliveries(),
                              .history = history,
                              .readiness = readiness,
                              .clock = queue::system_clock(),

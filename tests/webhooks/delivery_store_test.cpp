@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
+#include <optional>
 
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
-#include "server/storage/sqlite/sqlite_delivery_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/temporary_directory.h"
 
 using namespace queue;
@@ -15,10 +15,10 @@ namespace {
 
 class DeliveryStoreTest : public testing::Test {
  protected:
-  DeliveryStore& store() { return *store_; }
+  DeliveryStore& store() { return stores_->deliveries(); }
   void reopen() {
-    store_.reset();
-    store_ = storage::sqlite::open_delivery_store(directory_.path());
+    stores_.reset();
+    stores_.emplace(directory_.path());
   }
   Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at) {
     Delivery delivery{id, job_id, "job.failed", "https://example.com/", "{}", DeliveryState::pending, at, at, {}};
@@ -37,7 +37,7 @@ class DeliveryStoreTest : public testing::Test {
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<DeliveryStore> store_ = storage::sqlite::open_delivery_store(directory_.path());
+  std::optional<storage::sqlite::SqliteStores> stores_{directory_.path()};
 };
 
 }  // namespace

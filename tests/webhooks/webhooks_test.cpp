@@ -10,7 +10,7 @@
 #include <memory>
 #include <set>
 
-#include "server/storage/sqlite/sqlite_delivery_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
 
@@ -34,7 +34,7 @@ class WebhooksTest : public testing::Test {
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
     settings.store_pause = std::chrono::milliseconds(1);
     webhooks_under_test.emplace(
-        *store, [this](const std::string& id) { return find(id); },
+        store, [this](const std::string& id) { return find(id); },
         [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
           return receive(url, headers, body, stop);
         },
@@ -82,7 +82,7 @@ class WebhooksTest : public testing::Test {
     ASSERT_TRUE(eventually([&] { return sent().size() >= count; }));
   }
   Delivery delivery(const std::string& job_id) {
-    const std::vector<Delivery> all = store->of_job(job_id);
+    const std::vector<Delivery> all = store.of_job(job_id);
     return all.size() == 1 ? all.front() : Delivery{};
   }
 
@@ -129,7 +129,8 @@ class WebhooksTest : public testing::Test {
   std::condition_variable changed_;
 
  protected:
-  std::unique_ptr<queue::DeliveryStore> store = storage::sqlite::open_delivery_store(directory_.path());
+  storage::sqlite::SqliteStores stores{directory_.path()};
+  queue::DeliveryStore& store = stores.deliveries();
   std::optional<Webhooks> webhooks_under_test;  ///< last: destroyed first
 };
 
@@ -150,7 +151,7 @@ TEST_F(WebhooksTest, DeliversAnEndOnceSignedAndWithTheJob) {
   EXPECT_EQ(all[0].headers.at("webhook-timestamp"), "1700000000");
   EXPECT_EQ(all[0].headers.at("webhook-signature"), signature(*read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"),
                                                               delivery("a").id, 1'700'000'000, all[0].body));
-  EXPECT_TRUE(store->subscribed_jobs().empty());
+  EXPECT_TRUE(store.subscribed_jobs().empty());
 }
 
 TEST_F(WebhooksTest, IgnoresEndsWithoutSubscription) {
@@ -161,9 +162,9 @@ TEST_F(WebhooksTest, IgnoresEndsWithoutSubscription) {
   end("unknown", JobState::failed);
   end("b", JobState::cancelled);
   ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
-  ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
+  ASSERT_TRUE(eventually([&] { return store.subscribed_jobs().empty(); }));
   EXPECT_EQ(sent().size(), 1u);
-  EXPECT_TRUE(store->of_job("a").empty());
+  EXPECT_TRUE(store.of_job("a").empty());
 }
 
 TEST_F(WebhooksTest, RetriesTheSameMessageAfterGrowingPausesAndThenAbandonsIt) {
@@ -218,24 +219,24 @@ TEST_F(WebhooksTest, KeepsDeliveriesOverARestart) {
   start();
   ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::delivered; }));
   ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
-  EXPECT_TRUE(store->of_job("c").empty());
+  EXPECT_TRUE(store.of_job("c").empty());
   end("c", JobState::cancelled);
   ASSERT_TRUE(eventually([&] { return delivery("c").state == DeliveryState::delivered; }));
-  EXPECT_EQ(store->subscribed_jobs(), std::vector<std::string>{"waits"});
+  EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"waits"});
 }
 
 TEST_F(WebhooksTest, DeletesSubscriptionsOfUnknownJobsAtItsStart) {
-  store->subscribe({"never", "http://x/", {"failed"}});
+  store.subscribe({"never", "http://x/", {"failed"}});
   start();
-  EXPECT_TRUE(store->subscribed_jobs().empty());
+  EXPECT_TRUE(store.subscribed_jobs().empty());
 }
 
 TEST_F(WebhooksTest, DeliversNothingForARemovedJob) {
   start();
   webhooks_under_test->register_webhook("a", {"http://x/", {"failed"}});
   webhooks_under_test->on_ended("a");
-  ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
-  EXPECT_TRUE(store->of_job("a").empty());
+  ASSERT_TRUE(eventually([&] { return store.subscribed_jobs().empty(); }));
+  EXPECT_TRUE(store.of_job("a").empty());
   EXPECT_TRUE(sent().empty());
 }
 
@@ -261,7 +262,7 @@ TEST_F(WebhooksTest, DeliversOneMessageAtATimeToAReceiverInOrder) {
   for (int i = 10; i < 30; ++i) {
     const std::string id = std::to_string(i);
     fail_job(id, "slow");
-    ASSERT_TRUE(eventually([&] { return store->of_job(id).size() == 1; }));
+    ASSERT_TRUE(eventually([&] { return store.of_job(id).size() == 1; }));
     urls.push_back("http://slow/" + id);
     ++now;
   }
@@ -279,7 +280,7 @@ TEST_F(WebhooksTest, LimitsConcurrentReceiversToTheSenders) {
   for (const char* receiver : {"a", "b", "c", "d"}) fail_job(receiver, receiver);
   wait_for_attempts(2);
   for (const char* receiver : {"a", "b", "c", "d"}) {
-    ASSERT_TRUE(eventually([&] { return store->of_job(receiver).size() == 1; })) << "the delivery is pending";
+    ASSERT_TRUE(eventually([&] { return store.of_job(receiver).size() == 1; })) << "the delivery is pending";
   }
   EXPECT_EQ(sent().size(), 2u);
   for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, false);

@@ -40,8 +40,11 @@ constexpr const char* tasks_tables =
 
 /// The tables of storage::sql with the types of PostgreSQL.
 std::string with_types(std::string tables) {
-  for (const auto& [type, replacement] :
-       {std::pair{" INTEGER", " BIGINT"}, {" BLOB", " BYTEA"}, {" TEXT", " TEXT COLLATE \"C\""}}) {
+  for (const auto& [type, replacement] : {std::pair{" INTEGER", " BIGINT"},
+                                          {" BLOB", " BYTEA"},
+                                          {" TEXT", " TEXT COLLATE \"C\""},
+                                          {", WITHOUT ROWID", ""},
+                                          {" STRICT", ""}}) {
     for (std::size_t at = 0; (at = tables.find(type, at)) != std::string::npos; at += std::string(replacement).size())
       tables.replace(at, std::string(type).size(), replacement);
   }

@@ -10,9 +10,9 @@ void check_database(const std::string& dsn) { check_schema(dsn); }
 
 PostgresStores::PostgresStores(const std::string& dsn, const PostgresSettings& settings)
     : transactions_((settings.for_copy ? prepare_copy(dsn) : prepare_schema(dsn),
-                     std::make_shared<PostgresTransactions>(dsn, settings.connections))),
+                     std::make_unique<PostgresTransactions>(dsn, settings.connections))),
       jobs_(std::make_unique<queue::JobStores>(*transactions_)),
-      deliveries_(std::make_unique<queue::DeliveryStore>(transactions_)),
+      deliveries_(std::make_unique<queue::DeliveryStore>(*transactions_)),
       tasks_(std::make_unique<queue::TaskStore>(*transactions_, settings.node, settings.build)),
       cluster_(std::make_unique<queue::ClusterStore>(*transactions_)),
       wakeups_(std::make_unique<PostgresWakeups>(dsn)) {}

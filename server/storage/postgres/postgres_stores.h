@@ -53,7 +53,7 @@ class PostgresStores {
   }
 
  private:
-  const std::shared_ptr<sql::Transactions> transactions_;
+  const std::unique_ptr<sql::Transactions> transactions_;
   const std::unique_ptr<queue::JobStores> jobs_;
   const std::unique_ptr<queue::DeliveryStore> deliveries_;
   const std::unique_ptr<queue::TaskStore> tasks_;

@@ -3,7 +3,7 @@ CREATE TABLE subscriptions (
   job_id TEXT NOT NULL PRIMARY KEY,
   url TEXT NOT NULL,
   events TEXT NOT NULL  -- separated by spaces
-);
+) STRICT, WITHOUT ROWID;
 CREATE TABLE deliveries (
   id TEXT NOT NULL PRIMARY KEY,
   job_id TEXT NOT NULL,
@@ -14,7 +14,7 @@ CREATE TABLE deliveries (
   state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'abandoned')),
   created_at INTEGER NOT NULL,
   next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX deliveries_of_job ON deliveries (job_id, id);
 CREATE INDEX deliveries_due ON deliveries (host, next_attempt_at, id) WHERE state = 'pending';
 CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';
@@ -26,5 +26,5 @@ CREATE TABLE attempts (
   status INTEGER NOT NULL,
   detail TEXT NOT NULL,
   PRIMARY KEY (delivery_id, number)
-);
+) STRICT, WITHOUT ROWID;
 )sql"

@@ -46,7 +46,7 @@ CREATE TABLE jobs (
   fence INTEGER NOT NULL DEFAULT 0,  -- grows with every claim
   boot_id TEXT,                      -- of the daemon with the latest claim
   lease_until INTEGER                -- end of the latest claim
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX jobs_by_state ON jobs (state, id);
 CREATE INDEX jobs_waiting ON jobs (suspect, owner, rank, id, work) WHERE state = 'queued' AND not_before IS NULL;
 CREATE INDEX small_jobs_waiting ON jobs (suspect, owner, rank, id)
@@ -62,12 +62,12 @@ CREATE INDEX jobs_by_content ON jobs (content_key, id)
 CREATE INDEX jobs_by_batch ON jobs (batch_id, id, state) WHERE batch_id IS NOT NULL;
 
 -- The scenes that the documents of batches have in common, under the id of the batch.
-CREATE TABLE scenes (id TEXT NOT NULL PRIMARY KEY, document BLOB NOT NULL);
+CREATE TABLE scenes (id TEXT NOT NULL PRIMARY KEY, document BLOB NOT NULL) STRICT;
 CREATE TABLE documents (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
   document BLOB NOT NULL,              -- a patch where there is a scene
   scene_id TEXT REFERENCES scenes
-);
+) STRICT;
 CREATE INDEX documents_by_scene ON documents (scene_id) WHERE scene_id IS NOT NULL;
 -- The moves of jobs between states, written by a trigger.
 CREATE TABLE moves (
@@ -79,17 +79,17 @@ CREATE TABLE moves (
   reason TEXT NOT NULL,
   worker TEXT,
   PRIMARY KEY (job_id, revision)
-);
+) STRICT, WITHOUT ROWID;
 CREATE TABLE reports (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
   report TEXT NOT NULL
-);
+) STRICT;
 CREATE TABLE labels (
   key TEXT NOT NULL,
   value TEXT NOT NULL,
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
   PRIMARY KEY (key, value, job_id)
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX labels_of_job ON labels (job_id, key, value);
 CREATE TABLE artifacts (
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
@@ -100,7 +100,7 @@ CREATE TABLE artifacts (
   sha256 TEXT NOT NULL,
   bytes INTEGER NOT NULL,
   PRIMARY KEY (job_id, position)
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX artifacts_by_sha256 ON artifacts (sha256);
 CREATE TABLE problem_errors (
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
@@ -109,20 +109,20 @@ CREATE TABLE problem_errors (
   code TEXT NOT NULL,
   detail TEXT NOT NULL,
   PRIMARY KEY (job_id, position)
-);
+) STRICT, WITHOUT ROWID;
 -- The uploads that a document names.
 CREATE TABLE job_assets (
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
   position INTEGER NOT NULL,
   sha256 TEXT NOT NULL,
   PRIMARY KEY (job_id, position)
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
 CREATE TABLE scene_assets (
   sha256 TEXT NOT NULL,
   scene_id TEXT NOT NULL REFERENCES scenes ON DELETE CASCADE,
   PRIMARY KEY (sha256, scene_id)
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX assets_of_scene ON scene_assets (scene_id);
 CREATE TABLE batches (
   id TEXT NOT NULL PRIMARY KEY,
@@ -132,7 +132,7 @@ CREATE TABLE batches (
   created_at INTEGER NOT NULL,
   max_failed INTEGER,
   size INTEGER NOT NULL
-);
+) STRICT, WITHOUT ROWID;
 -- First replies under idempotency keys.
 CREATE TABLE replies (
   owner TEXT NOT NULL,
@@ -144,11 +144,11 @@ CREATE TABLE replies (
   body TEXT NOT NULL,
   expires_at INTEGER NOT NULL,
   PRIMARY KEY (owner, route, key)
-);
+) STRICT, WITHOUT ROWID;
 CREATE INDEX replies_by_expiry ON replies (expires_at);
 -- The pass at which the latest claim was made.
-CREATE TABLE latest_pass (pass INTEGER NOT NULL);
+CREATE TABLE latest_pass (pass INTEGER NOT NULL) STRICT;
 INSERT INTO latest_pass VALUES (0);
-CREATE TABLE probe (writes INTEGER NOT NULL);
+CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
 INSERT INTO probe VALUES (0);
 )sql"

@@ -1,5 +1,5 @@
 #pragma once
-/// The connections to the SQLite file, which the stores share, and the stores themselves. Private to this directory.
+/// The connections to the SQLite files, which the stores share. Private to this directory.
 
 #include <condition_variable>
 #include <exception>
@@ -12,7 +12,6 @@
 #include "server/queue/disk_health.h"
 #include "server/storage/files/directory_lock.h"
 #include "server/storage/sqlite/database.h"
-#include "server/storage/sqlite/schema.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 
 namespace storage::sqlite {
@@ -20,23 +19,22 @@ namespace storage::sqlite {
 /// All writes of the process through one connection (group commit). A caller that finds the connection idle commits at
 /// once on its own thread: a hand-over costs more than most commits. Operations that arrive meanwhile wait, and one of
 /// their threads commits all of them with one sync.
-class GroupCommit {
+class GroupCommit : public sql::Transactions {
  public:
   /// `health` must outlive this. No call may be in progress at the destruction.
   GroupCommit(std::unique_ptr<SqliteDatabase> database, queue::DiskHealth& health)
       : database_(std::move(database)), health_(health) {}
 
-  /// Runs `work(database)` inside a transaction and returns once that is committed and synced as requested. An
-  /// exception of `work` undoes its own writes alone and is thrown here. `work` may run a second time, after its writes
-  /// were undone.
-  void run(const std::function<void(sql::Database&)>& work, sql::Synced synced) {
+ private:
+  /// An exception of `work` undoes its own writes alone and is thrown here.
+  void run_write(const Run& work, sql::Synced synced) final {
     Operation operation{work, synced, nullptr, false, {}};
     health_.run([&] { wait_for(operation); });
   }
+  void run_read(const Run& work) override { run_write(work, sql::Synced::with_next); }
 
- private:
   struct Operation {
-    const std::function<void(sql::Database&)>& work;
+    const Run& work;
     sql::Synced synced = sql::Synced::now;
     std::exception_ptr failure;
     bool done = false;
@@ -55,6 +53,9 @@ class GroupCommit {
   std::vector<Operation*> waiting_;
   bool led_ = false;  ///< a thread is committing
 };
+
+/// Run on every connection to the jobs: names that the stores read and other databases have as views of several tables.
+inline constexpr const char* jobs_views = "CREATE TEMP VIEW owners AS SELECT * FROM owner_usage";
 
 /// A few read-only connections, each used by one caller at a time.
 class ReadPool {
@@ -102,16 +103,27 @@ class ReadPool {
   std::vector<std::unique_ptr<SqliteDatabase>> idle_;
 };
 
-/// In the order of dependence: the lock is released last, the readers are closed before the writer, which checkpoints.
-struct Connections final : sql::Transactions {
+/// The readers are closed before the writer, which checkpoints.
+class JobsFile final : public GroupCommit {
+ public:
+  JobsFile(std::unique_ptr<SqliteDatabase> writer, queue::DiskHealth& health, const std::string& path, int readers)
+      : GroupCommit(std::move(writer), health), readers_(path, readers) {}
+
+ private:
+  void run_read(const Run& work) override { readers_.run(work); }
+
+  ReadPool readers_;
+};
+
+/// In the order of dependence: the lock is released last.
+struct Connections {
   Connections(const std::string& directory, const SqliteSettings& settings);
-  void run_write(const Run& work, sql::Synced synced) override { writer.run(work, synced); }
-  void run_read(const Run& work) override { reader.run(work); }
 
   files::DirectoryLock lock;
   queue::DiskHealth own_health;
-  GroupCommit writer;
-  ReadPool reader;
+  queue::DiskHealth& health;
+  JobsFile jobs;
+  GroupCommit deliveries;
 };
 
 }  // namespace storage::sqlite

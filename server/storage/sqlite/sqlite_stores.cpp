@@ -6,17 +6,22 @@
 #include <string>
 #include <utility>
 
+#include "server/storage/sql/tables.h"
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/schema.h"
 #include "server/support/file_io.h"
 #include "tracer/sha256.h"
 
 namespace storage::sqlite {
 namespace {
 
+constexpr std::int64_t jobs_schema_version = 15, deliveries_schema_version = 3;
+constexpr const char* jobs_counts =
+#include "server/storage/sqlite/jobs_counts.sql"
+    ;
+
 /// Sets up the connection and creates the tables in an empty file.
 void prepare_jobs(SqliteDatabase& database, const std::string& path) {
-  prepare(database, path, jobs_schema_version, jobs_schema());
+  prepare(database, path, jobs_schema_version, std::string(sql::jobs_tables) + jobs_counts);
   // The size limit returns space to the disk after a burst of large documents.
   database.script("PRAGMA cache_size = -8000; PRAGMA journal_size_limit = 67108864;");
   database.script(jobs_views);
@@ -25,7 +30,8 @@ void prepare_jobs(SqliteDatabase& database, const std::string& path) {
   database.checkpoint_at(2000, 16000);
 }
 
-std::string file_of(const std::string& directory) { return directory + "/whittle.db"; }
+std::string jobs_file(const std::string& directory) { return directory + "/whittle.db"; }
+std::string deliveries_file(const std::string& directory) { return directory + "/webhooks.db"; }
 
 /// The database of a directory with images was deleted or emptied. A new one would be followed by their loss.
 void require_no_artifacts(const std::filesystem::path& directory) {
@@ -33,16 +39,22 @@ void require_no_artifacts(const std::filesystem::path& directory) {
     if (!part.is_directory() || part.path().filename().string().size() != 2) continue;
     for (const auto& file : std::filesystem::directory_iterator(part)) {
       if (!tracer::is_sha256(file.path().filename().string())) continue;
-      throw queue::StoreFailure(file_of(directory) + " is missing or empty, but " + part.path().string() +
+      throw queue::StoreFailure(jobs_file(directory) + " is missing or empty, but " + part.path().string() +
                                 " has images: restore a backup, or use another directory");
     }
   }
 }
 
-std::unique_ptr<SqliteDatabase> open_writer(const std::string& path, bool synchronous) {
+std::unique_ptr<SqliteDatabase> open_jobs(const std::string& path, bool synchronous) {
   auto database = std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_write, synchronous);
   if (is_new(*database)) require_no_artifacts(std::filesystem::path(path).parent_path());
   prepare_jobs(*database, path);
+  return database;
+}
+
+std::unique_ptr<SqliteDatabase> open_deliveries(const std::string& path, bool synchronous) {
+  auto database = std::make_unique<SqliteDatabase>(path, SqliteDatabase::Access::read_write, synchronous);
+  prepare(*database, path, deliveries_schema_version, sql::deliveries_tables);
   return database;
 }
 
@@ -56,31 +68,29 @@ std::optional<std::string> read_small(int fd) {
   return std::string(bytes.data(), static_cast<std::size_t>(count));
 }
 
-std::optional<std::string> read_row(sql::Database& database, const std::string& sha256) {
-  sql::Query row = database.query("SELECT bytes FROM small_artifacts WHERE sha256 = ?", sha256);
-  if (!row.row()) return std::nullopt;
-  return row.text(0);
-}
-
 }  // namespace
 
-void check_jobs_file(const std::string& directory) {
-  if (!check_file(file_of(directory), jobs_schema_version) && std::filesystem::is_directory(directory))
+void check_files(const std::string& directory) {
+  if (!check_file(jobs_file(directory), jobs_schema_version) && std::filesystem::is_directory(directory))
     require_no_artifacts(directory);
+  (void)check_file(deliveries_file(directory), deliveries_schema_version);
 }
 
 Connections::Connections(const std::string& directory, const SqliteSettings& settings)
     : lock(directory),
-      writer(open_writer(file_of(directory), settings.synchronous),
-             settings.health == nullptr ? own_health : *settings.health),
-      reader(file_of(directory), settings.read_connections) {}
+      health(settings.health == nullptr ? own_health : *settings.health),
+      jobs(open_jobs(jobs_file(directory), settings.synchronous), health, jobs_file(directory),
+           settings.read_connections),
+      deliveries(open_deliveries(deliveries_file(directory), settings.synchronous), health) {}
 
 SqliteStores::SqliteStores(const std::string& directory, SqliteSettings settings)
     : connections_(std::make_unique<Connections>(directory, settings)),
-      stores_(std::make_unique<queue::JobStores>(*connections_)) {}
+      stores_(std::make_unique<queue::JobStores>(connections_->jobs)),
+      deliveries_(std::make_unique<queue::DeliveryStore>(connections_->deliveries)) {}
 SqliteStores::~SqliteStores() = default;
 
-sql::Transactions& SqliteStores::transactions() const { return *connections_; }
+sql::Transactions& SqliteStores::transactions() const { return connections_->jobs; }
+sql::Transactions& SqliteStores::delivery_transactions() const { return connections_->deliveries; }
 
 // ---- SmallArtifactStore
 
@@ -94,7 +104,7 @@ queue::ArtifactStore::Stored SmallArtifactStore::put(int fd, bool durable) {
         " WHERE bytes <> excluded.bytes",
         sha256, sql::Blob{*bytes});
   };
-  connections_.write(work, sql::Synced::with_next);
+  rows_.write(work, sql::Synced::with_next);
   return {sha256, bytes->size()};
 }
 
@@ -120,11 +130,13 @@ void SmallArtifactStore::remove(const std::string& sha256) {
   const auto work = [&](sql::Database& database) {
     return database.change("DELETE FROM small_artifacts WHERE sha256 = ?", sha256);
   };
-  connections_.write(work, sql::Synced::with_next);
+  rows_.write(work, sql::Synced::with_next);
 }
 
 std::optional<std::string> SmallArtifactStore::find(const std::string& sha256) {
-  return connections_.read([&](sql::Database& database) { return read_row(database, sha256); });
+  return rows_.read([&](sql::Database& database) {
+    return database.query("SELECT bytes FROM small_artifacts WHERE sha256 = ?", sha256).first_text();
+  });
 }
 
 }  // namespace storage::sqlite
