@@ -11,7 +11,8 @@ from tests.support.sources import text, tracked
 THIRD_PARTY = [
     ("Embree", r"embree\d?/.*", ["tracer/src/accel/", "tests/bench/bare_embree"]),
     ("OpenImageIO", r"OpenImageIO/.*", ["tracer/src/image_io/oiio_"]),
-    ("libpng", r"(png|zlib)\.h", ["tracer/src/image_io/png_file"]),
+    ("libpng", r"png\.h", ["tracer/src/image_io/png_file"]),
+    ("zlib", r"zlib\.h", ["tracer/src/image_io/png_file", "server/http/handlers/apng"]),
     ("dynamic loading", r"dlfcn\.h", ["tracer/src/image_io/oiio_loader", "tests/"]),
     ("memory mapping", r"sys/mman\.h", ["server/", "tests/"]),
     ("Cairo", r"cairo.*\.h", ["tracer/src/plot/"]),

@@ -1,6 +1,8 @@
 /// Animated PNG (APNG, PNG third edition, section 11.3.6) of stored PNG images, without a decoder: the data of each
 /// frame is that of its file, in chunks of another name.
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -26,35 +28,8 @@ std::string text_of(std::uint32_t value) {
           static_cast<char>(value)};
 }
 
-constexpr std::uint32_t crc_polynomial = 0xedb88320;  // PNG, section 5.5; bits in reverse order
-
-/// The product of two polynomials over GF(2) modulo that of the CRC, as zlib's crc32_combine (Adler).
-std::uint32_t product(std::uint32_t a, std::uint32_t b) {
-  std::uint32_t sum = 0;
-  for (std::uint32_t bit = 1u << 31; bit != 0; bit >>= 1) {
-    if ((a & bit) != 0) sum ^= b;
-    b = (b & 1) != 0 ? (b >> 1) ^ crc_polynomial : b >> 1;
-  }
-  return sum;
-}
-
-/// The part of `crc` in the CRC of a text that has `count` more bytes.
-std::uint32_t shifted(std::uint32_t crc, std::uint64_t count) {
-  std::uint32_t factor = 1u << 31, power = 1u << 23;  // 1 and x^8
-  for (; count != 0; count >>= 1) {
-    if ((count & 1) != 0) factor = product(power, factor);
-    power = product(power, power);
-  }
-  return product(factor, crc);
-}
-
 std::uint32_t crc_of(std::string_view text) {
-  std::uint32_t crc = ~0u;
-  for (const char byte : text) {
-    crc ^= static_cast<unsigned char>(byte);
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1) != 0 ? (crc >> 1) ^ crc_polynomial : crc >> 1;
-  }
-  return ~crc;
+  return static_cast<std::uint32_t>(::crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
 std::string chunk(const std::string& name_and_data) {
@@ -142,7 +117,9 @@ class Animation {
     const std::uint32_t old_crc = number_at(bytes_of(index, at + 8 + bytes, 4), 0);
     add_text(text_of(static_cast<std::uint32_t>(bytes + 4)) + name);
     add_bytes(index, at + 8, bytes);
-    add_text(text_of(old_crc ^ shifted(crc_of("IDAT") ^ crc_of(name), bytes)));
+    // The CRC is linear: combined with that of nothing, the difference of the names is moved before the data.
+    const auto change = ::crc32_combine(crc_of("IDAT") ^ crc_of(name), 0, static_cast<z_off_t>(bytes));
+    add_text(text_of(old_crc ^ static_cast<std::uint32_t>(change)));
   }
 
   void add_bytes(std::size_t index, std::uint64_t offset, std::uint64_t bytes) {
