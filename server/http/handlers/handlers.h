@@ -48,7 +48,6 @@ ContextHandler compare_images;
 Problem image_not_found(const queue::Job& job, const std::string& name);
 ContextHandler render, get_preview;
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
-using Png = std::shared_ptr<const std::string>;
 /// The PNG that an earlier request had the worker make of an artifact; null if it is not kept.
 Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context);
 /// Calls `use` with the PNG that the worker makes of an artifact.

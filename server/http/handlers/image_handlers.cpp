@@ -200,7 +200,11 @@ tracer::Result<queue::Job, Problem> find_job_of_image(const std::string& id, con
   try {
     auto view = find_job(id, context);
     if (!view) return view.error();
-    context.recent_jobs->add(view->job);
+    if (view->job.state == queue::JobState::succeeded) {
+      queue::Job kept = view->job;
+      kept.report.clear();
+      context.recent_jobs->add(id, std::move(kept), 1);
+    }
     return std::move(view->job);
   } catch (const queue::StoreFailure&) {
     if (auto job = context.recent_jobs->find(id)) return *std::move(job);
@@ -227,7 +231,7 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
 }  // namespace
 
 Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
-  return context.thumbnails->find(cache_key_of(artifact, work));
+  return context.thumbnails->find(cache_key_of(artifact, work)).value_or(nullptr);
 }
 
 Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
@@ -239,7 +243,7 @@ Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& wo
       {work, {std::move(reader)}}, context,
       [&context, use, key = cache_key_of(artifact, work)](const queue::ImageTaskResult& result) -> Answer {
         const Png png = std::make_shared<const std::string>(result.bytes);
-        context.thumbnails->add(key, png);
+        context.thumbnails->add(key, png, png->size());
         return use(png);
       });
 }

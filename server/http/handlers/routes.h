@@ -15,8 +15,7 @@
 
 #include "api/batch.h"
 #include "api/document.h"
-#include "server/http/handlers/recent_jobs.h"
-#include "server/http/handlers/thumbnail_cache.h"
+#include "server/http/handlers/lru_cache.h"
 #include "server/http/http_messages.h"
 #include "server/keys/key_ring.h"
 #include "server/queue/asset_store.h"
@@ -31,6 +30,8 @@ namespace http {
 
 /// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
+
+using Png = std::shared_ptr<const std::string>;
 
 /// Readiness of the service. Thread-safe.
 class Readiness {
@@ -76,8 +77,12 @@ struct ApiContext {
   std::function<std::vector<queue::Node>()> nodes{};
   bool dashboard = true;                ///< the page at /; false: text only
   const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
-  std::shared_ptr<handlers::ThumbnailCache> thumbnails = std::make_shared<handlers::ThumbnailCache>();
-  std::shared_ptr<handlers::RecentJobs> recent_jobs = std::make_shared<handlers::RecentJobs>();
+  /// PNGs that the worker made, 64 MiB, which are those of 2000 frames.
+  std::shared_ptr<handlers::LruCache<Png>> thumbnails = std::make_shared<handlers::LruCache<Png>>(64u << 20);
+  /// Succeeded jobs, without their reports, whose images were read lately, so that they can be read while the database
+  /// is away: their images change only by expiry or removal. About 10 MB.
+  std::shared_ptr<handlers::LruCache<queue::Job>> recent_jobs =
+      std::make_shared<handlers::LruCache<queue::Job>>(10'000);
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
