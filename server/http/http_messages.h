@@ -71,6 +71,7 @@ struct BodyStream {
   std::chrono::milliseconds heartbeat_interval{15'000};
 };
 
+/// With an ETag that the client's If-None-Match names, a 200 of GET or HEAD is sent as 304.
 struct Reply {
   int status = 200;
   std::string content_type;  ///< empty: no body

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "server/http/handler_pool.h"
+#include "server/http/header_text.h"
 #include "server/queue/job_store.h"
 
 namespace http {
@@ -72,10 +74,13 @@ std::optional<std::vector<std::string>> match(std::string_view pattern, std::str
   }
 }
 
-/// Unknown query parameters are refused, like unknown fields of a document, because a typo must not be ignored.
+/// Unknown and repeated query parameters are refused, like fields of a document, because a typo must not be ignored.
 std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   std::string unknown, known;
+  std::set<std::string_view> names;
   for (const auto& [name, value] : query) {
+    if (!names.insert(name).second && name != "label")
+      return Problem{failures::invalid_query, name + " is given twice"};
     const bool is_known = std::find(route.query.begin(), route.query.end(), name) != route.query.end();
     if (!is_known) unknown += (unknown.empty() ? "\"" : ", \"") + name + '"';
   }
@@ -119,6 +124,19 @@ Answer handle(PendingRequest& pending) {
   Reply reply = problem_reply({failures::method_not_allowed, detail}, request.id);
   reply.headers.emplace_back("Allow", list);
   return reply;
+}
+
+/// Leaves out a body that the client has already (RFC 9110, section 13.1.2).
+void apply_precondition(const RequestHead& head, Reply& reply) {
+  const auto known = head.header("if-none-match");
+  if (!known || reply.status != 200 || (head.method != "GET" && head.method != "HEAD")) return;
+  for (const auto& [name, value] : reply.headers) {
+    if (name != "ETag" || !none_match_names(known, value)) continue;
+    reply.status = 304;
+    reply.content_type.clear();
+    reply.body.clear();
+    reply.source.reset();
+  }
 }
 
 }  // namespace
@@ -173,6 +191,7 @@ void RequestDispatcher::post_answer(const std::shared_ptr<PendingRequest>& pendi
 
 ReplyReady RequestDispatcher::ready(const std::shared_ptr<PendingRequest>& pending, Reply reply) const {
   const Request& request = pending->request;
+  apply_precondition(request.head, reply);
   const double duration_ms = milliseconds_since(pending->started);
   if (settings_.on_response) {
     settings_.on_response(request.head.method, request.route, reply.status, duration_ms / 1000);

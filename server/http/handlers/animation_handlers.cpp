@@ -17,7 +17,6 @@ struct AnimationQuery {
 
 tracer::Result<AnimationQuery, Problem> read_query(const Pairs& query) {
   AnimationQuery wanted;
-  if (auto problem = refuse_repeated(query)) return *problem;
   for (const auto& [name, value] : query) {
     if (name == "fps") wanted.frames_per_second = parse_number<int>(value).value_or(0);
     if (name != "max") continue;

@@ -2,7 +2,6 @@
 
 #include "api/requests.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/header_text.h"
 #include "tracer/sha256.h"
 
 namespace http::handlers {
@@ -60,14 +59,8 @@ Answer get_asset(Request& request, const ApiContext& context) {
                                                   ? "there is no asset " + sha256 + "; upload it with PUT"
                                                   : asset_name_rule + std::to_string(sha256.size())};
   }
-  const std::string etag = '"' + sha256 + '"';
   Reply reply;
-  reply.headers.emplace_back("ETag", etag);
-  reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");
-  if (none_match_names(request.head.header("if-none-match"), etag)) {
-    reply.status = 304;
-    return reply;
-  }
+  reply.headers = {{"ETag", '"' + sha256 + '"'}, {"Cache-Control", "max-age=31536000, immutable"}};
   reply.content_type = "application/octet-stream";
   reply.source = source_of(std::move(reader));
   return reply;

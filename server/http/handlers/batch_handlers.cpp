@@ -135,9 +135,7 @@ Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& 
         failures::batch_running,
         std::to_string(waiting) + " jobs of the batch have not ended; cancel it first, and wait for its end"};
   }
-  Reply reply;
-  reply.status = 204;
-  return reply;
+  return empty_reply(204);
 }
 
 Answer cancel_batch(Request&, const queue::BatchState& state, const ApiContext& context) {

@@ -72,13 +72,8 @@ Answer answer_poll(const JobPoll& poll, bool timed_out, const ApiContext& contex
   const bool is_known = none_match_names(poll.if_none_match, etag);
   const bool waits = poll.listener && !timed_out && (poll.if_none_match ? is_known : !queue::ended(view->job.state));
   if (!waits) {
-    Reply reply;
-    if (is_known) {
-      reply.status = 304;
-      reply.job_id = poll.id;
-    } else {
-      reply = job_reply(200, *view, context);
-    }
+    Reply reply = is_known ? Reply() : job_reply(200, *view, context);  // a known one is sent as 304
+    reply.job_id = poll.id;
     reply.headers.emplace_back("ETag", etag);
     reply.headers.emplace_back("Cache-Control", "no-cache");
     return reply;
@@ -98,7 +93,7 @@ Answer answer_poll(const JobPoll& poll, bool timed_out, const ApiContext& contex
 std::optional<std::chrono::seconds> read_wait(const Pairs& query) {
   if (query.empty()) return std::chrono::seconds(0);
   const auto seconds = parse_number<int>(query.front().second);
-  const bool valid = query.size() == 1 && seconds && *seconds >= 0 && *seconds <= wait_max.count();
+  const bool valid = seconds && *seconds >= 0 && *seconds <= wait_max.count();
   return valid ? std::optional(std::chrono::seconds(*seconds)) : std::nullopt;
 }
 
@@ -132,11 +127,8 @@ Answer get_job_events(Request& request, const ApiContext& context) {
   if (!view) return view.error();
 
   const bool ended = queue::ended(view->job.state);
-  if (ended && after && context.events.ended_by(id, *after)) {
-    Reply reply;
-    reply.status = 204;  // an EventSource then stops reconnecting
-    return reply;
-  }
+  if (ended && after && context.events.ended_by(id, *after))
+    return empty_reply(204);  // an EventSource then stops reconnecting
   const bool continues = after && !listener->missed();
   std::string beginning;
   if (ended && continues) {
@@ -155,7 +147,6 @@ Answer get_job_events(Request& request, const ApiContext& context) {
 
 Answer get_events(Request& request, const ApiContext& context) {
   const Pairs& query = request.head.query;
-  if (query.size() > 1) return Problem{failures::invalid_query, "batch is given twice"};
   const std::string batch = query.empty() ? "" : query.front().second;
   if (!query.empty()) {
     if (const auto state = find_batch(batch, context); !state) return state.error();
@@ -171,7 +162,7 @@ Answer get_job(Request& request, const ApiContext& context) {
   const auto wait = read_wait(request.head.query);
   if (!wait) {
     const std::string limit = std::to_string(wait_max.count());
-    return Problem{failures::invalid_query, "wait must be given once, as whole seconds 0.." + limit};
+    return Problem{failures::invalid_query, "wait must be whole seconds 0.." + limit};
   }
   JobPoll poll{request.parameters.front(), std::optional<std::string>(request.head.header("if-none-match")),
                std::chrono::steady_clock::now() + *wait, nullptr};

@@ -54,8 +54,8 @@ Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work
 Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
                      const std::function<Answer(const Png&)>& use);
 /// Replies with the PNG that the worker makes of an artifact of this job, or with the same from an earlier request.
-Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
-                       const queue::ImageWork& work, const ApiContext& context);
+Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
+                       const ApiContext& context);
 
 // ---- view_handlers.cpp
 JobHandler get_view;
@@ -165,11 +165,11 @@ tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::
 const queue::Artifact* find_artifact(const queue::Job& job, std::string_view name);  ///< null if it has none
 bool is_id(const std::string& text);  ///< has the form of queue::IdSource; other texts are not passed to the store
 /// The job with this id. Problem: 404.
-std::optional<Problem> refuse_repeated(const Pairs& query);  ///< 400 where a parameter is given twice
 tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context);
 /// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
 /// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.
 std::string etag_of(queue::JobView view);
+Reply empty_reply(int status);
 Reply json_reply(int status, std::string body, const std::string& cache_control = {});  ///< empty: no such header
 /// The job as JSON, with Location if the status is 202.
 Reply job_reply(int status, const queue::JobView& view, const ApiContext& context);

@@ -14,8 +14,9 @@
 namespace http::handlers {
 namespace {
 
-/// Reduces the reply to the requested range (RFC 9110, section 14).
+/// Reduces the reply to the requested range (RFC 9110, section 14), which is for a client without the image.
 void apply_range(const Request& request, Reply& reply, const std::string& etag) {
+  if (request.head.method != "GET" || none_match_names(request.head.header("if-none-match"), etag)) return;
   const auto condition = request.head.header("if-range");
   if (condition && *condition != etag) return;  // the client has a part of other bytes
   BodySource& source = *reply.source;
@@ -138,15 +139,9 @@ constexpr std::chrono::seconds preview_wait{2};
 std::optional<std::uint32_t> read_side(const Pairs& query) {
   if (query.empty()) return preview_side_default;
   const auto side = parse_number<std::uint32_t>(query.front().second);
-  const bool valid = query.size() == 1 && side && *side >= queue::image_side_min && *side <= queue::preview_side_max;
+  const bool valid = side && *side >= queue::image_side_min && *side <= queue::preview_side_max;
   return valid ? side : std::nullopt;
 }
-
-struct PreviewQuery {
-  std::string id;
-  std::optional<std::string> if_none_match;
-  std::uint32_t side = preview_side_default;
-};
 
 const queue::Artifact* png_of(const queue::Job& job) {
   const auto png = std::find_if(job.artifacts.begin(), job.artifacts.end(),
@@ -170,15 +165,10 @@ Answer redirect_to_image(const queue::Job& job) {
 }
 
 /// A PNG with its hash as ETag.
-Reply preview_reply(const PreviewQuery& query, const std::string& png) {
+Reply preview_reply(const std::string& job_id, const std::string& png) {
   Reply reply;
-  reply.job_id = query.id;
-  const std::string etag = '"' + tracer::sha256_hex(png) + '"';
-  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
-  if (none_match_names(query.if_none_match, etag)) {
-    reply.status = 304;
-    return reply;
-  }
+  reply.job_id = job_id;
+  reply.headers = {{"ETag", '"' + tracer::sha256_hex(png) + '"'}, {"Cache-Control", "no-cache"}};
   reply.content_type = "image/png";
   reply.body = png;
   return reply;
@@ -213,19 +203,16 @@ tracer::Result<queue::Job, Problem> find_job_of_image(const std::string& id, con
 }
 
 /// The latest preview, without waiting.
-Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
-  const auto view = find_job(query.id, context);
+Answer latest_preview(const std::string& id, std::uint32_t side, const ApiContext& context) {
+  const auto view = find_job(id, context);
   if (!view) return view.error();
   if (queue::ended(view->job.state)) return redirect_to_image(view->job);
-  const queue::Previews::Latest latest = context.queue.waiters.preview(query.id, query.side);
-  Reply reply;
-  reply.job_id = query.id;
-  if (!latest.png) {
-    reply.status = 204;
-    reply.headers.emplace_back("Cache-Control", "no-store");
-    return reply;
-  }
-  return preview_reply(query, *latest.png);
+  const queue::Previews::Latest latest = context.queue.waiters.preview(id, side);
+  if (latest.png) return preview_reply(id, *latest.png);
+  Reply reply = empty_reply(204);
+  reply.job_id = id;
+  reply.headers.emplace_back("Cache-Control", "no-store");
+  return reply;
 }
 
 }  // namespace
@@ -248,10 +235,9 @@ Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& wo
       });
 }
 
-Answer processed_image(const Request& request, const queue::Job& job, const queue::Artifact& artifact,
-                       const queue::ImageWork& work, const ApiContext& context) {
-  const PreviewQuery query{job.id, std::optional<std::string>(request.head.header("if-none-match")), work.side};
-  const auto reply = [query](const Png& png) -> Answer { return preview_reply(query, *png); };
+Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
+                       const ApiContext& context) {
+  const auto reply = [id = job.id](const Png& png) -> Answer { return preview_reply(id, *png); };
   if (const Png kept = find_processed(artifact, work, context)) return reply(kept);
   return process_image(artifact, work, context, reply);
 }
@@ -278,14 +264,7 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
   Reply& reply = *image;
   reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");  // an image never changes
   reply.headers.emplace_back("Accept-Ranges", "bytes");
-  const std::string etag = '"' + artifact->sha256 + '"';
-  if (none_match_names(request.head.header("if-none-match"), etag)) {
-    reply.status = 304;
-    reply.content_type.clear();
-    reply.source.reset();
-  } else if (request.head.method == "GET") {  // Range is defined for GET only
-    apply_range(request, reply, etag);
-  }
+  apply_range(request, reply, '"' + artifact->sha256 + '"');
   return std::move(reply);
 }
 
@@ -321,26 +300,26 @@ Answer get_preview(Request& request, const ApiContext& context) {
   const auto side = read_side(request.head.query);
   if (!side) {
     const std::string range = std::to_string(queue::image_side_min) + ".." + std::to_string(queue::preview_side_max);
-    return Problem{failures::invalid_query, "max must be given once, as a whole number " + range};
+    return Problem{failures::invalid_query, "max must be a whole number " + range};
   }
   const auto view = find_job(request.parameters.front(), context);
   if (!view) return view.error();
-  const PreviewQuery query{view->job.id, std::optional<std::string>(request.head.header("if-none-match")), *side};
+  const std::string& id = view->job.id;
   queue::JobWaiters& waiters = context.queue.waiters;
   const bool is_scaled = queue::ended(view->job.state) && !request.head.query.empty() &&
-                         std::max(view->job.width, view->job.height) > query.side;
+                         std::max(view->job.width, view->job.height) > *side;
   queue::ImageWork work;
-  work.side = query.side;
+  work.side = *side;
   if (const queue::Artifact* const png = is_scaled ? png_of(view->job) : nullptr)
-    return processed_image(request, view->job, *png, work, context);
+    return processed_image(view->job, *png, work, context);
   const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
-  if (!traced || waiters.preview(query.id, query.side).fresh) return latest_preview(query, context);
+  if (!traced || waiters.preview(id, *side).fresh) return latest_preview(id, *side, context);
 
-  const auto watch = [&waiters, query](std::function<void()> notify) -> std::function<void()> {
-    const std::uint64_t token = waiters.request_preview(query.id, query.side, std::move(notify));
+  const auto watch = [&waiters, id, side](std::function<void()> notify) -> std::function<void()> {
+    const std::uint64_t token = waiters.request_preview(id, *side, std::move(notify));
     return [&waiters, token] { waiters.cancel_preview(token); };
   };
-  const auto resume = [&context, query](bool) { return latest_preview(query, context); };
+  const auto resume = [&context, id, side](bool) { return latest_preview(id, *side, context); };
   return DeferredReply{std::chrono::steady_clock::now() + preview_wait, watch, resume};
 }
 

@@ -159,14 +159,9 @@ Answer apply_change(const std::string& id, const ApiContext& context, const api:
 tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs) {
   ListQuery query;
   std::string errors;
-  const auto add_error = [&](const std::string& error) {
+  for (const auto& [name, value] : pairs) {
+    const std::string error = read_list_parameter(name, value, query);
     if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
-  };
-  for (auto pair = pairs.begin(); pair != pairs.end(); ++pair) {
-    const bool repeated =
-        std::any_of(pairs.begin(), pair, [&](const auto& earlier) { return earlier.first == pair->first; });
-    if (repeated && pair->first != "label") add_error(pair->first + " is given twice");
-    add_error(read_list_parameter(pair->first, pair->second, query));
   }
   if (!errors.empty()) return Problem{failures::invalid_query, errors};
   return query;
@@ -287,9 +282,7 @@ Answer remove_job(Request&, const queue::JobView& view, const ApiContext& contex
     case queue::RemoveOutcome::removed:
       break;
   }
-  Reply reply;
-  reply.status = 204;
-  return reply;
+  return empty_reply(204);
 }
 
 }  // namespace http::handlers

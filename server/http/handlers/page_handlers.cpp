@@ -20,16 +20,12 @@ const web::File* find_file(std::string_view name) {
   return found == files.end() ? nullptr : &*found;
 }
 
-/// The file, compressed if the client accepts that, or 304.
+/// The file, compressed if the client accepts that.
 Reply file_reply(const Request& request, const web::File& file, const char* cache_control) {
   const bool compressed = accepts_gzip(request.head.header("accept-encoding"));
-  const std::string etag = '"' + std::string(file.sha256) + (compressed ? "-gzip\"" : "\"");
   Reply reply;
-  reply.headers = {{"ETag", etag}, {"Cache-Control", cache_control}};
-  if (none_match_names(request.head.header("if-none-match"), etag)) {
-    reply.status = 304;
-    return reply;
-  }
+  reply.headers = {{"ETag", '"' + std::string(file.sha256) + (compressed ? "-gzip\"" : "\"")},
+                   {"Cache-Control", cache_control}};
   if (compressed) reply.headers.emplace_back("Content-Encoding", "gzip");
   reply.content_type = file.type;
   const std::string_view bytes = compressed ? file.gzip : file.raw;

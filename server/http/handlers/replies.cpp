@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <mutex>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -30,15 +29,6 @@ bool is_id(const std::string& text) {
   return true;
 }
 
-std::optional<Problem> refuse_repeated(const Pairs& query) {
-  std::set<std::string_view> names;
-  for (const auto& parameter : query) {
-    if (!names.insert(parameter.first).second)
-      return Problem{failures::invalid_query, parameter.first + " is given twice"};
-  }
-  return std::nullopt;
-}
-
 tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context) {
   if (!is_id(id)) return Problem{failures::job_not_found, "this is no job id; ids are lower-case UUIDs"};
   auto view = context.queue.queries.find(id);
@@ -53,6 +43,12 @@ std::string etag_of(queue::JobView view) {
   std::array<char, 20> text{};
   std::snprintf(text.data(), text.size(), "%016zx", hash);
   return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
+}
+
+Reply empty_reply(int status) {
+  Reply reply;
+  reply.status = status;
+  return reply;
 }
 
 Reply json_reply(int status, std::string body, const std::string& cache_control) {

@@ -6,7 +6,6 @@
 #include "api/openapi.h"
 #include "api/requests.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
 #include "tracer/sha256.h"
 #include "tracer/version.h"
@@ -39,11 +38,9 @@ Reply document_reply(std::string content_type, std::string body) {
 
 Reply text_reply(std::string body) { return document_reply("text/plain; charset=utf-8", std::move(body)); }
 
-/// A page that has its own style, no script and no external content; or 304.
-Reply documentation_reply(const Request& request, std::string_view page, const std::string& etag) {
-  const bool known = none_match_names(request.head.header("if-none-match"), etag);
-  Reply reply = document_reply("text/html; charset=utf-8", known ? "" : std::string(page));
-  if (known) reply.status = 304;
+/// A page that has its own style, no script and no external content.
+Reply documentation_reply(std::string_view page, const std::string& etag) {
+  Reply reply = document_reply("text/html; charset=utf-8", std::string(page));
   reply.headers = {{"ETag", etag},
                    {"Cache-Control", "no-cache"},
                    {"Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"}};
@@ -97,19 +94,18 @@ Answer get_scene_schema(Request&, const ApiContext&) {
   return document_reply("application/schema+json", std::string(api::scene_schema_json()));
 }
 
-Answer get_docs(Request& request, const ApiContext&) {
+Answer get_docs(Request&, const ApiContext&) {
   static const std::string etag = '"' + tracer::sha256_hex(api::docs_html()) + '"';
-  return documentation_reply(request, api::docs_html(), etag);
+  return documentation_reply(api::docs_html(), etag);
 }
 
-Answer get_scene_docs(Request& request, const ApiContext&) {
+Answer get_scene_docs(Request&, const ApiContext&) {
   static const std::string etag = '"' + tracer::sha256_hex(api::scene_docs_html()) + '"';
-  return documentation_reply(request, api::scene_docs_html(), etag);
+  return documentation_reply(api::scene_docs_html(), etag);
 }
 
 Answer get_status(Request& request, const ApiContext& context) {
   const Pairs& query = request.head.query;
-  if (auto problem = refuse_repeated(query)) return *problem;
   const bool has_history = query.empty() || query.front().second == "true";
   if (!has_history && query.front().second != "false")
     return Problem{failures::invalid_query, "history must be true or false"};

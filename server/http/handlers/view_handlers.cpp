@@ -32,13 +32,12 @@ std::vector<Number> read_numbers(std::string_view text, std::size_t count) {
   return {};
 }
 
-/// The parameters of a request, each at most once. Problem: 400.
+/// The parameters of a request. Problem: 400.
 class Parameters {
  public:
   Parameters(const Pairs& query, const queue::Job& job) : query_(query), job_(job) {}
 
   tracer::Result<queue::ImageWork, Problem> read() {
-    if (auto problem = refuse_repeated(query_)) return *problem;
     work_.kind = "view";
     work_.side = view_side_default;
     const std::pair<const char*, std::string (Parameters::*)(const std::string&)> steps[] = {
@@ -124,7 +123,7 @@ Answer get_view(Request& request, const queue::JobView& view, const ApiContext& 
   const queue::Artifact* const source = source_of_layer(view.job, layer);
   if (source == nullptr)
     return image_not_found(view.job, layer == tracer::ViewedLayer::color ? "image.png" : "image.exr");
-  return processed_image(request, view.job, *source, *work, context);
+  return processed_image(view.job, *source, *work, context);
 }
 
 }  // namespace http::handlers
