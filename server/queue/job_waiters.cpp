@@ -35,17 +35,15 @@ Previews::Latest Previews::latest(const std::string& id, std::uint32_t side) con
 
 Previews::Request Previews::request(const std::string& id, std::uint32_t side, std::function<void()> done) {
   const std::lock_guard lock(mutex_);
-  const Key key{id, side};
-  const bool is_new = !waiters_.contains(key);
-  waiters_.emplace(key, Waiter{++last_token_, std::move(done)});
-  return {last_token_, is_new};
+  const bool is_new = !waits({id, side});
+  const Token token{id, side, ++last_number_};
+  waiters_.emplace(token, std::move(done));
+  return {token, is_new};
 }
 
-void Previews::cancel(std::uint64_t token) {
+void Previews::cancel(const Token& token) {
   const std::lock_guard lock(mutex_);
-  const auto found =
-      std::find_if(waiters_.begin(), waiters_.end(), [&](const auto& entry) { return entry.second.token == token; });
-  if (found != waiters_.end()) waiters_.erase(found);
+  waiters_.erase(token);
 }
 
 bool Previews::is_running(const std::string& id) const {
@@ -55,31 +53,51 @@ bool Previews::is_running(const std::string& id) const {
 
 bool Previews::is_requested(const std::string& id, std::uint32_t side) const {
   const std::lock_guard lock(mutex_);
-  return waiters_.contains({id, side});
+  return waits({id, side});
 }
 
 Previews::Calls Previews::add(const std::string& id, std::uint32_t side, std::string png) {
   const std::int64_t now = clock_();
-  Calls calls;
   const std::lock_guard lock(mutex_);
   const Key key{id, side};
-  if (!running_.contains(id) && !waiters_.contains(key)) return calls;
+  if (!running_.contains(id) && !waits(key)) return {};
   if (!entries_.contains(key)) evict_oldest(id);
   entries_.insert_or_assign(key, Entry{std::make_shared<const std::string>(std::move(png)), now});
-  const auto [first, last] = waiters_.equal_range(key);
-  std::for_each(first, last, [&](auto& entry) { calls.push_back(std::move(entry.second.done)); });
-  waiters_.erase(first, last);
-  return calls;
+  return take(id, side, side);
 }
 
 Previews::Calls Previews::end(const std::string& id) {
-  Calls calls;
   const std::lock_guard lock(mutex_);
   running_.erase(id);
-  const auto [first_entry, last_entry] = of_job(entries_, id);
-  entries_.erase(first_entry, last_entry);
-  const auto [first, last] = of_job(waiters_, id);
-  std::for_each(first, last, [&](auto& entry) { calls.push_back(std::move(entry.second.done)); });
+  const auto [first, last] = of_job(entries_, id);
+  entries_.erase(first, last);
+  return take(id, at_end + 1, all_sides);
+}
+
+Previews::Calls Previews::ended(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  return take(id, at_end, at_end);
+}
+
+Previews::Calls Previews::all_at_end() {
+  Calls calls;
+  const std::lock_guard lock(mutex_);
+  for (auto& [token, done] : waiters_)
+    if (std::get<1>(token) == at_end) calls.push_back(std::move(done));
+  std::erase_if(waiters_, [](const auto& waiter) { return std::get<1>(waiter.first) == at_end; });
+  return calls;
+}
+
+bool Previews::waits(const Key& key) const {
+  const auto next = waiters_.lower_bound({key.first, key.second, 0});
+  return next != waiters_.end() && Key(std::get<0>(next->first), std::get<1>(next->first)) == key;
+}
+
+Previews::Calls Previews::take(const std::string& id, std::uint32_t first_side, std::uint32_t last_side) {
+  Calls calls;
+  const auto first = waiters_.lower_bound({id, first_side, 0}),
+             last = waiters_.upper_bound({id, last_side, last_number_});
+  std::for_each(first, last, [&](auto& waiter) { calls.push_back(std::move(waiter.second)); });
   waiters_.erase(first, last);
   return calls;
 }
@@ -93,14 +111,8 @@ void Previews::evict_oldest(const std::string& id) {
 
 // ---- JobWaiters
 
-std::uint64_t JobWaiters::when_ended(const std::string& id, std::function<void()> done) {
-  std::uint64_t token = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    token = ++last_token_;
-    waiters_.emplace(token, Waiter{id, std::move(done)});
-    tokens_.emplace(id, token);
-  }
+Previews::Token JobWaiters::when_ended(const std::string& id, std::function<void()> done) {
+  const Previews::Token token = previews_.request(id, Previews::at_end, std::move(done)).token;
   // Read after the waiter is in place: an end in between calls it exactly once.
   try {
     const std::optional<JobSummary> job = jobs_.summary(id);
@@ -112,16 +124,7 @@ std::uint64_t JobWaiters::when_ended(const std::string& id, std::function<void()
   return token;
 }
 
-void JobWaiters::cancel(std::uint64_t token) {
-  const std::lock_guard lock(mutex_);
-  const auto waiter = waiters_.find(token);
-  if (waiter == waiters_.end()) return;
-  const auto [first, last] = tokens_.equal_range(waiter->second.id);
-  tokens_.erase(std::find_if(first, last, [&](const auto& entry) { return entry.second == token; }));
-  waiters_.erase(waiter);
-}
-
-std::uint64_t JobWaiters::request_preview(const std::string& id, std::uint32_t side, std::function<void()> done) {
+Previews::Token JobWaiters::request_preview(const std::string& id, std::uint32_t side, std::function<void()> done) {
   const Previews::Request request = previews_.request(id, side, std::move(done));
   if (request.is_new) runner_.request_preview(id, side);
   return request.token;
@@ -143,27 +146,12 @@ void JobWaiters::on_stopped(const std::string& id) {
 }
 
 void JobWaiters::on_ended(const std::string& id) {
-  std::vector<std::function<void()>> calls;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto [first, last] = tokens_.equal_range(id);
-    for (auto entry = first; entry != last; ++entry) {
-      calls.push_back(std::move(waiters_.extract(entry->second).mapped().done));
-    }
-    tokens_.erase(first, last);
-  }
-  for (const auto& call : calls) call();
+  for (const auto& call : previews_.ended(id)) call();
   on_stopped(id);
 }
 
 void JobWaiters::wake_all() {
-  std::map<std::uint64_t, Waiter> waiters;
-  {
-    const std::lock_guard lock(mutex_);
-    waiters.swap(waiters_);
-    tokens_.clear();
-  }
-  for (const auto& [token, waiter] : waiters) waiter.done();
+  for (const auto& call : previews_.all_at_end()) call();
 }
 
 }  // namespace queue

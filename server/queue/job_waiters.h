@@ -8,7 +8,7 @@
 #include <mutex>
 #include <set>
 #include <string>
-#include <unordered_map>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,14 +24,17 @@ inline constexpr std::uint32_t preview_side_max = 1024;
 /// That of the last preview of a job that was cancelled.
 inline constexpr std::uint32_t last_preview_side = 512;
 
-/// Previews of running jobs, kept in memory while a client requests them. Jobs without requests cost nothing.
-/// Thread-safe. A job has at most `sides_max` previews of different sizes; the oldest is dropped.
+/// Previews of running jobs, kept in memory while a client requests them, and the calls that wait for them or for the
+/// end of a job. Jobs without requests cost nothing. Thread-safe. A job has at most `sides_max` previews of different
+/// sizes; the oldest is dropped.
 class Previews {
  public:
   using Png = std::shared_ptr<const std::string>;
   using Calls = std::vector<std::function<void()>>;
   static constexpr std::size_t sides_max = 4;
-  static constexpr std::int64_t fresh_ms = 500;  ///< bounds how often a preview is made
+  static constexpr std::int64_t fresh_ms = 500;                         ///< bounds how often a preview is made
+  static constexpr std::uint32_t at_end = 0;                            ///< in place of a side: the end of the job
+  using Token = std::tuple<std::string, std::uint32_t, std::uint64_t>;  ///< job, side, number of the call
 
   explicit Previews(Clock clock) : clock_(std::move(clock)) {}
 
@@ -46,17 +49,19 @@ class Previews {
   [[nodiscard]] Latest latest(const std::string& id, std::uint32_t side) const;
 
   struct Request {
-    std::uint64_t token = 0;  ///< for `cancel`
-    bool is_new = false;      ///< no earlier request for the same preview is open
+    Token token;          ///< for `cancel`
+    bool is_new = false;  ///< no earlier request for the same preview is open
   };
-  /// `done` is among the calls of the next `add` of that size, or of `end`.
+  /// `done` is among the calls of the next `add` of that size, or of `end`; with `at_end` among those of `ended`.
   Request request(const std::string& id, std::uint32_t side, std::function<void()> done);
-  void cancel(std::uint64_t token);
+  void cancel(const Token& token);
 
   /// Ignored where the job does not run here and the preview is not requested. The caller makes the returned calls,
   /// with no lock of its own held.
   [[nodiscard]] Calls add(const std::string& id, std::uint32_t side, std::string png);
-  [[nodiscard]] Calls end(const std::string& id);  ///< drops all previews of the job
+  [[nodiscard]] Calls end(const std::string& id);    ///< drops all previews of the job
+  [[nodiscard]] Calls ended(const std::string& id);  ///< the job has ended
+  [[nodiscard]] Calls all_at_end();                  ///< those that wait for the end of any job
 
  private:
   using Key = std::pair<std::string, std::uint32_t>;
@@ -64,19 +69,17 @@ class Previews {
     Png png;
     std::int64_t at = 0;
   };
-  struct Waiter {
-    std::uint64_t token = 0;
-    std::function<void()> done;
-  };
 
+  [[nodiscard]] bool waits(const Key& key) const;
+  Calls take(const std::string& id, std::uint32_t first_side, std::uint32_t last_side);
   void evict_oldest(const std::string& id);
 
   const Clock clock_;
   mutable std::mutex mutex_;
   std::set<std::string> running_;
   std::map<Key, Entry> entries_;
-  std::multimap<Key, Waiter> waiters_;
-  std::uint64_t last_token_ = 0;
+  std::map<Token, std::function<void()>> waiters_;
+  std::uint64_t last_number_ = 0;
 };
 
 /// Thread-safe.
@@ -87,15 +90,14 @@ class JobWaiters {
 
   /// Calls `done` once, from any thread, when the job has ended (at once, from this thread, if it has or does not
   /// exist). `done` must be quick and must not throw. Returns a token for `cancel`.
-  std::uint64_t when_ended(const std::string& id, std::function<void()> done);
-  void cancel(std::uint64_t token);
+  Previews::Token when_ended(const std::string& id, std::function<void()> done);
+  void cancel(const Previews::Token& token) { previews_.cancel(token); }
 
   /// The latest preview of a running job, at most `side` (<= preview_side_max) pixels wide and high.
   Previews::Latest preview(const std::string& id, std::uint32_t side) { return previews_.latest(id, side); }
   /// Requests a newer one. Calls `done` once, from any thread, when it is there or the job no longer runs, and never
-  /// where it did not run. Otherwise as when_ended. Returns a token for `cancel_preview`.
-  std::uint64_t request_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
-  void cancel_preview(std::uint64_t token) { previews_.cancel(token); }
+  /// where it did not run. Otherwise as when_ended.
+  Previews::Token request_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
   /// Like request_preview, but only for a job that this node runs: returns false for others.
   bool request_own_preview(const std::string& id, std::uint32_t side, std::function<void()> done);
   [[nodiscard]] bool is_preview_requested(const std::string& id, std::uint32_t side) const {
@@ -110,18 +112,9 @@ class JobWaiters {
   void wake_all();  ///< the ends of some jobs may have been missed
 
  private:
-  struct Waiter {
-    std::string id;
-    std::function<void()> done;
-  };
-
   JobStore& jobs_;
   AttachedRunner& runner_;
   Previews previews_;
-  std::mutex mutex_;                                            ///< never held over a call of the store or of a waiter
-  std::map<std::uint64_t, Waiter> waiters_;                     ///< by token
-  std::unordered_multimap<std::string, std::uint64_t> tokens_;  ///< by job id
-  std::uint64_t last_token_ = 0;
 };
 
 }  // namespace queue

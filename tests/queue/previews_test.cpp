@@ -53,7 +53,7 @@ TEST_F(PreviewsTest, DoesNotCallACancelledWaiter) {
   previews.cancel(request("a").token);
   add("a", 512, "image");
   EXPECT_EQ(called, 0);
-  previews.cancel(12345);  // unknown
+  previews.cancel({"unknown", 512, 12345});  // unknown
 }
 
 TEST_F(PreviewsTest, DropsPreviewsAndCallsWaitersAtTheEndOfAJob) {

@@ -41,8 +41,8 @@ TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   const auto claim = queue.lifecycle.claim();
   int called = 0;
   for (int i = 0; i < 2; ++i) queue.waiters.request_preview(id, 64, [&] { ++called; });
-  const std::uint64_t token = queue.waiters.request_preview(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
-  queue.waiters.cancel_preview(token);
+  const Previews::Token token = queue.waiters.request_preview(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
+  queue.waiters.cancel(token);
   EXPECT_EQ(runner.preview_requests, std::vector<std::string>{id + " 64"});
   queue.waiters.add_preview(id, 64, "image");
   EXPECT_EQ(called, 2);
@@ -274,7 +274,7 @@ TEST_F(QueueTest, CallsAllWaitersExceptCancelledOnes) {
   const std::string id = submit();
   std::set<int> called;
   queue.waiters.when_ended(id, [&] { called.insert(1); });
-  const std::uint64_t forgotten = queue.waiters.when_ended(id, [&] { called.insert(2); });
+  const Previews::Token forgotten = queue.waiters.when_ended(id, [&] { called.insert(2); });
   queue.waiters.when_ended(id, [&] { called.insert(3); });
   queue.waiters.when_ended(submit(), [&] { called.insert(4); });
   queue.waiters.cancel(forgotten);

@@ -316,8 +316,7 @@ Answer get_preview(Request& request, const ApiContext& context) {
   if (!traced || waiters.preview(id, *side).fresh) return latest_preview(id, *side, context);
 
   const auto watch = [&waiters, id, side](std::function<void()> notify) -> std::function<void()> {
-    const std::uint64_t token = waiters.request_preview(id, *side, std::move(notify));
-    return [&waiters, token] { waiters.cancel_preview(token); };
+    return [&waiters, token = waiters.request_preview(id, *side, std::move(notify))] { waiters.cancel(token); };
   };
   const auto resume = [&context, id, side](bool) { return latest_preview(id, *side, context); };
   return DeferredReply{std::chrono::steady_clock::now() + preview_wait, watch, resume};

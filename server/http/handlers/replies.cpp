@@ -104,8 +104,7 @@ DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiC
                                 std::function<Answer(bool timed_out)> resume) {
   queue::JobWaiters& waiters = context.queue.waiters;
   const auto watch = [&waiters, id](std::function<void()> notify) -> std::function<void()> {
-    const std::uint64_t token = waiters.when_ended(id, std::move(notify));
-    return [&waiters, token] { waiters.cancel(token); };
+    return [&waiters, token = waiters.when_ended(id, std::move(notify))] { waiters.cancel(token); };
   };
   return DeferredReply{deadline, watch, std::move(resume)};
 }
