@@ -2,6 +2,7 @@
 /// Jobs, batches and submissions: plain values with the names of api/docs/http.md. Times are milliseconds since 1970
 /// UTC.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -61,12 +62,12 @@ struct Problem {
 
 Problem deadline_exceeded();
 
-struct Job {
+/// A job: what was requested (run_after is the one submitted; its `cache` is not kept), and what became of it.
+struct Job : api::JobRequest {
   std::string id;  ///< UUIDv7, so ids sort by creation
   JobKind kind = JobKind::render;
-  std::string owner;  ///< name of the API key; empty without keys
-  int weight = 1;     ///< turns of the owner for each turn of an owner with weight 1, see JobTransitions::claim
-  std::string name;
+  std::string owner;      ///< name of the API key; empty without keys
+  int weight = 1;         ///< turns of the owner for each turn of an owner with weight 1, see JobTransitions::claim
   std::string batch;      ///< id of the batch it belongs to; empty: none
   int batch_index = 0;    ///< position in the batch, from 0
   std::string variation;  ///< api::Frame::variation; empty: not in a batch, or too long
@@ -75,20 +76,12 @@ struct Job {
   std::optional<std::int64_t> started_at;  ///< start of the latest attempt
   std::optional<std::int64_t> ended_at;
   int attempt = 0;  ///< attempts begun, except those ended by drain or restart of the daemon
-  int max_attempts = 3;
-  int priority = 50;
-  std::optional<std::int64_t> run_after;  ///< as submitted
   /// Queued, and not claimed before: run_after, or a pause between attempts.
   std::optional<std::int64_t> not_before;
-  std::optional<std::int64_t> deadline;      ///< the job fails when it has not ended by then
-  std::optional<std::int64_t> expires_in_s;  ///< from its end to expires_at
-  std::optional<std::int64_t> expires_at;    ///< then the document and images of an ended job are deleted
-  bool expired = false;                      ///< they were deleted
-  std::optional<api::Webhook> webhook;
-  bool keep = true;               ///< false: not listed, and removed soon after its end, see Retention::unkept_ms
-  bool cancel_requested = false;  ///< running, and will become cancelled
-  bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
-  std::map<std::string, std::string> labels;
+  std::optional<std::int64_t> expires_at;  ///< then the document and images of an ended job are deleted
+  bool expired = false;                    ///< they were deleted
+  bool cancel_requested = false;           ///< running, and will become cancelled
+  bool suspect = false;                    ///< was in flight with others when a worker died: runs alone until it ends
   std::uint32_t width = 0, height = 0;
   std::string formats = "png";  ///< extensions of the files of a render, separated by spaces
   std::string accuracy;         ///< as requested by the document: JSON text written by api::, opaque here
@@ -100,9 +93,10 @@ struct Job {
   std::optional<Problem> problem;
   std::vector<Artifact> artifacts;
   bool artifacts_synced = true;  ///< false: power loss may have deleted or truncated them
-  std::string content_key;       ///< key of its images in the result cache; empty: none
-  bool use_cache = false;        ///< it may end with the images of an equal job
-  std::int64_t revision = 1;     ///< grows with every change of the row
+  /// Identifies the images: sha256 of the canonical document, the files and the build. Empty: not in the result cache.
+  std::string content_key;
+  bool use_cache = false;     ///< it may end with the images of an equal job
+  std::int64_t revision = 1;  ///< grows with every change of the row
   bool operator==(const Job&) const = default;
 };
 
@@ -126,8 +120,11 @@ struct JobSummary {
 };
 JobSummary summary_of(const Job& job);
 
-/// Days on any machine; the sum over all jobs fits into 63 bits.
+/// An estimate as Job::work. The limit is days on any machine; the sum over all jobs fits into 63 bits.
 inline constexpr std::int64_t work_max = 500'000'000'000;
+inline std::int64_t work_of(double estimate) {
+  return static_cast<std::int64_t>(std::min(estimate, static_cast<double>(work_max)));
+}
 
 /// Precondition: may_move.
 void end(Job& job, JobState state, std::int64_t now);
@@ -175,20 +172,8 @@ struct Idempotency {
 };
 
 struct Submission {
-  JobKind kind = JobKind::render;
   std::string document = {};  ///< kept verbatim; in a batch its patch (api::apply_patch)
-  api::JobRequest job = {};
-  std::uint32_t width = 0, height = 0;
-  std::string formats = "png";  ///< see Job
-  bool large = false;
-  double work = 0;                       ///< see Job
-  std::string variation = {};            ///< see Job
-  std::vector<std::string> assets = {};  ///< see Job
-  std::string accuracy = {};             ///< see Job
-  std::string owner = {};                ///< name of the API key; empty without keys
-  int weight = 1;                        ///< see Job
-  /// Identifies the images: sha256 of the canonical document, the files and the build. Empty: not in the result cache.
-  std::string content_key = {};
+  Job job = {};               ///< the request, and what the document determines; the queue sets the rest
   std::optional<Idempotency> idempotency = std::nullopt;
   /// False: the client waits for the images and has no id yet. The job then survives the death of the daemon, but
   /// power loss only from JobSubmission::make_durable, or the next durable write of any job, on.
@@ -224,8 +209,7 @@ struct BatchState {
 struct BatchSubmission {
   std::vector<Submission> jobs;  ///< at least one; without assets and idempotency of their own
   CommonScene scene;
-  std::string name, owner, sweep;
-  std::optional<int> max_failed;
+  Batch batch;  ///< the queue sets its id, time and size
   std::optional<Idempotency> idempotency;
   std::function<FirstReply(const BatchState& state)> write_reply;  ///< as Submission's
 };

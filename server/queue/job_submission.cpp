@@ -74,37 +74,6 @@ class JobSubmission::QuotaReservation {
   std::optional<Rejection> rejection_;
 };
 
-Job JobSubmission::job_of(const Submission& submission) {
-  const api::JobRequest& request = submission.job;
-  Job job;
-  job.id = context_.ids.next();
-  job.kind = submission.kind;
-  job.owner = submission.owner;
-  job.weight = submission.weight;
-  job.name = request.name;
-  job.created_at = context_.clock();
-  job.max_attempts = request.max_attempts;
-  job.priority = request.priority;
-  job.run_after = request.run_after;
-  if (request.run_after && *request.run_after > job.created_at) job.not_before = request.run_after;
-  job.deadline = request.deadline;
-  job.expires_in_s = request.expires_in_s;
-  job.webhook = request.webhook;
-  job.keep = request.keep;
-  job.labels = request.labels;
-  job.width = submission.width;
-  job.height = submission.height;
-  job.formats = submission.formats;
-  job.accuracy = submission.accuracy;
-  job.large = submission.large;
-  job.work = static_cast<std::int64_t>(std::min(submission.work, static_cast<double>(work_max)));
-  job.variation = submission.variation;
-  job.assets = submission.assets;
-  if (request.cache != api::CacheUse::off) job.content_key = submission.content_key;
-  job.use_cache = request.cache == api::CacheUse::use && !job.content_key.empty();
-  return job;
-}
-
 /// Ends a job that is not stored yet with the images of an equal one, if they exist.
 bool JobSubmission::finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable) {
   const std::optional<Job> equal = context_.stores.jobs.find_by_content_key(job.content_key, job.created_at);
@@ -121,8 +90,14 @@ bool JobSubmission::finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bo
 }
 
 NewJob JobSubmission::new_job(Submission submission, ArtifactPins::Pinned& pinned) {
-  NewJob fresh{job_of(submission), std::move(submission.document)};
-  if (fresh.job.use_cache) finish_from_cache(fresh.job, pinned, submission.durable);
+  NewJob fresh{std::move(submission.job), std::move(submission.document)};
+  Job& job = fresh.job;
+  job.id = context_.ids.next();
+  job.created_at = context_.clock();
+  if (job.run_after && *job.run_after > job.created_at) job.not_before = job.run_after;
+  if (job.cache == api::CacheUse::off) job.content_key.clear();
+  job.use_cache = job.cache == api::CacheUse::use && !job.content_key.empty();
+  if (job.use_cache) finish_from_cache(job, pinned, submission.durable);
   return fresh;
 }
 
@@ -161,11 +136,11 @@ std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& 
 tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission) {
   JobStore& jobs = context_.stores.jobs;
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
-  const ReplyKey key = key_of(submission.owner, idempotency);
+  const ReplyKey key = key_of(submission.job.owner, idempotency);
   if (idempotency) {
     if (const auto kept = jobs.find_reply(key, context_.clock())) return replay<Submitted>(*kept, *idempotency);
   }
-  const QuotaReservation reservation(*this, submission.owner, 1);
+  const QuotaReservation reservation(*this, submission.job.owner, 1);
   if (reservation.rejection()) return *reservation.rejection();
 
   submission.durable = submission.durable || idempotency;
@@ -199,23 +174,19 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
 tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmission submission) {
   JobStore& jobs = context_.stores.jobs;
   const std::optional<Idempotency>& idempotency = submission.idempotency;
-  const ReplyKey key = key_of(submission.owner, idempotency);
+  const ReplyKey key = key_of(submission.batch.owner, idempotency);
   if (idempotency) {
     if (const auto kept = jobs.find_reply(key, context_.clock())) return replay<BatchSubmitted>(*kept, *idempotency);
   }
-  const QuotaReservation reservation(*this, submission.owner, submission.jobs.size());
+  const QuotaReservation reservation(*this, submission.batch.owner, submission.jobs.size());
   if (reservation.rejection()) return *reservation.rejection();
 
   ArtifactPins::Pinned pinned(context_.pins);
   InsertRequest request;
-  const int size = static_cast<int>(submission.jobs.size());
-  const Batch batch{context_.ids.next(),
-                    submission.owner,
-                    submission.name,
-                    std::move(submission.sweep),
-                    context_.clock(),
-                    submission.max_failed,
-                    size};
+  Batch batch = std::move(submission.batch);
+  batch.id = context_.ids.next();
+  batch.created_at = context_.clock();
+  batch.size = static_cast<int>(submission.jobs.size());
   request.batch = batch;
   request.scene = std::move(submission.scene);
   BatchState state{batch, {}};

@@ -99,7 +99,6 @@ class JobSubmission {
  private:
   class QuotaReservation;
   std::optional<Rejection> reserve(const std::string& owner, std::int64_t jobs);
-  Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
   NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
   std::optional<KeptReply> insert(InsertRequest& request, JobView& view, bool wants_position);

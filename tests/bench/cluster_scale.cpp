@@ -163,7 +163,7 @@ struct SimulatedNode {
 queue::Submission submission() {
   queue::Submission submission;
   submission.document = R"({"version": 1, "objects": []})" + std::string(270, ' ');
-  submission.work = 1;
+  submission.job.work = 1;
   submission.wants_position = false;
   return submission;
 }

@@ -34,8 +34,8 @@ class SubmitTest : public QueueFixture {
   static Submission submission(const std::string& content_key = "", const std::string& owner = "") {
     Submission result;
     result.document = "{}";
-    result.content_key = content_key;
-    result.owner = owner;
+    result.job.content_key = content_key;
+    result.job.owner = owner;
     return result;
   }
   bool run_one(const std::string& image) {
@@ -137,7 +137,7 @@ TEST_F(SubmitTest, MaintenanceDeletesExpiredImagesThatNoOtherJobNames) {
 TEST_F(SubmitTest, CancelsABatchWithTooManyFailedJobs) {
   BatchSubmission batch;
   batch.jobs.resize(3);
-  batch.max_failed = 1;
+  batch.batch.max_failed = 1;
   const std::string id = queue.submission.submit_batch(std::move(batch))->state.batch.id;
   for (const std::int64_t left : {2, 0}) {
     const Claim claim = *queue.lifecycle.claim();

@@ -70,7 +70,7 @@ TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
   const auto submit_work = [&](double work, int priority) {
     Submission submission;
     submission.document = "{}";
-    submission.work = work;
+    submission.job.work = work_of(work);
     submission.job.priority = priority;
     return queue.submission.submit(std::move(submission))->view.job.id;
   };
@@ -96,18 +96,17 @@ TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   const api::JobRequest request = {
       "orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, true, webhook};
-  const JobView view = queue.submission
-                           .submit({.kind = JobKind::measure,
-                                    .document = "verbatim",
-                                    .job = request,
-                                    .width = 320,
-                                    .height = 200,
-                                    .large = true,
-                                    .assets = {std::string(64, 'a')},
-                                    .accuracy = "{}",
-                                    .owner = "ann",
-                                    .weight = 7})
-                           ->view;
+  Job wanted;
+  static_cast<api::JobRequest&>(wanted) = request;
+  wanted.kind = JobKind::measure;
+  wanted.width = 320;
+  wanted.height = 200;
+  wanted.large = true;
+  wanted.assets = {std::string(64, 'a')};
+  wanted.accuracy = "{}";
+  wanted.owner = "ann";
+  wanted.weight = 7;
+  const JobView view = queue.submission.submit({.document = "verbatim", .job = wanted})->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
   EXPECT_EQ(job.labels.at("batch"), "orbit");
@@ -135,7 +134,7 @@ TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
 TEST_F(QueueTest, RegistersAWebhookBeforeItsJobIsStored) {
   RecordingListener listener(store);
   queue.notifications.set_completion_listener(&listener);
-  api::JobRequest request;
+  Job request;
   request.webhook = api::Webhook{"http://a/"};
   const std::string first = queue.submission.submit({.document = "{}", .job = request})->view.job.id, second = submit();
   succeed(*queue.lifecycle.claim(), "image");

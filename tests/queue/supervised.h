@@ -98,8 +98,8 @@ class SupervisorTest : public testing::Test {
   std::string submit(const std::string& document, int max_attempts = 3) {
     queue::Submission submission;
     submission.document = document;
-    submission.width = submission.height = 4096;  // images of all tests fit
-    submission.formats = "png exr";
+    submission.job.width = submission.job.height = 4096;  // images of all tests fit
+    submission.job.formats = "png exr";
     submission.job.max_attempts = max_attempts;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
@@ -107,8 +107,8 @@ class SupervisorTest : public testing::Test {
   std::string submit_large(const std::string& document) {
     queue::Submission submission;
     submission.document = document;
-    submission.width = submission.height = 4096;
-    submission.large = true;
+    submission.job.width = submission.job.height = 4096;
+    submission.job.large = true;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// Failed at its deadline. The clock of the queue stands still, so that the job has begun before, however busy the

@@ -11,7 +11,7 @@ class SupervisorFairness : public SupervisorTest {
   std::string submit_for(const std::string& owner, const std::string& document) {
     queue::Submission submission;
     submission.document = document;
-    submission.owner = owner;
+    submission.job.owner = owner;
     return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// The default: one owner leaves a slot to the others.

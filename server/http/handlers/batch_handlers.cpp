@@ -51,22 +51,24 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
     std::erase_if(scene.assets, [&](const tracer::Asset& asset) { return !known_assets.insert(asset.name).second; });
     const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene, frame.content);
     if (!problem) problem = deployment_problem(scene, memory_bytes, "/scene", context);
-    queue::Submission job = submission_of(
+    queue::Submission fresh = submission_of(
         request, {std::move(frame.patch), std::move(frame.document), std::move(frame.digests), frame.content}, context);
+    queue::Job& job = fresh.job;
     job.variation = std::move(frame.variation);
     std::vector<std::string>& uploads = submission.scene.assets;
     uploads.insert(uploads.end(), job.assets.begin(), job.assets.end());
     job.assets.clear();
-    submission.jobs.push_back(std::move(job));
+    submission.jobs.push_back(std::move(fresh));
   };
   auto parsed_batch = api::parse_batch(body, context.batch_limits, take);
   if (!parsed_batch) return problem_of(parsed_batch.error());
   if (problem) return *std::move(problem);
   submission.scene.document = std::move(parsed_batch->scene);
-  submission.name = parsed_batch->name;
-  submission.sweep = std::move(parsed_batch->sweep);
-  submission.max_failed = parsed_batch->max_failed;
-  submission.owner = request.owner();
+  queue::Batch& batch = submission.batch;
+  batch.name = parsed_batch->name;
+  batch.sweep = std::move(parsed_batch->sweep);
+  batch.max_failed = parsed_batch->max_failed;
+  batch.owner = request.owner();
   return submission;
 }
 

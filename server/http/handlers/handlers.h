@@ -151,8 +151,8 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
 /// estimate of api/estimate.h, `at` the JSON pointer of the scene in the document.
 std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
                                           const ApiContext& context);
-/// The owner, and what the scene determines for jobs of all kinds.
-queue::Submission submission_of(const Request& request, const tracer::Scene& scene);
+/// The owner, the request, and what the scene determines for jobs of all kinds.
+queue::Submission submission_of(const Request& request, const tracer::Scene& scene, api::JobRequest wanted);
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
 /// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,

@@ -181,12 +181,12 @@ Answer measure(Request& request, const ApiContext& context) {
   if (!body) return body.error();
   auto measurement = parse_measure(*body, context);
   if (!measurement) return measurement.error();
-  queue::Submission submission = submission_of(request, measurement->document.scene);
-  submission.kind = queue::JobKind::measure;
-  submission.large = true;
-  submission.work = api::estimated_measure_work(*measurement);
+  queue::Submission submission =
+      submission_of(request, measurement->document.scene, std::move(measurement->document.job));
+  submission.job.kind = queue::JobKind::measure;
+  submission.job.large = true;
+  submission.job.work = queue::work_of(api::estimated_measure_work(*measurement));
   submission.document = std::move(*body);
-  submission.job = std::move(measurement->document.job);
   return submit_and_reply(request, std::move(submission), context);
 }
 

@@ -72,33 +72,34 @@ std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint6
   return with_errors(failures::bad_scene, "in the document", std::move(issues));
 }
 
-queue::Submission submission_of(const Request& request, const tracer::Scene& scene) {
+queue::Submission submission_of(const Request& request, const tracer::Scene& scene, api::JobRequest wanted) {
   queue::Submission submission;
-  submission.owner = request.owner();
-  if (request.access.key) submission.weight = request.access.key->weight;
-  submission.accuracy = api::write_accuracy(scene.accuracy);
-  submission.width = scene.image.window().width();
-  submission.height = scene.image.window().height();
+  queue::Job& job = submission.job;
+  static_cast<api::JobRequest&>(job) = std::move(wanted);
+  job.owner = request.owner();
+  if (request.access.key) job.weight = request.access.key->weight;
+  job.accuracy = api::write_accuracy(scene.accuracy);
+  job.width = scene.image.window().width();
+  job.height = scene.image.window().height();
   for (const tracer::Asset& asset : scene.assets) {
-    if (asset.name.starts_with(api::upload_prefix))
-      submission.assets.push_back(asset.name.substr(api::upload_prefix.size()));
+    if (asset.name.starts_with(api::upload_prefix)) job.assets.push_back(asset.name.substr(api::upload_prefix.size()));
   }
   return submission;
 }
 
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
   const tracer::Scene& parsed = scene.parsed.scene;
-  queue::Submission submission = submission_of(request, parsed);
-  submission.content_key = content_key_of(scene);
-  submission.formats.clear();
+  queue::Submission submission = submission_of(request, parsed, std::move(scene.parsed.job));
+  queue::Job& job = submission.job;
+  job.content_key = content_key_of(scene);
+  job.formats.clear();
   for (const tracer::Format format : parsed.output.formats)
-    submission.formats.append(submission.formats.empty() ? "" : " ").append(tracer::extension(format));
-  submission.large = api::is_large(parsed, scene.content);
+    job.formats.append(job.formats.empty() ? "" : " ").append(tracer::extension(format));
+  job.large = api::is_large(parsed, scene.content);
   const std::optional<double> seconds_per_work = context.queue.queries.seconds_per_work();
-  submission.work = api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0);
+  job.work = queue::work_of(api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0));
   submission.document = std::move(scene.document);
-  submission.job = std::move(scene.parsed.job);
-  submission.durable = submission.job.keep;
+  submission.durable = job.keep;
   return submission;
 }
 
