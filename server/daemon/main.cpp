@@ -12,6 +12,7 @@
 #include <functional>
 #include <optional>
 #include <string_view>
+#include <thread>
 
 #include "server/daemon/config.h"
 #include "server/daemon/copy_data.h"
@@ -106,7 +107,7 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   const queue::Node node = own_node(config, storage, jobs);
   join_nodes(config, node, jobs, supervisor);
 
-  const queue::PeriodicTask history("record_history", event_log, [&] {
+  const std::jthread history = queue::repeat("record_history", event_log, [&] {
     const telemetry::GaugeValues now = gauge_values(storage, jobs, supervisor, 0);
     jobs.job_metrics.history().close_step(queue::system_clock()(), now.jobs[0].second, now.jobs[1].second,
                                           now.rss_bytes.value_or(0) + now.worker_rss_bytes.value_or(0));

@@ -164,16 +164,18 @@ void join_nodes(const Config& config, const queue::Node& node, JobQueue& jobs, c
 }
 
 Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log)
-    : disk_space("measure_disk_space", log,
-                 [&disk = storage.disk, &lifecycle = jobs.queue.lifecycle] {
-                   if (disk.measure()) lifecycle.on_disk_space_available();
-                   return disk_interval;
-                 }),
-      maintainer(jobs.queue.lifecycle, log),
-      lease_renewer(jobs.queue.lifecycle, log, std::chrono::milliseconds(config.lease_s * 1000 / 3)),
-      collector(storage.uploads, storage.stores.maintenance, storage.clock, log,
-                {.age = std::chrono::days(static_cast<int>(config.asset_days))}),
-      artifacts("maintain_artifacts", log, [&storage, log] { return storage.maintain_artifacts(log); }) {}
+    : disk_space(queue::repeat("measure_disk_space", log,
+                               [&disk = storage.disk, &lifecycle = jobs.queue.lifecycle] {
+                                 if (disk.measure()) lifecycle.on_disk_space_available();
+                                 return disk_interval;
+                               })),
+      maintainer(queue::maintain(jobs.queue.lifecycle, log)),
+      lease_renewer(
+          queue::renew_leases(jobs.queue.lifecycle, log, std::chrono::milliseconds(config.lease_s * 1000 / 3))),
+      collector(queue::collect_assets(storage.uploads, storage.stores.maintenance, storage.clock, log,
+                                      {.age = std::chrono::days(static_cast<int>(config.asset_days))})),
+      artifacts(queue::repeat("maintain_artifacts", log, [&storage, log] { return storage.maintain_artifacts(log); })) {
+}
 
 std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
                                                    const queue::Log& log) {

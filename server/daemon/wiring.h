@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/daemon/config.h"
@@ -53,11 +54,7 @@ struct JobQueue {
 struct Maintenance {
   Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log);
 
-  queue::PeriodicTask disk_space;
-  queue::QueueMaintainer maintainer;
-  queue::LeaseRenewer lease_renewer;
-  queue::AssetCollector collector;
-  queue::PeriodicTask artifacts;
+  std::jthread disk_space, maintainer, lease_renewer, collector, artifacts;
 };
 
 /// Null without secrets. `webhooks` of api_context is this.

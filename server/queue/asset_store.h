@@ -1,6 +1,6 @@
 #pragma once
 /// The store of uploaded files that scenes name by their sha256: immutable bytes, kept as long as a job names them and
-/// for some time after their last use (AssetCollector). Thread-safe. Fails with StoreFailure; then the call had no
+/// for some time after their last use (collect_assets). Thread-safe. Fails with StoreFailure; then the call had no
 /// effect.
 
 #include <cstddef>

@@ -44,7 +44,7 @@ struct QueueSettings {
   std::int64_t reply_kept_ms = std::int64_t{24} * 3600 * 1000;
   /// An expired job is kept, without document and images, for 30 days.
   Retention retention{.expired_ms = std::int64_t{30} * 24 * 3600 * 1000};
-  /// A claimed job belongs to this daemon for this time without a renewal (LeaseRenewer): longer than a disk stalls,
+  /// A claimed job belongs to this daemon for this time without a renewal (renew_leases): longer than a disk stalls,
   /// shorter than a client's patience.
   std::int64_t lease_ms = 30'000;
   DiskSpaceProbe disk_space = [] { return DiskSpace{}; };

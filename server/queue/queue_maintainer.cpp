@@ -1,44 +1,45 @@
 #include "server/queue/queue_maintainer.h"
 
+#include <condition_variable>
 #include <exception>
-#include <string>
+#include <mutex>
+#include <stop_token>
 #include <utility>
 
 namespace queue {
-namespace {
 
-constexpr PeriodicTask::Pause pause_after_failure{250};
-
-}  // namespace
-
-PeriodicTask::PeriodicTask(std::string name, Log log, std::function<Pause()> step)
-    : name_(std::move(name)), log_(std::move(log)), step_(std::move(step)), thread_([this] { run(); }) {}
-
-PeriodicTask::~PeriodicTask() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  stop_.notify_one();
-  thread_.join();
+std::jthread repeat(std::string name, Log log, std::function<std::chrono::milliseconds()> step) {
+  return std::jthread(
+      [name = std::move(name), log = std::move(log), step = std::move(step)](const std::stop_token& stop) {
+        std::mutex mutex;
+        std::condition_variable_any stopped;
+        bool failing = false;
+        while (!stop.stop_requested()) {
+          std::chrono::milliseconds pause{250};
+          try {
+            pause = step();
+            failing = false;
+          } catch (const std::exception& failure) {
+            if (!failing) log(LogLevel::error, "store_failure", {{"during", name}, {"detail", failure.what()}});
+            failing = true;
+          }
+          std::unique_lock lock(mutex);
+          stopped.wait_for(lock, stop, pause, [] { return false; });
+        }
+      });
 }
 
-void PeriodicTask::run() {
-  std::unique_lock lock(mutex_);
-  bool failing = false;
-  while (!stopping_) {
-    lock.unlock();
-    Pause pause = pause_after_failure;
-    try {
-      pause = step_();
-      failing = false;
-    } catch (const std::exception& failure) {
-      if (!failing) log_(LogLevel::error, "store_failure", {{"during", name_}, {"detail", failure.what()}});
-      failing = true;
-    }
-    lock.lock();
-    stop_.wait_for(lock, pause, [&] { return stopping_; });
-  }
+std::jthread maintain(JobLifecycle& jobs, Log log, MaintenanceSettings settings) {
+  return repeat("run_maintenance", std::move(log), [&jobs, settings] {
+    return jobs.run_maintenance() ? settings.pause : jobs.maintenance_pause(settings.interval);
+  });
+}
+
+std::jthread renew_leases(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval) {
+  return repeat("renew_leases", std::move(log), [&jobs, interval] {
+    jobs.renew_leases();
+    return interval;
+  });
 }
 
 // ---- assets
@@ -52,19 +53,14 @@ int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, s
   return removed;
 }
 
-AssetCollector::AssetCollector(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
-                               CollectorSettings settings)
-    : assets_(assets),
-      references_(references),
-      clock_(std::move(clock)),
-      settings_(settings),
-      thread_("collect_assets", log, [this, log] { return step(log); }) {}
-
-std::chrono::milliseconds AssetCollector::step(const Log& log) {
-  const int part = std::exchange(part_, (part_ + 1) % AssetStore::parts);
-  const int removed = collect_assets(assets_, references_, part, clock_() - settings_.age.count());
-  if (removed > 0) log(LogLevel::info, "assets_collected", {{"count", std::to_string(removed)}});
-  return part_ == 0 ? settings_.round_pause : settings_.step_pause;
+std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, Log log,
+                            CollectorSettings settings) {
+  return repeat("collect_assets", log, [&, clock = std::move(clock), log, settings, next = 0]() mutable {
+    const int part = std::exchange(next, (next + 1) % AssetStore::parts);
+    const int removed = collect_assets(assets, references, part, clock() - settings.age.count());
+    if (removed > 0) log(LogLevel::info, "assets_collected", {{"count", std::to_string(removed)}});
+    return next == 0 ? settings.round_pause : settings.step_pause;
+  });
 }
 
 }  // namespace queue

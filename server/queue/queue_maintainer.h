@@ -1,13 +1,11 @@
 #pragma once
-/// The queue's own threads: maintenance, renewal of the leases of running jobs, and deletion of unused assets.
+/// The queue's own threads: maintenance, renewal of the leases of running jobs, and deletion of unused assets. The end
+/// of a thread waits for the step in progress.
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
-#include <utility>
 
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
@@ -17,28 +15,10 @@
 
 namespace queue {
 
-/// A thread that repeats a small step with pauses between.
-class PeriodicTask {
- public:
-  using Pause = std::chrono::milliseconds;
-  /// `step` returns the pause before the next one; it may throw. Failures are logged as "store_failure" during `name`,
-  /// once until a step succeeds again, and the next step follows after a quarter of a second.
-  PeriodicTask(std::string name, Log log, std::function<Pause()> step);
-  ~PeriodicTask();  ///< after the step in progress
-  PeriodicTask(const PeriodicTask&) = delete;
-  PeriodicTask& operator=(const PeriodicTask&) = delete;
-
- private:
-  void run();
-
-  const std::string name_;
-  const Log log_;
-  const std::function<Pause()> step_;
-  std::mutex mutex_;
-  std::condition_variable stop_;
-  bool stopping_ = false;
-  std::thread thread_;  ///< last: it uses all other members
-};
+/// A thread that repeats a small step. `step` returns the pause before the next one; it may throw. Failures are logged
+/// as "store_failure" during `name`, once until a step succeeds again, and the next step follows after a quarter of a
+/// second.
+std::jthread repeat(std::string name, Log log, std::function<std::chrono::milliseconds()> step);
 
 struct MaintenanceSettings {
   /// Accuracy of run_after, deadlines and expiry; each round costs a read of a few indexes.
@@ -48,32 +28,12 @@ struct MaintenanceSettings {
 };
 
 /// Calls JobLifecycle::run_maintenance. `jobs` must outlive it.
-class QueueMaintainer {
- public:
-  QueueMaintainer(JobLifecycle& jobs, Log log, MaintenanceSettings settings = {})
-      : thread_("run_maintenance", std::move(log), [&jobs, settings] {
-          return jobs.run_maintenance() ? settings.pause : jobs.maintenance_pause(settings.interval);
-        }) {}
-
- private:
-  PeriodicTask thread_;
-};
+std::jthread maintain(JobLifecycle& jobs, Log log, MaintenanceSettings settings = {});
 
 /// Calls JobLifecycle::renew_leases, from a thread that waits for nothing else. Must live as long as jobs run; `jobs`
-/// must outlive it.
-class LeaseRenewer {
- public:
-  /// A third of QueueSettings::lease_ms: two renewals may fail. Jobs that end sooner cost none.
-  static constexpr std::chrono::milliseconds default_interval{10'000};
-  LeaseRenewer(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval = default_interval)
-      : thread_("renew_leases", std::move(log), [&jobs, interval] {
-          jobs.renew_leases();
-          return interval;
-        }) {}
-
- private:
-  PeriodicTask thread_;
-};
+/// must outlive it. The default is a third of QueueSettings::lease_ms: two renewals may fail. Jobs that end sooner cost
+/// none.
+std::jthread renew_leases(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval = std::chrono::seconds(10));
 
 // ---- assets
 
@@ -93,20 +53,7 @@ int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, s
 /// job needs, as long as a submission takes less than the age.
 ///
 /// A thread collects round after round; a part that fails is left to the next round. The stores must outlive it.
-class AssetCollector {
- public:
-  AssetCollector(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
-                 CollectorSettings settings);
-
- private:
-  std::chrono::milliseconds step(const Log& log);
-
-  AssetStore& assets_;
-  MaintenanceStore& references_;
-  Clock clock_;
-  CollectorSettings settings_;
-  int part_ = 0;         ///< the next one
-  PeriodicTask thread_;  ///< last: it uses all other members
-};
+std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, Log log,
+                            CollectorSettings settings);
 
 }  // namespace queue

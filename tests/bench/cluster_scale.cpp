@@ -156,8 +156,8 @@ struct SimulatedNode {
   queue::Queue queue;
   queue::Events events;
   queue::NodeLink link;
-  queue::LeaseRenewer renewer{queue.lifecycle, queue::no_log()};
-  queue::QueueMaintainer maintainer{queue.lifecycle, queue::no_log()};
+  std::jthread renewer = queue::renew_leases(queue.lifecycle, queue::no_log());
+  std::jthread maintainer = queue::maintain(queue.lifecycle, queue::no_log());
 };
 
 queue::Submission submission() {

@@ -373,8 +373,9 @@ TEST(AssetCollector, CollectsFromItsStartAndStopsAtOnce) {
   const Log log = [&](LogLevel, std::string_view event, const LogFields&) {
     logged = logged || event == "assets_collected";
   };
-  const AssetCollector collector(assets, jobs.all().maintenance, [&] { return now.load(); }, log,
-                                 {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
+  const auto collector =
+      collect_assets(assets, jobs.all().maintenance, [&] { return now.load(); }, log,
+                     {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
   while (!logged) std::this_thread::yield();
   EXPECT_FALSE(assets.use(tracer::sha256_hex(bytes)));
 }

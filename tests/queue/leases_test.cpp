@@ -101,7 +101,7 @@ TEST_F(SupervisorTest, RenewsTheLeasesOfLongJobs) {
   HookedTransitions counted(store.all().transitions, hooks);
   Queue renewed({store.all().jobs, store.all().statistics, counted, store.all().batches, store.all().maintenance},
                 artifacts, ids, system_clock(), log.log(), {});
-  const LeaseRenewer renewal(renewed.lifecycle, log.log(), std::chrono::milliseconds(1));
+  const auto renewal = renew_leases(renewed.lifecycle, log.log(), std::chrono::milliseconds(1));
   const worker::Supervisor over(renewed, settings(), log.log());
   const std::string id = renewed.submission.submit({.document = "wait " + path("go")})->view.job.id;
   EXPECT_TRUE(eventually([&] { return hooks.renewals >= 3; }));

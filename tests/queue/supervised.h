@@ -159,8 +159,8 @@ class SupervisorTest : public testing::Test {
       [this] { return frozen_at != 0 ? frozen_at.load() : queue::system_clock()(); },
       log.log(),
       {}};
-  queue::QueueMaintainer maintainer{
-      queue.lifecycle, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
-  queue::LeaseRenewer lease_renewer{queue.lifecycle, log.log()};
+  std::jthread maintainer =
+      queue::maintain(queue.lifecycle, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  std::jthread lease_renewer = queue::renew_leases(queue.lifecycle, log.log());
   std::unique_ptr<worker::Supervisor> supervisor;
 };
