@@ -140,8 +140,9 @@ JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log
       link(storage.postgres ? std::make_unique<queue::NodeLink>(queue, events, storage.postgres->cluster(),
                                                                 storage.postgres->wakeups(), log)
                             : nullptr),
-      job_metrics(registry, link ? static_cast<queue::JobObserver&>(*link) : events) {
+      job_metrics(registry) {
   queue.notifications.observe(&job_metrics);
+  queue.notifications.observe(link ? static_cast<queue::JobObserver*>(link.get()) : &events);
 }
 
 queue::Node own_node(const Config& config, const Storage& storage, const JobQueue& jobs) {

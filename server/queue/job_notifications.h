@@ -1,5 +1,5 @@
 #pragma once
-/// The state of jobs that exists only while this daemon runs, and notifications of changes of jobs to the observer, to
+/// The state of jobs that exists only while this daemon runs, and notifications of changes of jobs to observers, to
 /// waiters and to the listener for webhooks.
 
 #include <algorithm>
@@ -182,8 +182,8 @@ class JobNotifications {
  public:
   JobNotifications(RunningJobs& running, JobWaiters& waiters) : running_(running), waiters_(waiters) {}
 
-  /// Once, before jobs are submitted or run; must outlive this.
-  void observe(JobObserver* observer) { observer_ = observer; }
+  /// Before jobs are submitted or run; must outlive this. Observers are called in the order of these calls.
+  void observe(JobObserver* observer) { observers_.push_back(observer); }
   /// Replaces the listener by another one or null. It must live until no call is in progress any more.
   void set_completion_listener(CompletionListener* listener) { listener_ = listener; }
 
@@ -195,23 +195,21 @@ class JobNotifications {
   }
 
   /// Called also after a change of the job.
-  void describe(const Job& job) {
-    if (observer_ != nullptr) observer_->on_described(summary_of(job));
-  }
+  void describe(const Job& job) { call_observers(&JobObserver::on_described, summary_of(job)); }
 
   /// Once for each PendingAnnouncement.
   void notify_queued(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    if (pending_.erase(id) > 0 && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
+    if (pending_.erase(id) > 0) call_observers(&JobObserver::on_state_changed, id, JobState::queued);
   }
   /// Without a PendingAnnouncement, if `is_queued`. Another thread that has changed the job since then notifies later.
   void notify_queued_again(const std::string& id, const std::function<bool()>& is_queued) {
     const std::lock_guard lock(mutex_);  // notify_state of any thread waits for it
-    if (is_queued() && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
+    if (is_queued()) call_observers(&JobObserver::on_state_changed, id, JobState::queued);
   }
   void notify_state(const std::string& id, JobState to) {
     notify_queued(id);
-    if (observer_ != nullptr) observer_->on_state_changed(id, to);
+    call_observers(&JobObserver::on_state_changed, id, to);
   }
   /// See RunningJobs::begin.
   bool notify_claimed(const Claim& claim) {
@@ -223,17 +221,17 @@ class JobNotifications {
   void notify_end(const EndedJob& job) {
     notify_state(job.id, job.state);
     finish(job.id);
-    if (observer_ != nullptr) observer_->on_waiters_notified(job);
+    call_observers(&JobObserver::on_waiters_notified, job);
   }
   void notify_removed(const JobSummary& job) {
-    if (observer_ != nullptr) observer_->on_removed(job);
+    call_observers(&JobObserver::on_removed, job);
     finish(job.id);
   }
   void notify_expired(const char* reason, int jobs) {
-    if (observer_ != nullptr && jobs > 0) observer_->on_expired(reason, jobs);
+    if (jobs > 0) call_observers(&JobObserver::on_expired, reason, jobs);
   }
   void notify_measurement(const std::string& id, const std::string& summary) {
-    if (observer_ != nullptr) observer_->on_measurement(id, summary);
+    call_observers(&JobObserver::on_measurement, id, summary);
   }
   /// The job has ended, perhaps on another node; may follow notify_end.
   void on_ended(const std::string& id) {
@@ -244,7 +242,7 @@ class JobNotifications {
   /// The progress of a job that another node runs.
   void on_progress_elsewhere(const std::string& id, double fraction) { running_.set_progress_elsewhere(id, fraction); }
   void notify_progress(const std::string& id, double fraction) {
-    if (observer_ != nullptr) observer_->on_progress(id, fraction);
+    call_observers(&JobObserver::on_progress, id, fraction);
   }
 
   /// Jobs that are about to be queued. The first thread that has stored or claimed one notifies the observer, so that
@@ -269,6 +267,10 @@ class JobNotifications {
   };
 
  private:
+  template <class... Parameters, class... Arguments>
+  void call_observers(void (JobObserver::*call)(Parameters...) noexcept, const Arguments&... arguments) {
+    for (JobObserver* const observer : observers_) (observer->*call)(arguments...);
+  }
   void finish(const std::string& id) {
     running_.erase(id);
     waiters_.on_ended(id);
@@ -277,9 +279,9 @@ class JobNotifications {
 
   RunningJobs& running_;
   JobWaiters& waiters_;
-  JobObserver* observer_ = nullptr;
+  std::vector<JobObserver*> observers_;
   std::atomic<CompletionListener*> listener_ = nullptr;
-  std::mutex mutex_;  ///< held while the observer is called for `queued`
+  std::mutex mutex_;  ///< held while observers are called for `queued`
   std::unordered_set<std::string> pending_;
 };
 

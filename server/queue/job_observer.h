@@ -34,8 +34,8 @@ class JobObserver {
   virtual void on_state_changed(const std::string& id, JobState to) noexcept = 0;
   /// After on_state_changed to an end, when all waiters for the job were called: the place for slower work.
   virtual void on_waiters_notified(const EndedJob& /*job*/) noexcept {}
-  virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
-  virtual void on_removed(const JobSummary& job) noexcept = 0;
+  virtual void on_progress(const std::string& /*id*/, double /*fraction*/) noexcept {}
+  virtual void on_removed(const JobSummary& /*job*/) noexcept {}
   /// The results so far of a running measurement, as its report.
   virtual void on_measurement(const std::string& /*id*/, const std::string& /*summary*/) noexcept {}
   /// That number of ended jobs lost their documents and images; `reason`: "expires_at", "age" or "artifact_bytes".

@@ -120,7 +120,7 @@ std::string metrics_text(const prometheus::Registry& registry, const GaugeValues
   return prometheus::TextSerializer().Serialize(families);
 }
 
-JobMetrics::JobMetrics(prometheus::Registry& registry, queue::JobObserver& next)
+JobMetrics::JobMetrics(prometheus::Registry& registry)
     : submitted_(add_counters(registry, "whittle_jobs_submitted_total", "Jobs queued, retries included.")),
       ended_(add_counters(registry, "whittle_jobs_ended_total", "Jobs ended, by state.")),
       from_cache_(add_counters(registry, "whittle_jobs_from_cache_total", "Jobs answered from the result cache.")),
@@ -141,8 +141,7 @@ JobMetrics::JobMetrics(prometheus::Registry& registry, queue::JobObserver& next)
       run_seconds_(add_histograms(registry, "whittle_job_run_seconds",
                                   "Start of a job's last attempt to the end of the job, by state.")),
       error_ratio_(add_histograms(registry, "whittle_error_to_target_ratio",
-                                  "Estimated error divided by the target, of succeeded jobs with a target error.")),
-      next_(next) {
+                                  "Estimated error divided by the target, of succeeded jobs with a target error.")) {
   create_series();
 }
 
@@ -167,7 +166,7 @@ void JobMetrics::create_series() {
   }
 }
 
-void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noexcept {
+void JobMetrics::on_state_changed(const std::string& /*id*/, queue::JobState to) noexcept {
   try {
     if (to == queue::JobState::queued) submitted_.Add({}).Increment();
     if (queue::ended(to)) ended_.Add({{"state", queue::name_of(to)}}).Increment();
@@ -178,7 +177,6 @@ void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noe
   } catch (const std::exception&) {
     // Out of memory: the change is not counted.
   }
-  next_.on_state_changed(id, to);
 }
 
 void JobMetrics::on_expired(const char* reason, int jobs) noexcept {
@@ -193,9 +191,8 @@ void JobMetrics::on_waiters_notified(const queue::EndedJob& job) noexcept {
   try {
     count_end(job);
   } catch (const std::exception&) {
-    // Out of memory: the job is not counted.
+    return;  // out of memory: the job is not counted
   }
-  next_.on_waiters_notified(job);
 }
 
 void JobMetrics::count_end(const queue::EndedJob& job) {

@@ -64,17 +64,10 @@ std::string metrics_text(const prometheus::Registry& registry, const GaugeValues
 /// Metrics of jobs: waiting and running times, ends, rays, cache use and target errors.
 class JobMetrics final : public queue::JobObserver {
  public:
-  /// Every call is passed on to `next`. All arguments must outlive this.
-  JobMetrics(prometheus::Registry& registry, queue::JobObserver& next);
+  explicit JobMetrics(prometheus::Registry& registry);  ///< `registry` must outlive this
 
-  void on_described(const queue::JobSummary& job) noexcept override { next_.on_described(job); }
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
   void on_waiters_notified(const queue::EndedJob& job) noexcept override;
-  void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
-  void on_removed(const queue::JobSummary& job) noexcept override { next_.on_removed(job); }
-  void on_measurement(const std::string& id, const std::string& summary) noexcept override {
-    next_.on_measurement(id, summary);
-  }
   void on_expired(const char* reason, int jobs) noexcept override;
   ServiceHistory& history() { return history_; }
 
@@ -86,7 +79,6 @@ class JobMetrics final : public queue::JobObserver {
   Counters &submitted_, &ended_, &from_cache_, &expired_, &rays_, &targets_, &geometry_, &textures_, &radiosity_,
       &radiosity_work_;
   Histograms &wait_seconds_, &run_seconds_, &error_ratio_;
-  queue::JobObserver& next_;
   ServiceHistory history_;
 };
 

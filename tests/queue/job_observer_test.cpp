@@ -43,6 +43,14 @@ TEST_F(QueueObserverTest, ReportsEveryTransition) {
             "failed settled ");
 }
 
+TEST_F(QueueObserverTest, CallsEveryObserver) {
+  RecordingObserver other;
+  for (RecordingObserver* const each : {&observer, &other}) queue.notifications.observe(each);
+  queue.lifecycle.remove(submit());
+  EXPECT_EQ(observer.calls, "queued removed ");
+  EXPECT_EQ(other.calls, observer.calls);
+}
+
 TEST_F(QueueObserverTest, CallsWaitersBetweenTheTwoNotificationsOfAnEnd) {
   queue.notifications.observe(&observer);
   queue.waiters.when_ended(submit(), [&] { observer.calls += "waiter "; });
