@@ -24,7 +24,12 @@
 
 namespace {
 
-const worker::ResultRequest request{queue::JobKind::render, 16, 16, "png 16.png exr jpg hdr webp tiff"};
+const queue::Job job = [] {
+  queue::Job render;
+  render.width = render.height = 16;
+  render.formats = "png 16.png exr jpg hdr webp tiff";
+  return render;
+}();
 
 void require(bool promise, const char* what) {
   if (promise) return;
@@ -74,7 +79,7 @@ void check(const worker::Message& message) {
     return use(std::move(job));
   }
   const auto* finished = std::get_if<worker::Finished>(&message);
-  if (finished == nullptr || !worker::check_result(*finished, request)) return;
+  if (finished == nullptr || !worker::check_result(*finished, job)) return;
   job.report = finished->report;
   for (const worker::Image& image : finished->images) {
     require(image.name.find_first_of("/\r\n\"\\") == std::string::npos && image.name[0] != '.', "names are plain");

@@ -26,10 +26,17 @@ Finished result(Files... files) {
   return finished;
 }
 
-const ResultRequest render{queue::JobKind::render, 16, 16, "png 16.png exr"}, measure{queue::JobKind::measure, 16, 16};
+queue::Job job_of(queue::JobKind kind) {
+  queue::Job job;
+  job.kind = kind;
+  job.width = job.height = 16;
+  job.formats = "png 16.png exr";
+  return job;
+}
+const queue::Job render = job_of(queue::JobKind::render), measure = job_of(queue::JobKind::measure);
 
-std::string violation_of(const Finished& result, const ResultRequest& request) {
-  const auto figures = check_result(result, request);
+std::string violation_of(const Finished& result, const queue::Job& job) {
+  const auto figures = check_result(result, job);
   return figures ? "" : figures.error();
 }
 

@@ -12,7 +12,12 @@ using Action = CrashDecision::Action;
 constexpr std::array<std::string_view, 5> transient_codes{"out_of_memory", "timed_out", "worker_crashed",
                                                           "storage_failure", "internal"};
 
-CrashDecision decide_single(const InFlightJob& job, const std::string& reason, const std::string& code) {
+}  // namespace
+
+CrashDecision decide(const queue::Job& job, std::size_t jobs, const std::string& reason, bool planned_shutdown,
+                     const std::string& code) {
+  if (planned_shutdown) return {Action::release, {}};
+  if (jobs > 1) return {Action::release_as_suspect, {}};
   if (job.cancel_requested) return {Action::release, {}};  // which cancels it
   if (job.attempt < job.max_attempts) return {Action::count_attempt, {}};
   return {Action::fail,
@@ -20,15 +25,6 @@ CrashDecision decide_single(const InFlightJob& job, const std::string& reason, c
            "The worker process " + reason + " while it ran this job and no other, in attempt " +
                std::to_string(job.attempt) + " of " + std::to_string(job.max_attempts) + ".",
            {}}};
-}
-
-}  // namespace
-
-std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const std::string& reason,
-                                  bool planned_shutdown, const std::string& code) {
-  if (!planned_shutdown && jobs.size() == 1) return {decide_single(jobs.front(), reason, code)};
-  const Action action = planned_shutdown ? Action::release : Action::release_as_suspect;
-  return std::vector<CrashDecision>(jobs.size(), CrashDecision{action, {}});
 }
 
 std::optional<std::chrono::milliseconds> retry_pause(const std::string& code, int attempt, int max_attempts,

@@ -3,23 +3,13 @@
 /// functions, tested as tables.
 
 #include <chrono>
-#include <cstdint>
+#include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "server/queue/job.h"
 
 namespace worker {
-
-/// A job that was in the worker when it ended.
-struct InFlightJob {
-  std::string job_id;
-  std::int64_t fence = 0;
-  int attempt = 1, max_attempts = 1;
-  bool cancel_requested = false;
-  bool reported = false;  ///< its end was reported before; it may be the cause, but needs no decision
-};
 
 struct CrashDecision {
   enum class Action {
@@ -32,10 +22,11 @@ struct CrashDecision {
   queue::Problem problem;
 };
 
-/// One decision per job. `reason` is the end of a sentence that begins "The worker process": "was killed by signal 11
-/// (SIGSEGV)". `code` is that of the problem. `planned_shutdown`: no job is the cause.
-std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const std::string& reason,
-                                  bool planned_shutdown, const std::string& code = "worker_crashed");
+/// About a job that was in the worker when it ended, one of `jobs`. `reason` is the end of a sentence that begins "The
+/// worker process": "was killed by signal 11 (SIGSEGV)". `code` is that of the problem. `planned_shutdown`: no job is
+/// the cause.
+CrashDecision decide(const queue::Job& job, std::size_t jobs, const std::string& reason, bool planned_shutdown,
+                     const std::string& code = "worker_crashed");
 
 struct RetrySettings {
   /// Before the second attempt, and four times as long before each further one: a lack of memory or time rarely ends

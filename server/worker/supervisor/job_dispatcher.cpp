@@ -13,6 +13,13 @@ namespace {
 
 constexpr const char* unknown_job = "answered a job that it does not run";
 
+/// True once, when the time has come.
+bool has_come(std::optional<Time>& time, Time now) {
+  if (!time || now < *time) return false;
+  time.reset();
+  return true;
+}
+
 /// True if an earlier claim of the job has left results of tasks.
 bool resumes(const queue::Claim& claim, queue::TaskStore* tasks) {
   return tasks != nullptr && claim.fence > 1 && !tasks->finished(claim.job.id).empty();
@@ -28,8 +35,7 @@ void JobDispatcher::on_jobs_available(bool suspects) noexcept {
 }
 
 void JobDispatcher::claim_jobs(Time now) {
-  if (!settings_.claims_jobs || process_.state() != WorkerState::ready || deadlines_.draining() ||
-      now < claims_paused_until_)
+  if (!settings_.claims_jobs || process_.state() != WorkerState::ready || draining_ || now < claims_paused_until_)
     return;
   suspects_first_ = suspects_first_ || suspects_available_;
   if (suspects_first_) {
@@ -42,8 +48,9 @@ void JobDispatcher::claim_jobs(Time now) {
   while (claims_.none_left_small != notifications_ && has_slot(ClaimKind::small)) start_claim(ClaimKind::small);
 }
 
-JobDispatcher::Time JobDispatcher::next_claim(Time now) const {
-  return claims_paused_until_ > now ? claims_paused_until_ : Time::max();
+Time JobDispatcher::next_deadline(Time now) const {
+  const Time next = slots_.next_deadline(process_.state() == WorkerState::ready);
+  return claims_paused_until_ > now ? std::min(next, claims_paused_until_) : next;
 }
 
 bool JobDispatcher::has_slot(ClaimKind kind) const {
@@ -97,12 +104,10 @@ void JobDispatcher::post_claim(ClaimResult result) noexcept {
 }
 
 void JobDispatcher::offer_slot(Time now) {
-  const bool none_wait = claims_.none_left == notifications_ && claims_.none_left_small == notifications_;
-  const bool may_claim = settings_.claims_jobs && process_.state() == WorkerState::ready && !deadlines_.draining() &&
-                         now >= claims_paused_until_ && !suspects_first_ && !suspects_available_;
+  const bool may_claim =
+      settings_.claims_jobs && process_.state() == WorkerState::ready && !draining_ && now >= claims_paused_until_;
   // The owner of the next submission is unknown, so no owner may be at its limit.
-  offering_slot_ =
-      none_wait && may_claim && claims_.count == 0 && has_slot(ClaimKind::any) && slots_.busy_owners().empty();
+  offering_slot_ = may_claim && none_wait() && has_slot(ClaimKind::any) && slots_.busy_owners().empty();
   slot_offered_ = offering_slot_;
 }
 
@@ -129,12 +134,15 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
     const std::int64_t fence = result.claim->fence;
     if (early_cancels_.erase(job.id) > 0) {
       outcomes_.cancel(job.id, fence);
-    } else if (result.failed || deadlines_.draining() || process_.state() != WorkerState::ready) {
+    } else if (result.failed || draining_ || process_.state() != WorkerState::ready) {
       release(job.id, fence, {.suspect = job.suspect});
     } else if (slots_.running.contains(job.id)) {  // it was retried before the worker has stopped its previous attempt
       release(job.id, fence, {.suspect = job.suspect, .pause_ms = settings_.retry.pause.count()});
     } else {
-      start_job(result);
+      slots_.add(job, fence, Time::clock::now());
+      running_count_ = static_cast<int>(slots_.running.size());
+      process_.send(std::move(result.assignment));
+      log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
     }
   } else if (!result.failed && result.kind == ClaimKind::suspect) {
     suspects_first_ = false;
@@ -148,23 +156,6 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
   if (claims_.count == 0) early_cancels_.clear();
 }
 
-void JobDispatcher::start_job(ClaimResult& result) {
-  const queue::Job& job = result.claim->job;
-  RunningJob running;
-  running.owner = job.owner;
-  running.large = job.large;
-  running.fence = result.claim->fence;
-  running.attempt = job.attempt;
-  running.max_attempts = job.max_attempts;
-  running.requested = {job.kind, job.width, job.height, job.formats};
-  running.keep = job.keep;
-  slots_.running.emplace(job.id, running);
-  running_count_ = static_cast<int>(slots_.running.size());
-  deadlines_.add(job, Time::clock::now());
-  process_.send(std::move(result.assignment));
-  log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
-}
-
 // ---- running jobs
 
 void JobDispatcher::cancel(const std::string& id) {
@@ -173,8 +164,7 @@ void JobDispatcher::cancel(const std::string& id) {
     if (claims_.count > 0) early_cancels_.insert(id);
     return;
   }
-  if (std::exchange(found->second.cancel_requested, true)) return;
-  stop(id);
+  if (!std::exchange(found->second.job.cancel_requested, true)) stop(found->second);
 }
 
 void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
@@ -183,40 +173,50 @@ void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
   log_(LogLevel::warning, "lease_lost", {{"job_id", lease.job_id}});
   found->second.lease_lost = true;
   ++notifications_;  // the job may be queued again
-  stop(lease.job_id);
+  stop(found->second);
 }
 
-void JobDispatcher::stop(const std::string& id) {
-  if (deadlines_.stop(id, Time::clock::now())) process_.send(pack(Cancel{id, slots_.running.at(id).keeps_preview()}));
+void JobDispatcher::stop(RunningJob& job) {
+  const Time now = Time::clock::now();
+  job.report_at = now + settings_.cancel_answer;
+  if (job.kill_at) return;  // the worker is informed already
+  job.kill_at = now + settings_.cancel_grace;
+  process_.send(pack(Cancel{job.job.id, job.keeps_preview()}));
 }
 
 void JobDispatcher::check_deadlines(Time now) {
-  for (const std::string& id : deadlines_.take_slow(now)) {
-    RunningJob& job = slots_.running.at(id);
-    job.large = true;
+  for (auto& [id, job] : slots_.running) {
+    if (!has_come(job.slow_at, now)) continue;
+    job.job.large = true;
     job.large_since = now;
     log_(LogLevel::info, "job_became_large", {{"job_id", id}});
   }
-  if (auto* const surplus = slots_.surplus_large_job()) {
-    surplus->second.yields_slot = true;
-    stop(surplus->first);
+  if (RunningJob* const surplus = slots_.surplus_large_job()) {
+    surplus->yields_slot = true;
+    stop(*surplus);
   }
-  for (const Deadlines::Overdue& overdue : deadlines_.take_overdue(now)) {
-    RunningJob& job = slots_.running.at(overdue.job_id);
-    if (!job.cancel_requested) job.stopped_for = overdue.problem;
-    stop(overdue.job_id);
+  bool worker_must_end = false;
+  for (auto& [id, job] : slots_.running) {
+    if (has_come(job.stop_at, now)) {
+      if (!job.job.cancel_requested) job.stopped_for = job.overdue;
+      stop(job);
+    }
+    if (has_come(job.report_at, now)) {
+      job.reported = true;
+      report_stopped(job);
+    }
+    worker_must_end = worker_must_end || (job.kill_at && now >= *job.kill_at);
   }
-  for (const std::string& id : deadlines_.take_reportable(now)) report_stopped(id, slots_.running.at(id));
-  if (process_.state() == WorkerState::ready && deadlines_.worker_must_end(now))
-    process_.end("did not stop a job", true);
+  if (worker_must_end && process_.state() == WorkerState::ready) process_.end("did not stop a job", true);
 }
 
-void JobDispatcher::report_stopped(const std::string& id, RunningJob& job) {
+void JobDispatcher::report_stopped(RunningJob& job) {
   if (job.lease_lost) return;
-  if (job.cancel_requested)
+  const std::string& id = job.job.id;
+  if (job.job.cancel_requested)
     outcomes_.cancel(id, job.fence);
   else if (job.stopped_for)
-    retry_or_fail(id, job, *job.stopped_for);
+    retry_or_fail(job, *job.stopped_for);
   else
     release(id, job.fence, {.large = true, .code = "became_large"});  // it yields its slot
   if (job.last_preview) outcomes_.keep_preview(id, job.fence, *std::exchange(job.last_preview, std::nullopt));
@@ -241,22 +241,30 @@ void JobDispatcher::on_message(Message& message) {
     // The last one may follow the report of the end, and a worker that does not stop sends no Cancelled.
     if (preview->side != queue::last_preview_side || !job.keeps_preview())
       queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
-    else if (!deadlines_.is_reported(preview->job_id))
+    else if (!job.reported)
       job.last_preview = std::move(preview->png);
-    else if (std::exchange(job.keep, false))
+    else if (std::exchange(job.job.keep, false))
       outcomes_.keep_preview(preview->job_id, job.fence, std::move(preview->png));
   } else if (auto* update = std::get_if<MeasurementUpdate>(&message)) {
     if (slots_.running.contains(update->job_id))
       queue_.lifecycle.set_measurement(update->job_id, std::move(update->summary));
   } else if (auto* finished = std::get_if<Finished>(&message)) {
-    on_finished(*finished);
+    const auto found = slots_.running.find(finished->job_id);
+    if (found == slots_.running.end()) return process_.end(unknown_job, false);
+    const auto figures = check_result(*finished, found->second.job);
+    if (!figures) return process_.end(figures.error(), false);
+    const auto job = take(finished->job_id, finished->fence);
+    if (!job) return;
+    finished->figures = *figures;
+    outcomes_.succeed(std::move(*finished),
+                      [this, job = *job](const queue::Problem& problem) { retry_or_fail(job, problem); });
   } else if (const auto* failed = std::get_if<Failed>(&message)) {
-    if (const auto job = take(failed->job_id, failed->fence)) retry_or_fail(failed->job_id, *job, failed->problem);
+    if (const auto job = take(failed->job_id, failed->fence)) retry_or_fail(*job, failed->problem);
   } else if (const auto* cancelled = std::get_if<Cancelled>(&message)) {
     auto job = take(cancelled->job_id, cancelled->fence);
     if (!job) return;
-    if (job->is_stopping()) return report_stopped(cancelled->job_id, *job);
-    retry_or_fail(cancelled->job_id, *job, {"internal", "The worker stopped the job without a request.", {}});
+    if (job->is_stopping()) return report_stopped(*job);
+    retry_or_fail(*job, {"internal", "The worker stopped the job without a request.", {}});
   }
 }
 
@@ -267,71 +275,51 @@ std::optional<RunningJob> JobDispatcher::take(const std::string& id, std::int64_
     process_.end(unknown_job, false);
     return std::nullopt;
   }
-  if (claims_.owners_excluded && slots_.is_busy(found->second.owner)) {  // jobs of this owner may be claimed again
+  if (claims_.owners_excluded && slots_.is_busy(found->second.job.owner)) {  // jobs of this owner may be claimed again
     claims_.owners_excluded = false;
     ++notifications_;
   }
   RunningJob job = std::move(found->second);
   slots_.running.erase(found);
   running_count_ = static_cast<int>(slots_.running.size());
-  deadlines_.remove(id);
   process_.reset_restart_pause();
   return job;
 }
 
-void JobDispatcher::on_finished(Finished& message) {
-  const auto found = slots_.running.find(message.job_id);
-  if (found == slots_.running.end()) return process_.end(unknown_job, false);
-  const auto figures = check_result(message, found->second.requested);
-  if (!figures) return process_.end(figures.error(), false);
-  const auto job = take(message.job_id, message.fence);
-  if (!job) return;
-  const auto on_failure = [this, id = message.job_id, job = *job](const queue::Problem& problem) {
-    retry_or_fail(id, job, problem);
-  };
-  message.figures = *figures;
-  outcomes_.succeed(std::move(message), on_failure);
-}
-
 int JobDispatcher::on_worker_exit(const WorkerExit& exit) {
-  std::vector<InFlightJob> jobs;
+  const auto jobs = std::exchange(slots_.running, {});
   std::string ids;
-  for (const auto& [id, job] : slots_.running) {
-    jobs.push_back({id, job.fence, job.attempt, job.max_attempts, job.cancel_requested, deadlines_.is_reported(id)});
-    ids += (ids.empty() ? "" : " ") + id;
-  }
+  for (const auto& [id, job] : jobs) ids += (ids.empty() ? "" : " ") + id;
   log_(exit.planned_shutdown ? LogLevel::info : LogLevel::error, "worker_ended",
        {{"pid", std::to_string(exit.pid)}, {"reason", exit.reason}, {"job_ids", ids}});
-  slots_.running.clear();
   running_count_ = 0;
   ++notifications_;  // no owner is at its limit any more
-  deadlines_.clear();
-  const auto decisions = decide(jobs, exit.reason, exit.planned_shutdown, exit.code);
   int interrupted = 0;
-  for (std::size_t i = 0; i < jobs.size(); ++i) {
-    if (jobs[i].reported) continue;
+  for (const auto& [id, job] : jobs) {
+    if (job.reported) continue;  // it may be the cause, but has ended
     ++interrupted;
-    resolve_in_flight_job(jobs[i], decisions[i], exit);
+    resolve_in_flight_job(job, decide(job.job, jobs.size(), exit.reason, exit.planned_shutdown, exit.code), exit);
   }
   return interrupted;
 }
 
-void JobDispatcher::resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision,
+void JobDispatcher::resolve_in_flight_job(const RunningJob& running, const CrashDecision& decision,
                                           const WorkerExit& exit) {
+  const queue::Job& job = running.job;
   const std::string detail = "The worker process " + exit.reason + ".";
   switch (decision.action) {
     case CrashDecision::Action::release:
-      return release(job.job_id, job.fence, {.code = exit.code, .detail = detail});
+      return release(job.id, running.fence, {.code = exit.code, .detail = detail});
     case CrashDecision::Action::release_as_suspect:
-      return release(job.job_id, job.fence, {.suspect = true, .code = exit.code, .detail = detail});
+      return release(job.id, running.fence, {.suspect = true, .code = exit.code, .detail = detail});
     case CrashDecision::Action::count_attempt: {
       const auto pause = retry_pause(exit.code, job.attempt, job.max_attempts, settings_.retry);
       const std::int64_t pause_ms = pause.value_or(settings_.retry.pause_max).count();
-      return release(job.job_id, job.fence,
+      return release(job.id, running.fence,
                      {.counts = true, .suspect = true, .pause_ms = pause_ms, .code = exit.code, .detail = detail});
     }
     case CrashDecision::Action::fail:
-      return outcomes_.fail(job.job_id, job.fence, decision.problem);
+      return outcomes_.fail(job.id, running.fence, decision.problem);
   }
 }
 
@@ -341,16 +329,20 @@ void JobDispatcher::release(const std::string& id, std::int64_t fence, const que
 }
 
 /// A job that ran out of memory runs alone in its next attempt.
-void JobDispatcher::retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem) {
+void JobDispatcher::retry_or_fail(const RunningJob& running, const queue::Problem& problem) {
+  const queue::Job& job = running.job;
   if (problem.code == assets_unavailable) {
-    return release(id, job.fence,
+    return release(job.id, running.fence,
                    {.pause_ms = settings_.retry.pause.count(), .code = problem.code, .detail = problem.detail});
   }
   const auto pause = retry_pause(problem.code, job.attempt, job.max_attempts, settings_.retry);
-  if (!pause) return outcomes_.fail(id, job.fence, problem);
+  if (!pause) return outcomes_.fail(job.id, running.fence, problem);
   log_(LogLevel::warning, "attempt_failed",
-       {{"job_id", id}, {"attempt", std::to_string(job.attempt)}, {"code", problem.code}, {"detail", problem.detail}});
-  release(id, job.fence,
+       {{"job_id", job.id},
+        {"attempt", std::to_string(job.attempt)},
+        {"code", problem.code},
+        {"detail", problem.detail}});
+  release(job.id, running.fence,
           {.counts = true,
            .suspect = problem.code == "out_of_memory",
            .pause_ms = pause->count(),

@@ -2,7 +2,6 @@
 /// Jobs between the queue and the worker process: claims, assignment, cancellation, previews and results.
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -12,7 +11,6 @@
 #include <vector>
 
 #include "server/queue/queue.h"
-#include "server/worker/supervisor/deadlines.h"
 #include "server/worker/supervisor/failure_policy.h"
 #include "server/worker/supervisor/job_slots.h"
 #include "server/worker/supervisor/outcome_writer.h"
@@ -23,15 +21,13 @@ namespace worker {
 /// Used by the thread of the event loop, except where noted.
 class JobDispatcher {
  public:
-  using Time = Deadlines::Time;
   JobDispatcher(queue::Queue& queue, const SupervisorSettings& settings, StoreExecutor& executor, LoopEvents& events,
-                WorkerProcess& process, Deadlines& deadlines, OutcomeWriter& outcomes, queue::Log log)
+                WorkerProcess& process, OutcomeWriter& outcomes, queue::Log log)
       : queue_(queue),
         settings_(settings),
         executor_(executor),
         events_(events),
         process_(process),
-        deadlines_(deadlines),
         outcomes_(outcomes),
         log_(std::move(log)) {}
 
@@ -53,7 +49,9 @@ class JobDispatcher {
   /// Offers a free slot to the next submission while no job waits, until `withdraw_slot`.
   void offer_slot(Time now);
   void withdraw_slot();
-  [[nodiscard]] Time next_claim(Time now) const;  ///< the end of a pause
+  void start_drain() { draining_ = true; }                   ///< claims no more jobs
+  [[nodiscard]] bool draining() const { return draining_; }  ///< any thread
+  [[nodiscard]] Time next_deadline(Time now) const;          ///< also the end of a pause of claims
   void cancel(const std::string& id);
   void request_preview(const std::string& id, std::uint32_t side);
   void on_lease_lost(const queue::Lease& lease);
@@ -84,27 +82,25 @@ class JobDispatcher {
   void start_claim(ClaimKind kind);
   void post_claim(ClaimResult result) noexcept;
   void on_claimed(ClaimResult& result);
-  void start_job(ClaimResult& result);
-  void stop(const std::string& id);
-  void report_stopped(const std::string& id, RunningJob& job);
+  void stop(RunningJob& job);
+  void report_stopped(RunningJob& job);
   std::optional<RunningJob> take(const std::string& id, std::int64_t fence);
-  void on_finished(Finished& message);
-  void resolve_in_flight_job(const InFlightJob& job, const CrashDecision& decision, const WorkerExit& exit);
+  void resolve_in_flight_job(const RunningJob& running, const CrashDecision& decision, const WorkerExit& exit);
   void release(const std::string& id, std::int64_t fence, const queue::Release& release);
-  void retry_or_fail(const std::string& id, const RunningJob& job, const queue::Problem& problem);
+  void retry_or_fail(const RunningJob& running, const queue::Problem& problem);
 
   queue::Queue& queue_;
   const SupervisorSettings& settings_;
   StoreExecutor& executor_;
   LoopEvents& events_;
   WorkerProcess& process_;
-  Deadlines& deadlines_;
   OutcomeWriter& outcomes_;
   const queue::Log log_;
 
   std::atomic<std::uint64_t> notifications_ = 0;  ///< that jobs are available
   std::atomic<bool> suspects_available_ = true;   ///< also those of an earlier daemon
   std::atomic<int> running_count_ = 0;
+  std::atomic<bool> draining_ = false;
   std::atomic<bool> slot_offered_ = false;
   bool offering_slot_ = false;  ///< since offer_slot
 

@@ -38,30 +38,29 @@ std::string violation_of(const queue::Problem& problem) {
 }
 
 /// The type of a file that the job may have; empty for other names.
-std::string_view media_type_of(const std::string& name, const ResultRequest& request) {
-  if (request.kind == queue::JobKind::measure) {
+std::string_view media_type_of(const std::string& name, const queue::Job& job) {
+  if (job.kind == queue::JobKind::measure) {
     for (const FileType& file : measurement_files)
       if (name == file.name) return file.media_type;
     return {};
   }
   for (const tracer::Format format : tracer::all_formats) {
     const std::string extension(tracer::extension(format));
-    const bool requested = (" " + request.formats + " ").find(" " + extension + " ") != std::string::npos;
+    const bool requested = (" " + job.formats + " ").find(" " + extension + " ") != std::string::npos;
     if (requested && name == "image." + extension) return tracer::media_type(format);
   }
   return {};
 }
 
-std::string violation_of(const std::vector<Image>& files, const ResultRequest& request) {
+std::string violation_of(const std::vector<Image>& files, const queue::Job& job) {
   if (files.empty()) return "sent a result without files";
   std::set<std::string_view> names;
   for (const Image& image : files) {
-    const std::string_view media_type = media_type_of(image.name, request);
+    const std::string_view media_type = media_type_of(image.name, job);
     if (media_type.empty() || !names.insert(image.name).second) return "sent a result with an invalid file name";
     if (image.media_type != media_type) return "sent a result with an invalid media type";
-    const bool depends_on_size = request.kind == queue::JobKind::render || image.name == "reference.exr";
-    const std::uint64_t bytes_max =
-        depends_on_size ? image_bytes_max(request.width, request.height) : measurement_bytes_max;
+    const bool depends_on_size = job.kind == queue::JobKind::render || image.name == "reference.exr";
+    const std::uint64_t bytes_max = depends_on_size ? image_bytes_max(job.width, job.height) : measurement_bytes_max;
     struct stat status {};
     if (fstat(image.bytes.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) > bytes_max)
       return "sent a file that is larger than " + std::to_string(bytes_max) + " bytes";
@@ -99,10 +98,10 @@ std::string violation_of(const Message& message) {
   return {};
 }
 
-tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const ResultRequest& request) {
+tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const queue::Job& job) {
   const auto figures = api::read_report(result.report);
   if (!figures) return std::string("sent a result without a valid report");
-  std::string violation = violation_of(result.images, request);
+  std::string violation = violation_of(result.images, job);
   if (!violation.empty()) return violation;
   return *figures;
 }

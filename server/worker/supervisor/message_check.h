@@ -18,17 +18,10 @@ namespace worker {
 /// size of previews. Empty if the message is valid.
 std::string violation_of(const Message& message);
 
-/// The facts of a job that its result is compared with, as queue::Job's.
-struct ResultRequest {
-  queue::JobKind kind = queue::JobKind::render;
-  std::uint32_t width = 0, height = 0;
-  std::string formats = {};
-};
-
 /// The figures of the report of a valid result, or the violation. A result has a report (api::read_report) and at least
 /// one file, each name once. The files of a render are those of its formats, with at most `image_bytes_max` bytes;
 /// those of a measurement are measurement_files.
-tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const ResultRequest& request);
+tracer::Result<api::ReportFigures, std::string> check_result(const Finished& result, const queue::Job& job);
 
 /// EXR with all layers, the largest format, takes 52 bytes a pixel. The rest is for headers.
 constexpr std::uint64_t image_bytes_max(std::uint32_t width, std::uint32_t height) {

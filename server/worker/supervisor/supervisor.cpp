@@ -1,14 +1,12 @@
 #include "server/worker/supervisor/supervisor.h"
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
 
-#include "server/worker/supervisor/deadlines.h"
 #include "server/worker/supervisor/job_dispatcher.h"
 #include "server/worker/supervisor/outcome_writer.h"
 #include "server/worker/supervisor/task_dispatcher.h"
@@ -39,7 +37,7 @@ SupervisorSettings with_defaults(SupervisorSettings settings) {
 
 }  // namespace
 
-/// One thread that owns the worker process, its jobs and their deadlines. It never waits for the store: StoreExecutor
+/// One thread that owns the worker process and its jobs. It never waits for the store: StoreExecutor
 /// calls it and posts the results back.
 class Supervisor::Loop final : public queue::JobRunner {
  public:
@@ -47,9 +45,8 @@ class Supervisor::Loop final : public queue::JobRunner {
       : settings_(with_defaults(std::move(settings))),
         store_executor_(std::make_unique<StoreExecutor>(settings_.store_threads, settings_.store_pause, log)),
         process_(settings_, log),
-        deadlines_(settings_),
         outcomes_(queue, *store_executor_, events_, settings_, log),
-        dispatcher_(queue, settings_, *store_executor_, events_, process_, deadlines_, outcomes_, log),
+        dispatcher_(queue, settings_, *store_executor_, events_, process_, outcomes_, log),
         task_dispatcher_(queue, settings_, *store_executor_, events_, process_, dispatcher_, log),
         thread_([this] { run(); }) {}
 
@@ -81,14 +78,14 @@ class Supervisor::Loop final : public queue::JobRunner {
 
   bool take_slot() noexcept override { return dispatcher_.take_slot(); }
   void return_slot(std::optional<queue::Claim>&& claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
-  std::string not_ready() override { return draining_ ? "draining" : process_.not_ready(); }
+  std::string not_ready() override { return dispatcher_.draining() ? "draining" : process_.not_ready(); }
 
   bool drain(std::chrono::milliseconds timeout) {
     const std::lock_guard lock(drain_mutex_);
     if (thread_.joinable()) {
       events_.post([this, timeout] {
-        draining_ = true;
-        deadlines_.start_drain(Clock::now() + timeout);
+        dispatcher_.start_drain();
+        drain_end_ = Clock::now() + timeout;
         process_.stop_starting();
       });
       thread_.join();
@@ -104,11 +101,13 @@ class Supervisor::Loop final : public queue::JobRunner {
   void run() {
     for (;;) {
       const auto now = Clock::now();
-      if (deadlines_.take_drain_end(now)) {
+      if (now >= drain_end_) {
+        drain_end_ = Clock::time_point::max();
+        drain_ended_ = true;
         store_executor_->stop_retrying();
         outcomes_.backlog().stop();
       }
-      if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
+      if (dispatcher_.draining() && (dispatcher_.running() == 0 || drain_ended_)) {
         process_.end("was stopped by drain", true);
         handle_worker_exit();
         if (process_.state() == WorkerState::absent && dispatcher_.idle() && task_dispatcher_.idle())
@@ -117,7 +116,7 @@ class Supervisor::Loop final : public queue::JobRunner {
       process_.start_if_due(now);
       dispatcher_.claim_jobs(now);
       dispatcher_.offer_slot(now);
-      task_dispatcher_.run(now, deadlines_.draining());
+      task_dispatcher_.run(now, dispatcher_.draining());
       send_image_tasks();
       process_.wait(events_.descriptor(), next_deadline());
       dispatcher_.withdraw_slot();
@@ -209,28 +208,27 @@ class Supervisor::Loop final : public queue::JobRunner {
     for (auto& [number, task] : tasks_)
       if (std::exchange(task.sent, false)) prepare_image_task(number, task.task);
     task_dispatcher_.on_worker_exit();
-    if (dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
+    if (dispatcher_.on_worker_exit(*exit) > 0 && dispatcher_.draining()) interrupted_by_drain_ = true;
   }
 
-  [[nodiscard]] Deadlines::Time next_deadline() const {
+  [[nodiscard]] Clock::time_point next_deadline() const {
     const auto now = Clock::now();
-    return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_claim(now),
-                     task_dispatcher_.next(now), deadlines_.next(process_.state() == WorkerState::ready)});
+    return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_deadline(now),
+                     task_dispatcher_.next(), drain_end_});
   }
 
   const SupervisorSettings settings_;
   LoopEvents events_;
   std::unique_ptr<StoreExecutor> store_executor_;
   WorkerProcess process_;
-  Deadlines deadlines_;
   OutcomeWriter outcomes_;
   JobDispatcher dispatcher_;
   TaskDispatcher task_dispatcher_;
   std::uint64_t last_task_ = 0;
-  std::map<std::uint64_t, StartedTask> tasks_;  ///< images in work, by number
-  std::uint64_t task_bytes_ = 0;                ///< total size of `tasks_`
-  std::atomic<bool> draining_ = false;
-  bool interrupted_by_drain_ = false;
+  std::map<std::uint64_t, StartedTask> tasks_;              ///< images in work, by number
+  std::uint64_t task_bytes_ = 0;                            ///< total size of `tasks_`
+  Clock::time_point drain_end_ = Clock::time_point::max();  ///< until it has passed
+  bool drain_ended_ = false, interrupted_by_drain_ = false;
   std::mutex drain_mutex_;
   std::thread thread_;  ///< last: starts after the other members
 };

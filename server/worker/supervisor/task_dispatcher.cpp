@@ -100,7 +100,7 @@ void TaskDispatcher::release(const queue::TaskClaim& claim) {
       "release_task", [this, claim] { store_->release(claim); }, [](bool) {});
 }
 
-TaskDispatcher::Time TaskDispatcher::next(Time /*now*/) const {
+Time TaskDispatcher::next() const {
   if (store_ == nullptr || process_.state() != WorkerState::ready) return Time::max();
   Time next = next_.second;
   if (!awaited_.empty() && !reading_) next = std::min(next, next_.read);

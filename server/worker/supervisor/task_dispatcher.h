@@ -24,13 +24,12 @@ namespace worker {
 /// Used by the thread of the event loop. Without a store of tasks all functions do nothing.
 class TaskDispatcher {
  public:
-  using Time = std::chrono::steady_clock::time_point;
   TaskDispatcher(queue::Queue& queue, const SupervisorSettings& settings, StoreExecutor& executor, LoopEvents& events,
                  WorkerProcess& process, const JobDispatcher& jobs, queue::Log log);
 
   /// Reads results of this node's tasks and, unless it is `draining`, claims tasks of others, if that is due.
   void run(Time now, bool draining);
-  [[nodiscard]] Time next(Time now) const;  ///< when run() has something to do
+  [[nodiscard]] Time next() const;  ///< when run() has something to do
   void on_message(Message& message);
   void on_worker_exit();
 
