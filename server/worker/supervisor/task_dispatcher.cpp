@@ -52,21 +52,29 @@ TaskDispatcher::TaskDispatcher(queue::Queue& queue, const SupervisorSettings& se
                           })));
 }
 
-void TaskDispatcher::call_store(const char* operation, std::function<void()> call, std::function<void(bool)> done) {
+template <class Call, class Done>
+void TaskDispatcher::call_store(const char* operation, Call call, Done done) {
   ++pending_;
   executor_.run([this, operation, call = std::move(call), done = std::move(done)] {
-    bool ok = true;
+    std::optional<std::invoke_result_t<Call>> result;
     try {
-      call();
+      result.emplace(call());
     } catch (const std::exception& failure) {
-      ok = false;
       log_(queue::LogLevel::error, "store_failure", {{"during", operation}, {"detail", failure.what()}});
     }
-    events_.post([this, done, ok] {
+    events_.post([this, done, result = std::move(result)]() mutable {
       --pending_;
-      done(ok);
+      done(std::move(result));
     });
   });
+}
+
+void TaskDispatcher::call_store(const char* operation, std::function<void()> call) {
+  const auto returning = [call = std::move(call)] {
+    call();
+    return true;
+  };
+  call_store(operation, returning, [](std::optional<bool>) {});
 }
 
 void TaskDispatcher::run(Time now, bool draining) {
@@ -78,12 +86,8 @@ void TaskDispatcher::run(Time now, bool draining) {
   if (now < next_.second) return;
   next_.second = now + second;
   if (jobs_.running() > 0) count_helpers();
-  if (!helping_.empty() || !own_.empty())
-    call_store(
-        "renew_tasks", [this] { store_->renew(); }, [](bool) {});
-  if (!draining && can_help())
-    call_store(
-        "offer_help", [this] { store_->offer_help(); }, [](bool) {});
+  if (!helping_.empty() || !own_.empty()) call_store("renew_tasks", [this] { store_->renew(); });
+  if (!draining && can_help()) call_store("offer_help", [this] { store_->offer_help(); });
 }
 
 /// Claims for jobs that have ended here, and may run elsewhere.
@@ -96,8 +100,7 @@ void TaskDispatcher::release_unused_claims() {
 }
 
 void TaskDispatcher::release(const queue::TaskClaim& claim) {
-  call_store(
-      "release_task", [this, claim] { store_->release(claim); }, [](bool) {});
+  call_store("release_task", [this, claim] { store_->release(claim); });
 }
 
 Time TaskDispatcher::next() const {
@@ -111,12 +114,10 @@ Time TaskDispatcher::next() const {
 // ---- jobs that run here
 
 void TaskDispatcher::count_helpers() {
-  const auto count = std::make_shared<int>(0);
-  call_store(
-      "count_helpers", [this, count] { *count = store_->helpers(); },
-      [this, count](bool ok) {
-        if (ok) process_.send(pack(Helpers{*count}));
-      });
+  const auto count = [this] { return store_->helpers(); };
+  call_store("count_helpers", count, [this](std::optional<int> helpers) {
+    if (helpers) process_.send(pack(Helpers{*helpers}));
+  });
 }
 
 void TaskDispatcher::publish(PublishTasks& message) {
@@ -126,41 +127,40 @@ void TaskDispatcher::publish(PublishTasks& message) {
     job.bytes += task.part.size();
   }
   if (job.bytes > published_bytes_max) return process_.end("published too many tasks", false);
-  const auto shared = std::make_shared<PublishTasks>(std::move(message));
-  const auto store = [this, shared] {
-    executor_.run_with_retry(0, "publish_tasks", [&] { store_->publish(shared->job_id, shared->tasks); });
-    wakeups_->publish(tasks_published, shared->job_id);
-  };
-  call_store("publish_tasks", store, [](bool) {});
+  call_store("publish_tasks", [this, published = std::move(message)] {
+    executor_.run_with_retry(0, "publish_tasks", [&] { store_->publish(published.job_id, published.tasks); });
+    wakeups_->publish(tasks_published, published.job_id);
+  });
 }
 
 void TaskDispatcher::take(const std::string& job_id) {
-  const auto claim = std::make_shared<std::optional<queue::TaskClaim>>();
-  call_store(
-      "take_task", [this, job_id, claim] { *claim = store_->claim_own(job_id); },
-      [this, job_id, claim](bool) {
-        if (*claim) own_.insert_or_assign({job_id, (*claim)->key}, **claim);
-        process_.send(pack(*claim ? TaskTaken{job_id, (*claim)->key, (*claim)->attempt} : TaskTaken{job_id, {}}));
-      });
+  const auto take = [this, job_id] { return store_->claim_own(job_id); };
+  call_store("take_task", take, [this, job_id](std::optional<std::optional<queue::TaskClaim>> taken) {
+    const auto claim = taken.value_or(std::nullopt);
+    if (claim) own_.insert_or_assign({job_id, claim->key}, *claim);
+    process_.send(pack(claim ? TaskTaken{job_id, claim->key, claim->attempt} : TaskTaken{job_id, {}}));
+  });
 }
 
 void TaskDispatcher::read_results() {
   reading_ = true;
   next_.read = Time::clock::now() + second;  // a message that comes while it reads shortens it
-  const auto found = std::make_shared<std::vector<TaskDone>>();
-  const auto read = [this, found, awaited = awaited_] {
+  using Results = std::vector<TaskDone>;
+  const auto read = [this, awaited = awaited_] {
+    Results found;
     for (const auto& [job_id, job] : awaited) {
       for (const std::string& key : store_->finished(job_id)) {
         if (!job.keys.contains(key)) continue;
         if (auto outcome = store_->outcome(job_id, key))
-          found->push_back({job_id, key, std::move(outcome->node), outcome->attempt, std::move(outcome->result)});
+          found.push_back({job_id, key, std::move(outcome->node), outcome->attempt, std::move(outcome->result)});
       }
     }
+    return found;
   };
-  call_store("read_results", read, [this, found](bool ok) {
+  call_store("read_results", read, [this](std::optional<Results> found) {
     reading_ = false;
-    if (!ok) next_.read = Time::clock::now() + second;
-    for (TaskDone& result : *found) {
+    if (!found) next_.read = Time::clock::now() + second;
+    for (TaskDone& result : found.value_or(Results())) {
       const auto job = awaited_.find(result.job_id);
       if (job != awaited_.end() && job->second.keys.erase(result.key) > 0) process_.send(pack(std::move(result)));
     }
@@ -196,16 +196,13 @@ void TaskDispatcher::on_traced(TaskTraced& message) {
     excluded_.insert(message.job_id);
     log_(queue::LogLevel::warning, "task_not_traced", {{"job_id", message.job_id}});
   }
-  const auto shared = std::make_shared<std::pair<queue::TaskClaim, TaskTraced>>(claim.mapped(), std::move(message));
-  const auto store = [this, own, shared] {
-    const auto& [claimed, traced] = *shared;
+  call_store("finish_task", [this, own, claimed = claim.mapped(), traced = std::move(message)] {
     if (traced.failed) {
       store_->release(claimed);
     } else if (store_->finish(claimed, traced.result) && !own) {
       wakeups_->publish(task_result, claimed.job_id);
     }
-  };
-  call_store("finish_task", store, [](bool) {});
+  });
 }
 
 // ---- tasks of other nodes
@@ -223,16 +220,16 @@ void TaskDispatcher::help() {
     std::optional<queue::TaskClaim> claim;
     std::pair<std::string, std::string> document;
   };
-  const auto found = std::make_shared<Found>(Found{std::nullopt, document_});
-  const auto claim = [this, found, excluded = joined(excluded_)] {
-    found->claim = store_->claim_other(excluded);
-    if (!found->claim || found->claim->job_id == found->document.first) return;
-    found->document = {found->claim->job_id, queue_.queries.document(found->claim->job_id).value_or("")};
+  const auto claim = [this, known = document_, excluded = joined(excluded_)] {
+    Found found{store_->claim_other(excluded), known};
+    if (found.claim && found.claim->job_id != known.first)
+      found.document = {found.claim->job_id, queue_.queries.document(found.claim->job_id).value_or("")};
+    return found;
   };
-  call_store("claim_task", claim, [this, found](bool ok) {
+  call_store("claim_task", claim, [this](std::optional<Found> found) {
     claiming_ = false;
-    if (!ok) next_.help = Time::clock::now() + second;
-    if (!found->claim) return;
+    if (!found) next_.help = Time::clock::now() + second;
+    if (!found || !found->claim) return;
     next_.help = {};  // there may be more
     document_ = std::move(found->document);
     if (process_.state() != WorkerState::ready) return release(*found->claim);

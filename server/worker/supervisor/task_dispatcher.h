@@ -39,8 +39,10 @@ class TaskDispatcher {
  private:
   using Key = std::pair<std::string, std::string>;  ///< job and task
 
-  /// Calls `call` on another thread, then `done` on this one: with whether it did not fail.
-  void call_store(const char* operation, std::function<void()> call, std::function<void(bool)> done);
+  /// Calls `call` on another thread, then `done` on this one with its result; none if it has failed.
+  template <class Call, class Done>
+  void call_store(const char* operation, Call call, Done done);
+  void call_store(const char* operation, std::function<void()> call);
   void publish(PublishTasks& message);
   void take(const std::string& job_id);
   void on_traced(TaskTraced& message);
