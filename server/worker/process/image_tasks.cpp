@@ -2,17 +2,16 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "api/measurement_json.h"
+#include "server/support/file_io.h"
 #include "server/worker/process/jobs.h"
 #include "tracer/compare.h"
 #include "tracer/encode.h"
@@ -23,7 +22,8 @@ namespace {
 
 std::vector<std::uint8_t> read_memory(const Descriptor& memory) {
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(lseek(memory.get(), 0, SEEK_END)));
-  if (pread(memory.get(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+  if (support::read_at(memory.get(), 0, reinterpret_cast<char*>(bytes.data()), bytes.size()) !=
+      static_cast<ssize_t>(bytes.size()))
     throw std::runtime_error("an image cannot be read");
   return bytes;
 }
@@ -102,8 +102,7 @@ void run_image_task(ImageTask task, std::uint64_t memory_bytes, int socket) noex
   } catch (const std::exception& failure) {
     message.result.failure = failure.what();
   }
-  const Packet packet = pack(std::move(message));
-  while (send(socket, packet) == Sent::later) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  send_when_possible(socket, std::move(message));
 }
 
 }  // namespace worker

@@ -164,10 +164,7 @@ Finished render(Assign job, const JobFiles& files, JobControl& control, tracer::
     const std::vector<std::uint8_t> bytes = value_of(render.encode(format, name));
     finished.images.push_back({name, std::string(tracer::media_type(format)), sealed_memory(text_of(bytes))});
   }
-  api::Division division;
-  if (exchange != nullptr && exchange->tasks() != 0)
-    division = {exchange->workers(), exchange->tasks(), exchange->repeated()};
-  finished.report = render.report(division);
+  finished.report = render.report(exchange != nullptr ? exchange->division() : api::Division{});
   return finished;
 }
 

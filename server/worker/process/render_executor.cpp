@@ -22,6 +22,10 @@ constexpr std::chrono::milliseconds heartbeat_interval{1000};
 constexpr std::chrono::milliseconds progress_interval{50};
 constexpr int nice_max = 19;  // sched(7)
 
+int arena_threads(const Options& options) {
+  return options.threads > 0 ? options.threads : oneapi::tbb::task_arena::automatic;
+}
+
 std::optional<tracer::Image> snapshot(JobControl& control, std::uint32_t side) {
   try {
     return control.preview.snapshot(side);
@@ -67,7 +71,7 @@ RenderExecutor::RenderExecutor(int socket, const Options& options, FileClient& f
       files_{options.files, &file_client},
       cache_(options.scene_cache_bytes),
       channel_{
-          helpers_, [this](Message message) { send_message(std::move(message)); },
+          helpers_, [this](Message message) { send_when_possible(socket_, std::move(message)); },
           options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))},
       task_tracer_(files_, cache_) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { run_waiting_jobs(); });
@@ -89,20 +93,22 @@ void RenderExecutor::assign(Assign assigned) {
   job_available_.notify_one();
 }
 
+std::shared_ptr<RenderExecutor::Job> RenderExecutor::find(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? nullptr : found->second;
+}
+
 void RenderExecutor::cancel(const Cancel& message) {
-  std::shared_ptr<Job> job;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = jobs_.find(message.job_id);
-    if (found == jobs_.end()) return;
-    job = found->second;
-  }
+  const std::shared_ptr<Job> job = find(message.job_id);
+  if (!job) return;
   const std::lock_guard sending(job->last_preview);
   std::optional<tracer::Image> last;  // from before the render stops, because its pixels are then gone
   if (message.preview) last = snapshot(job->control, queue::last_preview_side);
   job->control.tracing.cancel();
   std::string png = preview_png(job->control, last);
-  if (!png.empty()) send_message(PreviewResponse{message.job_id, queue::last_preview_side, std::move(png)});
+  if (!png.empty())
+    send_when_possible(socket_, PreviewResponse{message.job_id, queue::last_preview_side, std::move(png)});
 }
 
 void RenderExecutor::request_preview(const PreviewRequest& request) {
@@ -115,22 +121,21 @@ void RenderExecutor::request_preview(const PreviewRequest& request) {
 
 void RenderExecutor::trace_task(TraceTask task) {
   std::thread([this, task = std::move(task)] {
-    oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
+    oneapi::tbb::task_arena arena(arena_threads(options_));
     TaskTraced traced;
     {
       const LowPriorityObserver observer(arena, nice_level_);
       arena.execute([&] { traced = task_tracer_.trace(task); });
     }
-    send_message(std::move(traced));
+    send_when_possible(socket_, std::move(traced));
   }).detach();
 }
 
 std::shared_ptr<TaskExchange> RenderExecutor::exchange_of(const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(job_id);
-  if (found == jobs_.end()) return nullptr;
-  const std::lock_guard exchange_lock(found->second->control.exchange_mutex);
-  return found->second->control.exchange;
+  const std::shared_ptr<Job> job = find(job_id);
+  if (!job) return nullptr;
+  const std::lock_guard lock(job->control.exchange_mutex);
+  return job->control.exchange;
 }
 
 void RenderExecutor::on_task_taken(const TaskTaken& message) {
@@ -142,7 +147,7 @@ void RenderExecutor::on_task_done(TaskDone message) {
 }
 
 void RenderExecutor::run_waiting_jobs() {
-  oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
+  oneapi::tbb::task_arena arena(arena_threads(options_));
   std::unique_lock lock(mutex_);
   for (;;) {
     job_available_.wait(lock, [&] { return !waiting_jobs_.empty(); });
@@ -155,29 +160,28 @@ void RenderExecutor::run_waiting_jobs() {
 }
 
 void RenderExecutor::run_large_job(Assign assigned) {
-  oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
+  oneapi::tbb::task_arena arena(arena_threads(options_));
   const LowPriorityObserver observer(arena, nice_level_);
   arena.execute([&] { run_job(std::move(assigned)); });
 }
 
 void RenderExecutor::run_job(Assign assigned) {
   const std::string id = assigned.job_id;
-  std::unique_lock lock(mutex_);
-  const std::shared_ptr<Job> job = jobs_.at(id);
-  lock.unlock();
+  const std::shared_ptr<Job> job = find(id);
   const TaskChannel* const channel = assigned.divisible ? &channel_ : nullptr;
   Outcome outcome = queue::job_kind(assigned.kind) == queue::JobKind::measure
                         ? measure_job(assigned, files_, job->control)
                         : render_job(std::move(assigned), files_, job->control, &cache_, channel);
   const auto* failed = std::get_if<Failed>(&outcome);
   if (failed != nullptr && failed->problem.code == "out_of_memory") cache_.clear();  // memory for the next attempt
-  lock.lock();
-  jobs_.erase(id);
-  needs_trim_ = true;
-  idle_since_ = std::chrono::steady_clock::now();
-  lock.unlock();
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.erase(id);
+    needs_trim_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
+  }
   const std::lock_guard sent(job->last_preview);
-  std::visit([this](auto& answer) { send_message(std::move(answer)); }, outcome);
+  std::visit([this](auto& answer) { send_when_possible(socket_, std::move(answer)); }, outcome);
 }
 
 void RenderExecutor::heartbeat_loop() {
@@ -186,7 +190,7 @@ void RenderExecutor::heartbeat_loop() {
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_heartbeat) {
       const tracer::SceneCache::Bytes cached = cache_.memory_bytes();
-      send_message(Heartbeat{cached.geometry, cached.images});
+      send_when_possible(socket_, Heartbeat{cached.geometry, cached.images});
       next_heartbeat = now + heartbeat_interval;
       trim_heap(now);
     }
@@ -230,7 +234,7 @@ void RenderExecutor::send_progress() {
       if (!summary.empty()) messages.emplace_back(MeasurementUpdate{id, std::move(summary)});
     }
   }
-  for (Message& message : messages) send_message(std::move(message));
+  for (Message& message : messages) send_when_possible(socket_, std::move(message));
 }
 
 /// Encodes previews on this thread, which takes some milliseconds for each request.
@@ -249,13 +253,8 @@ void RenderExecutor::send_previews() {
       const std::lock_guard lock(mutex_);
       job->preview_sides.erase(response.side);
     }
-    send_message(std::move(response));
+    send_when_possible(socket_, std::move(response));
   }
-}
-
-void RenderExecutor::send_message(Message message) {
-  const Packet packet = pack(std::move(message));
-  while (send(socket_, packet) == Sent::later) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 }  // namespace worker

@@ -56,7 +56,7 @@ class RenderExecutor {
   void trim_heap(std::chrono::steady_clock::time_point now);
   void send_progress();
   void send_previews();
-  void send_message(Message message);
+  std::shared_ptr<Job> find(const std::string& id);  ///< null if it does not wait or run
   std::shared_ptr<TaskExchange> exchange_of(const std::string& job_id);
 
   const int socket_;

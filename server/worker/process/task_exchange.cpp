@@ -92,7 +92,7 @@ void TaskExchange::put(std::size_t part, std::string_view result) {
     done_[part] = true;
     key = keys_[part];
     if (key.empty()) return;
-    ++published_.tasks;
+    ++published_.division.tasks;
     published_.bytes += static_cast<double>(result.size());
   }
   send_(TaskTraced{settings_.job_id, key, false, std::string(result)});
@@ -150,7 +150,7 @@ void TaskExchange::on_taken(const TaskTaken& message) {
   const auto found = part_of_key_.find(message.key);
   if (found != part_of_key_.end()) {
     taken_.push_back(found->second);
-    published_.repeated += static_cast<std::uint64_t>(std::max<std::int64_t>(message.attempt, 1) - 1);
+    published_.division.repeated_tasks += static_cast<std::uint64_t>(std::max<std::int64_t>(message.attempt, 1) - 1);
   } else if (message.key.empty()) {
     none_left_ = true;
   }
@@ -161,8 +161,8 @@ void TaskExchange::on_done(TaskDone&& message) {
   const std::lock_guard lock(mutex_);
   const auto found = part_of_key_.find(message.key);
   if (found == part_of_key_.end()) return;
-  ++published_.tasks;
-  published_.repeated += static_cast<std::uint64_t>(std::max<std::int64_t>(message.attempt, 1) - 1);
+  ++published_.division.tasks;
+  published_.division.repeated_tasks += static_cast<std::uint64_t>(std::max<std::int64_t>(message.attempt, 1) - 1);
   published_.bytes += static_cast<double>(message.result.size());
   published_.nodes.insert(message.node);
   done_[found->second] = true;
@@ -171,19 +171,12 @@ void TaskExchange::on_done(TaskDone&& message) {
   changed_.notify_all();
 }
 
-std::uint64_t TaskExchange::tasks() const {
+api::Division TaskExchange::division() const {
   const std::lock_guard lock(mutex_);
-  return published_.tasks;
-}
-
-std::uint64_t TaskExchange::repeated() const {
-  const std::lock_guard lock(mutex_);
-  return published_.repeated;
-}
-
-std::uint64_t TaskExchange::workers() const {
-  const std::lock_guard lock(mutex_);
-  return 1 + published_.nodes.size();
+  if (published_.division.tasks == 0) return {};
+  api::Division division = published_.division;
+  division.workers += published_.nodes.size();
+  return division;
 }
 
 }  // namespace worker

@@ -43,9 +43,7 @@ class TaskExchange final : public tracer::PartExchange {
   void on_taken(const TaskTaken& message);
   void on_done(TaskDone&& message);
 
-  [[nodiscard]] std::uint64_t tasks() const;     ///< tasks whose results are in the image
-  [[nodiscard]] std::uint64_t repeated() const;  ///< further claims of these: by workers that ended
-  [[nodiscard]] std::uint64_t workers() const;   ///< workers that traced them, or 1
+  [[nodiscard]] api::Division division() const;
 
   bool divides(std::uint64_t samples) override;
   void begin(std::span<const tracer::Part> parts) override;
@@ -85,7 +83,7 @@ class TaskExchange final : public tracer::PartExchange {
     double ms = 0, samples = 0, bytes = 0;
   } traced_;
   struct {
-    std::uint64_t tasks = 0, repeated = 0;
+    api::Division division{};  ///< its `workers` is that of `nodes`
     double bytes = 0;
     std::set<std::string> nodes;
     bool any = false;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -16,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <thread>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -315,6 +317,11 @@ Sent send(int socket, const Packet& packet) {
     if (errno == EAGAIN || errno == ENOBUFS || errno == ENOMEM || errno == ETOOMANYREFS) return Sent::later;
     if (errno != EINTR) return Sent::closed;
   }
+}
+
+void send_when_possible(int socket, Message message) {
+  const Packet packet = pack(std::move(message));
+  while (send(socket, packet) == Sent::later) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 Received receive(int socket, std::size_t body_limit, FileRule rule) {

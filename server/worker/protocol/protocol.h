@@ -232,6 +232,9 @@ enum class Sent { yes, later, closed };
 /// Sends one packet completely or not at all. `later`: a non-blocking socket is full. Any thread. Never throws.
 Sent send(int socket, const Packet& packet);
 
+/// The same, once there is space. Throws as pack.
+void send_when_possible(int socket, Message message);
+
 /// A non-blocking socket has no message now.
 struct Nothing {};
 /// The other end is closed.
