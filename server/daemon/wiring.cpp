@@ -13,6 +13,7 @@
 
 #include "api/load_assets.h"
 #include "api/requests.h"
+#include "server/support/process_memory.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "tracer/version.h"
@@ -338,8 +339,8 @@ telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, cons
   values.worker_pid = supervisor.worker_pid();
   values.worker_jobs = supervisor.running();
   values.worker_slots = supervisor.slots();
-  values.rss_bytes = telemetry::resident_bytes("self");
-  if (values.worker_pid > 0) values.worker_rss_bytes = telemetry::resident_bytes(std::to_string(values.worker_pid));
+  values.rss_bytes = support::resident_bytes(::getpid());
+  if (values.worker_pid > 0) values.worker_rss_bytes = support::resident_bytes(values.worker_pid);
   return values;
 }
 

@@ -1,10 +1,8 @@
 #include "server/telemetry/service_metrics.h"
 
 #include <prometheus/text_serializer.h>
-#include <unistd.h>
 
 #include <exception>
-#include <fstream>
 #include <iterator>
 #include <optional>
 
@@ -86,13 +84,6 @@ Histograms& add_histograms(prometheus::Registry& registry, const std::string& na
 }
 
 }  // namespace
-
-std::optional<std::int64_t> resident_bytes(const std::string& process) {
-  std::ifstream statm("/proc/" + process + "/statm");
-  std::int64_t pages = 0, resident_pages = 0;
-  if (!(statm >> pages >> resident_pages)) return std::nullopt;
-  return resident_pages * ::sysconf(_SC_PAGESIZE);
-}
 
 RequestMetrics::RequestMetrics(prometheus::Registry& registry)
     : requests_(add_counters(registry, "whittle_requests_total",

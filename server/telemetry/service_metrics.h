@@ -55,9 +55,6 @@ struct GaugeValues {
   int worker_jobs = 0, worker_slots = 0;                    ///< jobs that it runs, and may run at once
 };
 
-/// Resident memory of a process, from /proc; none if there is no such process.
-std::optional<std::int64_t> resident_bytes(const std::string& process);
-
 /// Text format 0.0.4.
 std::string metrics_text(const prometheus::Registry& registry, const GaugeValues& gauges);
 

@@ -29,25 +29,24 @@
 
 namespace worker {
 
-struct SupervisorSettings {
+/// Jobs that run at once share the threads, and a job that runs alone has all of them. If there are several slots,
+/// large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends. 0 slots, the default:
+/// threads
+/// + 1, because small jobs are mostly sequential. The cache is in addition to job_memory_bytes. A worker with more
+/// memory for each of its jobs, beyond what it had before the first one and its cache, is killed, and the jobs have
+/// failed as "out_of_memory"; checked at each heartbeat.
+struct SupervisorSettings : Options {
+  SupervisorSettings() { slots = 0, scene_cache_bytes = 512u << 20; }
+
   std::string executable;  ///< absolute path of whittled-worker
   /// False: no job is claimed; the worker only processes finished images (queue::ImageTask).
   bool claims_jobs = true;
-  /// Jobs that run at once; they share the threads, and a job that runs alone has all of them. If there are several
-  /// slots, large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends.
-  /// 0: threads + 1, because small jobs are mostly sequential.
-  int slots = 0;
   /// Jobs of one owner that run at once, so that the slots are not all occupied by jobs of one owner. 0: slots - 1.
   int owner_slots = std::numeric_limits<int>::max();
   /// A job that takes longer is large from then on. If it takes the last slot then, it is stopped and queued again,
   /// and the attempt does not count. Small jobs take some seconds at most (api::is_large).
   std::chrono::milliseconds small_job_time{10'000};
-  int threads = 0;  ///< see Options
-  FileSettings files;
   OpenUpload open_upload;  ///< see SceneFiles
-  /// Geometry and images that a worker keeps for the next jobs, in addition to job_memory_bytes.
-  std::uint64_t scene_cache_bytes = 512u << 20;
-  std::chrono::milliseconds cache_idle{60'000};  ///< see Options
   /// Threads that claim jobs and store results. They mostly wait for the disk: a result takes one sync, a large image
   /// two more, and the disk combines the syncs of all threads. 0: the larger of 16 and slots.
   int store_threads = 0;
@@ -75,9 +74,6 @@ struct SupervisorSettings {
   RetrySettings retry;
   /// A longer attempt is stopped and has failed as "timed_out". Whatever takes longer than a day hangs.
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};
-  /// A worker with more memory for each of its jobs, beyond what it had before the first one and its cache, is killed,
-  /// and the jobs have failed as "out_of_memory"; checked at each heartbeat.
-  std::uint64_t job_memory_bytes = 16ull << 30;
   /// The tasks that several nodes share, and messages about them; null: each image is traced by one node. Both must
   /// outlive the supervisor.
   queue::TaskStore* tasks = nullptr;

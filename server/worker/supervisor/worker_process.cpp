@@ -2,33 +2,22 @@
 
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <exception>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
+#include "server/support/process_memory.h"
 #include "server/worker/supervisor/message_check.h"
 
 namespace worker {
 
 using queue::LogLevel;
 
-namespace {
-
-/// 0 if the process has exited.
-std::uint64_t resident_bytes(int pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
-  std::uint64_t size_pages = 0, resident_pages = 0;
-  file >> size_pages >> resident_pages;
-  return resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
-}  // namespace
+static std::uint64_t memory_of(int pid) { return static_cast<std::uint64_t>(support::resident_bytes(pid).value_or(0)); }
 
 // ---- start
 
@@ -38,13 +27,7 @@ WorkerProcess::Instance::Instance(const SupervisorSettings& settings) : child(se
     throw std::system_error(errno, std::generic_category(), "socketpair");
   Descriptor workers(ends[1]);
   files = std::make_unique<FileServer>(Descriptor(ends[0]), settings.files, settings.open_upload);
-  const Options options{settings.slots,
-                        settings.threads,
-                        settings.job_memory_bytes,
-                        settings.scene_cache_bytes,
-                        static_cast<std::uint64_t>(settings.cache_idle.count()),
-                        settings.files};
-  child.send(pack(Configure{options, std::move(workers)}));
+  child.send(pack(Configure{settings, std::move(workers)}));
 }
 
 void WorkerProcess::start_if_due(Time now) {
@@ -65,7 +48,7 @@ void WorkerProcess::start_if_due(Time now) {
 
 void WorkerProcess::on_ready(const Ready& ready) {
   state_ = WorkerState::ready;
-  base_memory_bytes_ = resident_bytes(pid_);
+  base_memory_bytes_ = memory_of(pid_);
   set_not_ready("");
   {
     const std::lock_guard lock(status_mutex_);
@@ -147,7 +130,7 @@ void WorkerProcess::on_heartbeat(const Heartbeat& heartbeat, std::size_t job_cou
   const std::uint64_t cached = heartbeat.geometry_bytes + heartbeat.image_bytes;
   const std::uint64_t limit =
       base_memory_bytes_ + std::min(cached, settings_.scene_cache_bytes) + job_count * settings_.job_memory_bytes;
-  const std::uint64_t used = resident_bytes(pid_);
+  const std::uint64_t used = memory_of(pid_);
   if (used <= limit) return;
   end("had " + std::to_string(used) + " bytes of memory, above the limit job_memory_bytes of " +
           std::to_string(settings_.job_memory_bytes) + " for each job,",
