@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <optional>
 
 #include "server/daemon/config.h"
+#include "server/support/parse_number.h"
 
 namespace whittled {
 namespace {
@@ -151,14 +151,6 @@ constexpr std::array table{
          "lowest level that is logged; debug includes every read"),
 };
 
-/// Decimal digits only.
-std::optional<std::uint64_t> parse_count(std::string_view text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 std::string got(std::string_view text) { return ", got \"" + std::string(text) + "\""; }
 
 bool is_ipv6(std::string_view host) { return host.find(':') != std::string_view::npos; }
@@ -171,7 +163,7 @@ bool is_address(const std::string& host) {
 // The value of `text` for the option, or the rule that it violates.
 
 std::string parse(const Option& option, std::string_view text, std::uint64_t& value) {
-  const auto parsed = parse_count(text);
+  const auto parsed = support::parse_number<std::uint64_t>(text);
   if (!parsed || *parsed < option.least || *parsed > option.most) {
     return "must be a whole number " + option.range() + got(text);
   }
@@ -199,7 +191,7 @@ std::string parse(const Option& /*option*/, std::string_view text, Address& addr
     return "an IPv6 address needs brackets: [" + host + "]";
   }
   if (host == "localhost") host = "127.0.0.1";
-  const auto port = parse_count(text.substr(colon + 1));
+  const auto port = support::parse_number<std::uint64_t>(text.substr(colon + 1));
   if (!port || *port > 65535) return "the port must be 0..65535" + got(text.substr(colon + 1));
   if (!is_address(host)) return "must be a literal address such as 127.0.0.1 or [::1]" + got(host);
   address = {host, static_cast<std::uint16_t>(*port)};

@@ -3,7 +3,6 @@
 /// negotiation, ranges and preconditions.
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -11,7 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "server/support/parse_number.h"
+
 namespace http {
+
+using support::parse_number;
 
 /// ASCII lower case.
 inline char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -35,15 +38,6 @@ inline std::string_view take_until(std::string_view& text, char separator) {
   const std::string_view part = text.substr(0, text.find(separator));
   text.remove_prefix(std::min(text.size(), part.size() + 1));
   return trimmed(part);
-}
-
-/// A decimal number that is the whole text and fits into the type.
-template <class Number>
-std::optional<Number> parse_number(std::string_view text) {
-  Number value{};
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc{} && rest == end ? std::optional(value) : std::nullopt;
 }
 
 /// Index of the offer that `accept` gives the greatest weight (RFC 9110, section 12.5.1: the most specific range

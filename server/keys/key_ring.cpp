@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <sstream>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "server/support/descriptor.h"
+#include "server/support/parse_number.h"
 #include "server/support/read_file.h"
 #include "tracer/sha256.h"
 
@@ -50,10 +50,8 @@ std::string read_line(const std::string& line, Key& key) {
   const auto read = parse_scopes(scopes);
   if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + scopes + "\"";
   if (!tracer::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
-  key = {name, *read, sha256};
-  const auto [end, error] = std::from_chars(weight.data(), weight.data() + weight.size(), key.weight);
-  const bool is_number = error == std::errc() && end == weight.data() + weight.size();
-  if (!is_number || key.weight < 1 || key.weight > weight_max)
+  key = {name, *read, sha256, support::parse_number<int>(weight).value_or(0)};
+  if (key.weight < 1 || key.weight > weight_max)
     return "the weight must be 1.." + std::to_string(weight_max) + ", got \"" + weight + "\"";
   return {};
 }
@@ -192,12 +190,11 @@ std::optional<Key> KeyRing::find_by_ticket(std::string_view ticket, std::string_
   const std::size_t expires = ticket.rfind('.', mac - 1);  // a name may have dots
   if (expires == std::string_view::npos) return std::nullopt;
   const std::string_view name = ticket.substr(0, expires), digits = ticket.substr(expires + 1, mac - expires - 1);
-  std::int64_t expires_s = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), expires_s);
-  if (error != std::errc() || end != digits.data() + digits.size() || expires_s < now_s_()) return std::nullopt;
+  const auto expires_s = support::parse_number<std::int64_t>(digits);
+  if (!expires_s || *expires_s < now_s_()) return std::nullopt;
   const auto keys = current();
   for (const Key& key : *keys)  // a name may have several keys
-    if (key.name == name && is_equal(ticket_text(key, path, expires_s), ticket)) return key;
+    if (key.name == name && is_equal(ticket_text(key, path, *expires_s), ticket)) return key;
   return std::nullopt;
 }
 

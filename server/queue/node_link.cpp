@@ -1,10 +1,11 @@
 #include "server/queue/node_link.h"
 
 #include <algorithm>
-#include <charconv>
 #include <exception>
 #include <optional>
 #include <utility>
+
+#include "server/support/parse_number.h"
 
 namespace queue {
 namespace {
@@ -31,11 +32,8 @@ template <class Number>
 std::optional<JobValue<Number>> parse(const std::string& text) {
   const std::size_t blank = text.find(' ');
   if (blank == std::string::npos) return std::nullopt;
-  JobValue<Number> parsed{text.substr(0, blank), {}};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + blank + 1, end, parsed.value);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return parsed;
+  const auto value = support::parse_number<Number>(std::string_view(text).substr(blank + 1));
+  return value ? std::optional(JobValue<Number>{text.substr(0, blank), *value}) : std::nullopt;
 }
 
 std::string result_name(std::uint32_t side) { return "preview " + std::to_string(side); }

@@ -7,12 +7,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 #include <memory>
 #include <new>
 #include <optional>
 #include <sstream>
+
+#include "server/support/parse_number.h"
 
 namespace webhooks {
 namespace {
@@ -53,11 +54,7 @@ std::optional<Network> read_network(std::string_view text) {
   auto network = read_address(std::string(text.substr(0, slash)));
   if (!network) return std::nullopt;
   const int bits_max = network->bits;
-  if (slash != std::string_view::npos) {
-    const std::string_view number = text.substr(slash + 1);
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), network->bits);
-    if (error != std::errc() || end != number.data() + number.size()) return std::nullopt;
-  }
+  if (slash != std::string_view::npos) network->bits = support::parse_number<int>(text.substr(slash + 1)).value_or(-1);
   if (network->bits < 0 || network->bits > bits_max) return std::nullopt;
   if (bits_max == 32) network->bits += v4_prefix_bits;
   return network;

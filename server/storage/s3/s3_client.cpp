@@ -3,7 +3,6 @@
 #include <curl/curl.h>
 
 #include <algorithm>
-#include <charconv>
 #include <new>
 #include <pugixml.hpp>
 #include <random>
@@ -12,6 +11,7 @@
 
 #include "server/queue/job_store.h"
 #include "server/storage/s3/presigned_url.h"
+#include "server/support/parse_number.h"
 
 namespace storage::s3 {
 namespace {
@@ -53,12 +53,6 @@ std::string describe(const HttpRequest& request, const HttpAnswer& answer) {
 bool is_transient(const HttpAnswer& answer) {
   return answer.status == 0 || answer.status == 408 || answer.status == 409 || answer.status == 429 ||
          (answer.status >= 500 && answer.status != 507) || error_code(answer) == "RequestTimeout";
-}
-
-std::uint64_t number_of(const std::string& text) {
-  std::uint64_t number = 0;
-  std::from_chars(text.data(), text.data() + text.size(), number);
-  return number;
 }
 
 /// A random part of the pause, so that nodes which lost the store together do not return together.
@@ -224,7 +218,9 @@ std::optional<S3Client::Piece> S3Client::get(const std::string& key, std::uint64
   if (answer.status == 416) return Piece{{}, bytes_of(key).value_or(0)};  // at or behind the end
   if (answer.status == 404 && error_code(answer) == "NoSuchKey") return std::nullopt;
   if (answer.status == 206) {
-    const std::uint64_t total = number_of(answer.content_range.substr(answer.content_range.find('/') + 1));
+    const std::uint64_t total =
+        support::parse_number<std::uint64_t>(answer.content_range.substr(answer.content_range.find('/') + 1))
+            .value_or(0);
     return Piece{std::move(answer.body), total};
   }
   // All of it: some stores send an empty object, or one that is shorter than the range, so.
