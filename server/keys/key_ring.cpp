@@ -1,7 +1,6 @@
 #include "server/keys/key_ring.h"
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -65,11 +64,9 @@ std::string ticket_text(const Key& key, std::string_view path, std::int64_t expi
 [[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
 
 std::string random_hex() {
-  std::array<unsigned char, 32> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) fail("no random bits");
-  std::string hex;
-  for (const unsigned char byte : bytes) hex += {"0123456789abcdef"[byte >> 4], "0123456789abcdef"[byte & 15]};
-  return hex;
+  std::string bytes(32, '\0');
+  if (::getentropy(bytes.data(), bytes.size()) != 0) fail("no random bits");
+  return tracer::hex_of(bytes);
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include "server/queue/clock.h"
 
-#include <sys/random.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <system_error>
 
 namespace queue {
@@ -14,15 +15,10 @@ namespace {
 constexpr std::uint64_t counter_end = 1u << 12;
 
 std::string uuid_text(std::uint64_t high, std::uint64_t low) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string text;
-  text.reserve(36);
-  for (int nibble = 0; nibble < 32; ++nibble) {
-    if (nibble == 8 || nibble == 12 || nibble == 16 || nibble == 20) text.push_back('-');
-    const std::uint64_t half = nibble < 16 ? high : low;
-    text.push_back(digits[half >> (60 - 4 * (nibble % 16)) & 0xf]);
-  }
-  return text;
+  std::array<char, 37> text{};
+  std::snprintf(text.data(), text.size(), "%08lx-%04lx-%04lx-%04lx-%012lx", high >> 32, high >> 16 & 0xffff,
+                high & 0xffff, low >> 48, low & 0xffff'ffff'ffff);
+  return text.data();
 }
 
 }  // namespace
@@ -37,9 +33,7 @@ Clock system_clock() {
 RandomBits system_random() {
   return [] {
     std::uint64_t bits = 0;
-    while (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits)) {
-      if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "getrandom");
-    }
+    if (::getentropy(&bits, sizeof bits) != 0) throw std::system_error(errno, std::generic_category(), "getentropy");
     return bits;
   };
 }

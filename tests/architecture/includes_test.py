@@ -21,7 +21,7 @@ THIRD_PARTY = [
     ("cpp-httplib", r"httplib\.h", ["server/http/handlers/service_handlers", "tests/http/independent_client_test"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
     ("libpq", r"libpq-fe\.h|libpq/.*", ["server/storage/postgres/"]),
-    ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/", "server/storage/s3/"]),
+    ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/"]),
     ("pugixml", r"pugixml\.hpp", ["server/storage/s3/"]),
     ("libcurl", r"curl/.*", ["server/webhooks/", "server/storage/s3/"]),
     ("spdlog", r"(spdlog|fmt)/.*", ["server/telemetry/"]),

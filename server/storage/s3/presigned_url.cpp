@@ -1,32 +1,11 @@
 #include "server/storage/s3/presigned_url.h"
 
-#include <openssl/evp.h>
-#include <openssl/hmac.h>
-
 #include <array>
 
 #include "tracer/sha256.h"
 
 namespace storage::s3 {
 namespace {
-
-std::string hmac(const std::string& key, const std::string& text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()), reinterpret_cast<const unsigned char*>(text.data()),
-       text.size(), digest.data(), &size);
-  return {reinterpret_cast<const char*>(digest.data()), size};
-}
-
-std::string hex(const std::string& bytes) {
-  constexpr const char* digits = "0123456789abcdef";
-  std::string text;
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += {digits[byte >> 4], digits[byte & 15]};
-  }
-  return text;
-}
 
 std::string in_utc(std::time_t time, const char* format) {
   std::tm utc{};
@@ -53,8 +32,9 @@ std::string presigned(const std::string& url, const std::string& region, const C
                                 "\n\nhost\nUNSIGNED-PAYLOAD";
   const std::string text = "AWS4-HMAC-SHA256\n" + time + "\n" + scope + "\n" + tracer::sha256_hex(canonical);
   std::string key = "AWS4" + credentials.secret_key;
-  for (const std::string& part : {date, region, std::string("s3"), std::string("aws4_request")}) key = hmac(key, part);
-  return url + "?" + query + "&X-Amz-Signature=" + hex(hmac(key, text));
+  for (const std::string& part : {date, region, std::string("s3"), std::string("aws4_request")})
+    key = tracer::hmac_sha256(key, part);
+  return url + "?" + query + "&X-Amz-Signature=" + tracer::hex_of(tracer::hmac_sha256(key, text));
 }
 
 }  // namespace storage::s3

@@ -115,7 +115,9 @@ S3Client::S3Client(S3Settings settings)
 }
 
 std::string S3Client::url_of(const std::string& key) const {
-  return base_url_ + percent_encoded(settings_.location.prefix + key, '/');
+  std::string path = percent_encoded(settings_.location.prefix + key);
+  for (std::size_t slash = 0; (slash = path.find("%2F", slash)) != std::string::npos;) path.replace(slash, 3, "/");
+  return base_url_ + path;
 }
 
 HttpAnswer S3Client::send(HttpRequest request) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <new>
 
 #include "tracer/sha256.h"
@@ -41,18 +40,9 @@ std::size_t receive_body(const char* bytes, std::size_t size, std::size_t count,
   return size * count;
 }
 
-std::size_t receive_header(const char* bytes, std::size_t size, std::size_t count, void* context) {
-  HttpAnswer& answer = static_cast<Exchange*>(context)->answer;
-  const std::string line(bytes, size * count);
-  const auto value_of = [&](const char* name, std::string& value) {
-    const std::size_t length = std::strlen(name);
-    if (strncasecmp(line.c_str(), name, length) != 0) return;
-    const std::size_t first = std::min(line.find_first_not_of(' ', length), line.size());
-    value = line.substr(first, line.find_last_not_of(" \r\n") + 1 - first);
-  };
-  value_of("etag:", answer.etag);
-  value_of("content-range:", answer.content_range);
-  return size * count;
+std::string header_of(CURL* easy, const char* name) {
+  curl_header* header = nullptr;
+  return curl_easy_header(easy, name, 0, CURLH_HEADER, -1, &header) == CURLHE_OK ? header->value : "";
 }
 
 using List = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
@@ -109,26 +99,16 @@ void set_transport(CURL* easy, const HttpSettings& settings, Exchange& exchange)
   set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(exchange.request.timeout.count()));
   set(easy, CURLOPT_WRITEFUNCTION, &receive_body);
   set(easy, CURLOPT_WRITEDATA, static_cast<void*>(&exchange));
-  set(easy, CURLOPT_HEADERFUNCTION, &receive_header);
-  set(easy, CURLOPT_HEADERDATA, static_cast<void*>(&exchange));
   if (!exchange.request.range.empty()) set(easy, CURLOPT_RANGE, exchange.request.range.c_str());
 }
 
 }  // namespace
 
-std::string percent_encoded(const std::string& text, char keep) {
-  constexpr const char* digits = "0123456789ABCDEF";
-  std::string encoded;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool is_letter = (byte | 0x20u) >= 'a' && (byte | 0x20u) <= 'z', is_digit = byte >= '0' && byte <= '9';
-    if (is_letter || is_digit || (byte != 0 && std::strchr("-._~", c) != nullptr) || (keep != '\0' && c == keep)) {
-      encoded += c;
-    } else {
-      encoded += {'%', digits[byte >> 4], digits[byte & 15]};
-    }
-  }
-  return encoded;
+std::string percent_encoded(const std::string& text) {
+  const std::unique_ptr<char, decltype(&curl_free)> encoded(
+      curl_easy_escape(nullptr, text.data(), static_cast<int>(text.size())), &curl_free);
+  if (!encoded) throw std::bad_alloc();
+  return encoded.get();
 }
 
 std::string query_of(Parameters parameters) {
@@ -191,6 +171,8 @@ HttpAnswer SignedHttp::send(const HttpRequest& request, const Credentials& crede
   curl_easy_getinfo(easy.get(), CURLINFO_RESPONSE_CODE, &status);
   curl_easy_getinfo(easy.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
   exchange.answer.status = static_cast<int>(status);
+  exchange.answer.etag = header_of(easy.get(), "etag");
+  exchange.answer.content_range = header_of(easy.get(), "content-range");
   exchange.answer.content_length = length < 0 ? 0 : static_cast<std::uint64_t>(length);
   return std::move(exchange.answer);
 }

@@ -18,8 +18,8 @@ namespace storage::s3 {
 /// Names and values, not encoded.
 using Parameters = std::vector<std::pair<std::string, std::string>>;
 
-/// All but A-Z a-z 0-9 - . _ ~ as %XX (RFC 3986 section 2.3), as signatures need it; `keep` is kept as well.
-std::string percent_encoded(const std::string& text, char keep = '\0');
+/// All but A-Z a-z 0-9 - . _ ~ as %XX (RFC 3986 section 2.3), as signatures need it.
+std::string percent_encoded(const std::string& text);
 
 /// name=value joined by &, encoded and sorted, with = also after names without a value.
 std::string query_of(Parameters parameters);
