@@ -16,18 +16,12 @@ namespace {
 
 constexpr std::size_t file_bytes_max = 1'000'000'000;  // 64 Mpx of uncompressed floats
 
-struct Unreadable {
-  std::string message;
-  ExitCode code = incomparable_images;
-};
-
-tracer::Result<tracer::ImageFile, Unreadable> read(const std::string& path) {
-  const auto bytes = read_text(path, file_bytes_max);
-  if (!bytes) return Unreadable{bytes.error().message, environment_failure};
-  if (bytes->size() > file_bytes_max)
-    return Unreadable{path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes"};
-  auto file = tracer::read_image({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
-  if (!file) return Unreadable{path + " " + file.error()};
+tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
+  const std::string bytes = read_text(path, file_bytes_max);
+  if (bytes.size() > file_bytes_max)
+    return path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes";
+  auto file = tracer::read_image({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  if (!file) return path + " " + file.error();
   return std::move(*file);
 }
 
@@ -66,16 +60,16 @@ void print_metrics(const tracer::Comparison& found, const std::array<std::string
 
 ExitCode run(const DiffOptions& options) {
   auto a = read(options.images[0]);
-  if (!a) return fail(a.error().message, a.error().code);
+  if (!a) return fail(a.error(), incomparable_images);
   auto b = read(options.images[1]);
-  if (!b) return fail(b.error().message, b.error().code);
+  if (!b) return fail(b.error(), incomparable_images);
   const auto found = tracer::compare(a->image, b->image, options.worst);
   if (!found) return fail(found.error(), incomparable_images);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));
   if (options.heat_path) {
     const auto png = tracer::encode(tracer::heat_map(a->image, b->image, white), tracer::Format::png);
     if (!png) return fail(png.error());
-    if (const auto written = write_file(*options.heat_path, png->bytes); !written) return fail(written.error().message);
+    write_file(*options.heat_path, png->bytes);
   }
   const bool differ = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {

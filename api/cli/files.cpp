@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -16,8 +17,8 @@
 namespace cli {
 namespace {
 
-FileError error_of(const char* action, const std::string& path, int error) {
-  return {std::string("cannot ") + action + " " + path + ": " + std::strerror(error)};
+[[noreturn]] void throw_error(const char* action, const std::string& path, int error) {
+  throw std::runtime_error(std::string("cannot ") + action + " " + path + ": " + std::strerror(error));
 }
 
 std::string directory_of(const std::string& path) {
@@ -45,10 +46,10 @@ std::size_t initial_buffer_bytes(int descriptor) {
 }
 
 template <class Bytes>
-tracer::Result<Bytes, FileError> read_into(const std::string& path, std::size_t limit) {
+Bytes read_into(const std::string& path, std::size_t limit) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return error_of("read", path, errno);
+  if (descriptor < 0) throw_error("read", path, errno);
   Bytes bytes(std::min(initial_buffer_bytes(descriptor), limit + 1), {});
   std::size_t done = 0;
   ssize_t got = 0;
@@ -60,7 +61,7 @@ tracer::Result<Bytes, FileError> read_into(const std::string& path, std::size_t 
   }
   const int error = got < 0 ? errno : 0;
   if (!standard_input) ::close(descriptor);
-  if (error != 0) return error_of("read", path, error);
+  if (error != 0) throw_error("read", path, error);
   bytes.resize(done);
   return bytes;
 }
@@ -82,9 +83,11 @@ std::string error_before_open(const fs::path& path) {
 
 api::AssetBytes read(const fs::path& path) {
   if (std::string error = error_before_open(path); !error.empty()) return error;
-  auto bytes = read_bytes(path.string(), api::asset_bytes_max);
-  if (!bytes) return bytes.error().message;
-  return std::move(*bytes);
+  try {
+    return read_into<std::vector<std::uint8_t>>(path.string(), api::asset_bytes_max);
+  } catch (const std::runtime_error& failure) {
+    return std::string(failure.what());
+  }
 }
 
 api::AssetBytes read_upload(const std::string& directory, const std::string& name) {
@@ -96,23 +99,26 @@ api::AssetBytes read_upload(const std::string& directory, const std::string& nam
 
 }  // namespace
 
-tracer::Result<std::string, FileError> read_text(const std::string& path, std::size_t limit) {
-  return read_into<std::string>(path, limit);
+std::string read_text(const std::string& path, std::size_t limit) { return read_into<std::string>(path, limit); }
+
+void write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+  PendingFile file(path);
+  file.write(bytes);
+  file.publish();
 }
 
-tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::string& path, std::size_t limit) {
-  return read_into<std::vector<std::uint8_t>>(path, limit);
+PendingFile::PendingFile(std::string path) : path_(std::move(path)) {
+  struct stat existing {};
+  if (::stat(path_.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) throw_error("write", path_, EISDIR);
+  descriptor_ = ::open(directory_of(path_).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (descriptor_ >= 0) return;
+  if (!is_tmpfile_unsupported(errno)) throw_error("write", path_, errno);
+  std::string temporary = path_ + ".whittle-XXXXXX";
+  descriptor_ = ::mkostemp(temporary.data(), O_CLOEXEC);
+  if (descriptor_ < 0) throw_error("write", path_, errno);
+  temporary_ = std::move(temporary);
+  ::fchmod(descriptor_, default_permissions());
 }
-
-FileResult write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
-  auto file = PendingFile::create(path);
-  if (!file) return file.error();
-  if (auto written = file->write(bytes); !written) return written;
-  return file->publish();
-}
-
-PendingFile::PendingFile(std::string path, int descriptor, std::string temporary)
-    : path_(std::move(path)), descriptor_(descriptor), temporary_(std::move(temporary)) {}
 
 PendingFile::PendingFile(PendingFile&& other) noexcept
     : path_(std::move(other.path_)),
@@ -124,49 +130,32 @@ PendingFile::~PendingFile() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-tracer::Result<PendingFile, FileError> PendingFile::create(const std::string& path) {
-  struct stat existing {};
-  if (::stat(path.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) return error_of("write", path, EISDIR);
-  const int unlinked = ::open(directory_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  if (unlinked >= 0) return PendingFile(path, unlinked, "");
-  if (!is_tmpfile_unsupported(errno)) return error_of("write", path, errno);
-  std::string temporary = path + ".whittle-XXXXXX";
-  const int named = ::mkostemp(temporary.data(), O_CLOEXEC);
-  if (named < 0) return error_of("write", path, errno);
-  ::fchmod(named, default_permissions());
-  return PendingFile(path, named, std::move(temporary));
-}
-
-FileResult PendingFile::write(std::span<const std::uint8_t> bytes) {
+void PendingFile::write(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return error_of("write", path_, errno);
+    if (written < 0) throw_error("write", path_, errno);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
-  if (::fsync(descriptor_) != 0) return error_of("write", path_, errno);
-  return std::monostate{};
+  if (::fsync(descriptor_) != 0) throw_error("write", path_, errno);
 }
 
-FileResult PendingFile::publish() {
+void PendingFile::publish() {
   if (temporary_.empty()) {
     const std::string unlinked = "/proc/self/fd/" + std::to_string(descriptor_);
     const auto link_as = [&](const std::string& name) {
       return ::linkat(AT_FDCWD, unlinked.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
     };
-    if (link_as(path_)) return std::monostate{};
-    if (errno != EEXIST) return error_of("write", path_, errno);
+    if (link_as(path_)) return;
+    if (errno != EEXIST) throw_error("write", path_, errno);
     temporary_ = path_ + ".whittle-" + std::to_string(::getpid());  // linkat replaces nothing, rename does
-    if (!link_as(temporary_)) return error_of("write", std::exchange(temporary_, {}), errno);
+    if (!link_as(temporary_)) throw_error("write", std::exchange(temporary_, {}), errno);
   }
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return error_of("write", path_, errno);
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) throw_error("write", path_, errno);
   temporary_.clear();
-  return std::monostate{};
 }
 
-tracer::Result<std::string, FileError> read_document(const SceneSource& source) {
-  return read_text(source.path, api::DocumentLimits{}.bytes);
-}
+std::string read_document(const SceneSource& source) { return read_text(source.path, api::DocumentLimits{}.bytes); }
 
 tracer::Result<std::monostate, api::Refusal> load_scene(api::DocumentRender& render, const std::string& text,
                                                         const SceneSource& source) {

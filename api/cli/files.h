@@ -1,6 +1,6 @@
 #pragma once
-/// Reads scenes with their assets and other input files, and writes output files atomically; errors of the environment
-/// become one message.
+/// Reads scenes with their assets and other input files, and writes output files atomically. Errors of the environment
+/// are std::runtime_error: "cannot write /images/a.png: No space left on device".
 
 #include <cstddef>
 #include <cstdint>
@@ -15,48 +15,37 @@
 
 namespace cli {
 
-/// "cannot write /images/a.png: No space left on device"
-struct FileError {
-  std::string message;
-};
-using FileResult = tracer::Result<std::monostate, FileError>;
-
 /// Content of `path` ("-": standard input), but at most `limit` + 1 bytes, so that a larger file can be rejected.
-tracer::Result<std::string, FileError> read_text(const std::string& path, std::size_t limit);
-tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::string& path, std::size_t limit);
+std::string read_text(const std::string& path, std::size_t limit);
 
 /// Writes a file atomically, replacing any existing file.
-FileResult write_file(const std::string& path, std::span<const std::uint8_t> bytes);
+void write_file(const std::string& path, std::span<const std::uint8_t> bytes);
 
 /// An unlinked file in the directory of its path until `publish`. It leaves nothing behind when it is destroyed before
 /// or the process is killed. Exceptions, after SIGKILL or power loss only: between linking and renaming when an old
 /// file is replaced, and on file systems without O_TMPFILE, a temporary file PATH.whittle-XXXXXX may remain.
 class PendingFile {
  public:
+  explicit PendingFile(std::string path);
   PendingFile(PendingFile&& other) noexcept;
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(PendingFile&&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
   ~PendingFile();
 
-  /// Fails when `path` cannot be written.
-  static tracer::Result<PendingFile, FileError> create(const std::string& path);
-
   /// Writes and synchronizes to disk, so that a full disk fails here. After a failure the old file is unchanged.
-  FileResult write(std::span<const std::uint8_t> bytes);
+  void write(std::span<const std::uint8_t> bytes);
   /// Gives the file its path atomically, replacing any existing file.
-  FileResult publish();
+  void publish();
 
  private:
-  PendingFile(std::string path, int descriptor, std::string temporary);
-
   std::string path_;
   int descriptor_ = -1;
   std::string temporary_;  ///< path while it is not published; empty: unlinked
 };
 
 /// Text of the document, at most one byte more than the limit of documents.
-tracer::Result<std::string, FileError> read_document(const SceneSource& source);
+std::string read_document(const SceneSource& source);
 
 /// Parses `text` and loads its files. File names in it are relative to the directory of `source.path` (for "-": the
 /// working directory). A file named by its SHA-256 has that name in `source.assets_directory`, or the path that the

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -97,17 +98,14 @@ struct SavedMeasurement {
 
 /// Reads `name`.json and the files of `count` references. Fails if one of them exists and cannot be read, or if
 /// `name`.json is not a measurement, so that no other file is overwritten.
-tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key,
-                                                                   std::size_t count) {
+SavedMeasurement read_saved_measurement(const std::string& name, const std::string& key, std::size_t count) {
   SavedMeasurement saved;
   const std::string json_path = name + ".json";
   std::error_code ignored;
   if (std::filesystem::exists(json_path, ignored)) {
-    const auto text = read_text(json_path, json_bytes_max);
-    if (!text) return text.error();
-    auto measurement = api::read_measurement(*text);
+    auto measurement = api::read_measurement(read_text(json_path, json_bytes_max));
     if (!measurement)
-      return FileError{json_path + " exists and is not a measurement of this version; choose another -o"};
+      throw std::runtime_error(json_path + " exists and is not a measurement of this version; choose another -o");
     if (measurement->info.key == key) {
       saved.points = std::move(measurement->points);
     } else {
@@ -117,46 +115,38 @@ tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::st
   for (std::size_t index = 0; index < count; ++index) {
     const std::string path = reference_path(name, index);
     if (!std::filesystem::exists(path, ignored)) continue;
-    const auto bytes = read_text(path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max);
-    if (!bytes) return bytes.error();
     saved.references.resize(index + 1);
-    saved.references[index] = parse_reference(*bytes, key);
+    saved.references[index] =
+        parse_reference(read_text(path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max), key);
   }
   return saved;
 }
 
 /// Writes the file of a reference: one line of text, then the sums as doubles in native byte order.
-FileResult write_reference(const std::string& path, const std::string& key, const tracer::Reference& reference) {
+void write_reference(const std::string& path, const std::string& key, const tracer::Reference& reference) {
   std::string bytes = header_of(reference, key);
   for (const std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
-  return write_file(path, bytes_of(bytes));
+  write_file(path, bytes_of(bytes));
 }
 
 /// Writes `name`.json.
-FileResult write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
-                        bool complete) {
-  return write_file(name + ".json", bytes_of(api::write_measurement(measurement, {key, complete})));
+void write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
+                  bool complete) {
+  write_file(name + ".json", bytes_of(api::write_measurement(measurement, {key, complete})));
 }
 
 /// Writes `name`.csv, .svg and .png: all or none.
-FileResult write_results(const std::string& name, const tracer::Measurement& measurement) {
+void write_results(const std::string& name, const tracer::Measurement& measurement) {
   const tracer::Plot plot = tracer::chart(measurement);
   const auto png = tracer::plot_png(plot);
-  if (!png) return FileError{png.error()};
+  if (!png) throw std::runtime_error(png.error());
   const std::array<std::pair<const char*, std::string>, 3> contents{{{".csv", api::write_measurement_csv(measurement)},
                                                                      {".svg", tracer::plot_svg(plot)},
                                                                      {".png", std::string(png->begin(), png->end())}}};
   std::vector<PendingFile> files;
-  for (const auto& [ending, bytes] : contents) {
-    auto file = PendingFile::create(name + ending);
-    if (!file) return file.error();
-    if (auto written = file->write(bytes_of(bytes)); !written) return written;
-    files.push_back(std::move(*file));
-  }
-  for (PendingFile& file : files)
-    if (auto published = file.publish(); !published) return published;
-  return std::monostate{};
+  for (const auto& [ending, bytes] : contents) files.emplace_back(name + ending).write(bytes_of(bytes));
+  for (PendingFile& file : files) file.publish();
 }
 
 double steady_seconds() {
@@ -199,13 +189,11 @@ std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOpti
   }
   for (std::size_t i = 0; i < run.references().size(); ++i) {
     const tracer::Reference& reference = run.references()[i];
-    if (std::pair(reference.images, reference.complete) == before[i]) continue;
-    if (const auto written = write_reference(reference_path(options.name, i), key, reference); !written)
-      return fail(written.error().message);
+    if (std::pair(reference.images, reference.complete) != before[i])
+      write_reference(reference_path(options.name, i), key, reference);
   }
   if (failure) return fail(*failure, "interrupted; rerun the command to resume from " + options.name + ".json");
-  if (const auto written = write_points(options.name, key, run.measurement(), run.done()); !written)
-    return fail(written.error().message);
+  write_points(options.name, key, run.measurement(), run.done());
   return std::nullopt;
 }
 
@@ -253,24 +241,22 @@ void print_table(const tracer::Measurement& measurement) {
 
 /// Takes all remaining steps, resuming from saved files, and writes the results.
 ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options, const std::string& key) {
-  auto saved = read_saved_measurement(options.name, key, run.references().size());
-  if (!saved) return fail(saved.error().message);
-  if (saved->has_other_key)
+  SavedMeasurement saved = read_saved_measurement(options.name, key, run.references().size());
+  if (saved.has_other_key)
     std::fprintf(stderr, "%s.json has another scene, size or build: starting again\n", options.name.c_str());
-  for (std::size_t i = 0; i < saved->references.size(); ++i) {
-    if (!saved->references[i]) continue;
-    saved->references[i]->model = run.references()[i].model;
-    run.resume(*std::move(saved->references[i]));
+  for (std::size_t i = 0; i < saved.references.size(); ++i) {
+    if (!saved.references[i]) continue;
+    saved.references[i]->model = run.references()[i].model;
+    run.resume(*std::move(saved.references[i]));
   }
-  run.resume(std::move(saved->points));
+  run.resume(std::move(saved.points));
   tracer::RenderControl control;
   const CancelOnSignal cancel_on_signal(control);
   while (!run.done())
     if (const auto stopped = take_step(run, options, key, control)) return *stopped;
   const tracer::Measurement measurement = run.measurement();
-  if (const auto written = write_points(options.name, key, measurement, true); !written)
-    return fail(written.error().message);
-  if (const auto written = write_results(options.name, measurement); !written) return fail(written.error().message);
+  write_points(options.name, key, measurement, true);
+  write_results(options.name, measurement);
   print_table(measurement);
   return std::fflush(stdout) == 0 ? success : environment_failure;
 }
@@ -278,10 +264,9 @@ ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options,
 }  // namespace
 
 ExitCode run(const MeasureOptions& options) {
-  const auto text = read_document(options.scene);
-  if (!text) return fail(text.error().message);
+  const std::string text = read_document(options.scene);
   api::DocumentRender render;
-  if (const auto loaded = load_scene(render, *text, options.scene); !loaded) {
+  if (const auto loaded = load_scene(render, text, options.scene); !loaded) {
     print_issues(stderr, loaded.error());
     return invalid_scene;
   }
@@ -299,7 +284,7 @@ ExitCode run(const MeasureOptions& options) {
                               .reference_samples = options.reference_samples,
                               .threads = options.threads,
                               .seconds = steady_seconds});
-  return measure_all(run, options, fingerprint(*text, render.assets, options));
+  return measure_all(run, options, fingerprint(text, render.assets, options));
 }
 
 }  // namespace cli

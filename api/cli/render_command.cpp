@@ -114,17 +114,14 @@ std::optional<ExitCode> write_all(api::DocumentRender& render, const std::vector
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto bytes = render.encode(outputs[i].format, outputs[i].path);
     if (!bytes) return fail(bytes.error());
-    if (const auto written = files[i].write(*bytes); !written) return fail(written.error().message);
+    files[i].write(*bytes);
   }
   if (control.cancelled()) return fail(nothing_written, interrupted);
   if (files.size() > outputs.size()) {
     const std::string report = render.report() + '\n';
-    const std::span bytes(reinterpret_cast<const std::uint8_t*>(report.data()), report.size());
-    if (const auto written = files.back().write(bytes); !written) return fail(written.error().message);
+    files.back().write({reinterpret_cast<const std::uint8_t*>(report.data()), report.size()});
   }
-  for (PendingFile& file : files) {
-    if (const auto published = file.publish(); !published) return fail(published.error().message);
-  }
+  for (PendingFile& file : files) file.publish();
   return std::nullopt;
 }
 
@@ -132,9 +129,7 @@ std::optional<ExitCode> write_all(api::DocumentRender& render, const std::vector
 
 ExitCode run(const RenderOptions& options) {
   api::DocumentRender render;
-  const auto text = read_document(options.scene);
-  if (!text) return fail(text.error().message);
-  if (const auto loaded = load_scene(render, *text, options.scene); !loaded) {
+  if (const auto loaded = load_scene(render, read_document(options.scene), options.scene); !loaded) {
     print_issues(stderr, loaded.error());
     return invalid_scene;
   }
@@ -154,18 +149,9 @@ ExitCode run(const RenderOptions& options) {
   tracer::RenderControl control;
   const CancelOnSignal cancel_on_signal(control);
   std::vector<PendingFile> files;
-  for (const RenderOptions::Output& output : options.outputs) {
-    auto file = PendingFile::create(output.path);
-    if (!file) return fail(file.error().message);
-    files.push_back(std::move(*file));
-  }
-
+  for (const RenderOptions::Output& output : options.outputs) files.emplace_back(output.path);
   const bool prints_report = options.report_path == "-";
-  if (!options.report_path.empty() && !prints_report) {
-    auto file = PendingFile::create(options.report_path);
-    if (!file) return fail(file.error().message);
-    files.push_back(std::move(*file));
-  }
+  if (!options.report_path.empty() && !prints_report) files.emplace_back(options.report_path);
 
   if (const auto done = trace(render, options, control); !done) return fail(done.error(), nothing_written);
   if (const auto stopped = write_all(render, options.outputs, files, control)) return *stopped;

@@ -30,10 +30,8 @@ void print_valid(const tracer::Scene& scene) {
 }  // namespace
 
 ExitCode run(const CheckOptions& options) {
-  const auto text = read_document(options.scene);
-  if (!text) return fail(text.error().message);
   api::DocumentRender render;
-  const auto loaded = load_scene(render, *text, options.scene);
+  const auto loaded = load_scene(render, read_document(options.scene), options.scene);
   if (options.json) {
     const std::string json =
         loaded ? api::write_valid(render.document.scene, std::nullopt) : api::write_invalid(issues_of(loaded.error()));
