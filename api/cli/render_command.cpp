@@ -23,15 +23,12 @@ namespace {
 /// Rates are over the whole trace time, in which all kinds are traced together.
 void print_rays(const tracer::RayCounts& rays, double trace_ms) {
   const double seconds = std::max(trace_ms, 1e-3) / 1000;
-  const std::array<std::pair<const char*, std::uint64_t>, 6> kinds{{{"camera", rays.camera},
-                                                                    {"shadow", rays.shadow},
-                                                                    {"reflection", rays.reflection},
-                                                                    {"refraction", rays.refraction},
-                                                                    {"diffuse", rays.diffuse},
-                                                                    {"all", rays.total()}}};
-  for (const auto& [kind, count] : kinds)
+  const auto print = [seconds](const char* kind, std::uint64_t count) {
     std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
                  static_cast<double>(count) / seconds / 1e6);
+  };
+  for (const auto& [kind, count] : tracer::ray_kinds) print(kind, rays.*count);
+  print("all", rays.total());
 }
 
 /// The bound that is proven, the worst tile and why sampling ended, as far as they are not trivial.

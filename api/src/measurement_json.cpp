@@ -117,9 +117,7 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
   for (const double value : {claimed.worst_tile, claimed.sampling, claimed.depth, claimed.cutoff, claimed.approximation,
                              claimed.tone, point.samples_mean})
     line << ',' << value;
-  for (const std::uint64_t count :
-       {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction, point.rays.diffuse})
-    line << ',' << count;
+  for (const auto& [name, count] : tracer::ray_kinds) line << ',' << point.rays.*count;
   line << ',' << in_front << ',' << measurement.reference_error << ',' << tracer::is_broken(measurement, point) << ','
        << point.runs.size() << ',' << point.setting.model;
   for (const std::optional<double>& error : {point.model_error, point.total_error}) {

@@ -159,8 +159,7 @@ std::optional<ReportFigures> read_report(std::string_view report) {
   ReportFigures figures;
   figures.of_render = member(root, "rays") != nullptr && error != nullptr;
   if (!figures.of_render) return figures;
-  figures.rays = {count("rays", "camera"), count("rays", "shadow"), count("rays", "reflection"),
-                  count("rays", "refraction"), count("rays", "diffuse")};
+  for (const auto& [name, rays] : tracer::ray_kinds) figures.rays.*rays = count("rays", name);
   figures.cache_hits.geometry = is_true(member(root, "geometry_reused"));
   figures.cache_hits.textures = static_cast<std::uint32_t>(count("textures", "reused"));
   figures.cache_hits.decoded_textures = static_cast<std::uint32_t>(count("textures", "decoded"));

@@ -23,11 +23,6 @@ constexpr std::pair<const char*, double ErrorEstimate::*> error_parts[] = {
 /// In the order of ErrorEstimate::Limit.
 constexpr std::array<const char*, 6> limit_names{nullptr,       "target",      "time_budget",
                                                  "samples_max", "fixed_parts", "invisible"};
-constexpr std::pair<const char*, std::uint64_t RayCounts::*> ray_kinds[] = {{"camera", &RayCounts::camera},
-                                                                            {"shadow", &RayCounts::shadow},
-                                                                            {"reflection", &RayCounts::reflection},
-                                                                            {"refraction", &RayCounts::refraction},
-                                                                            {"diffuse", &RayCounts::diffuse}};
 
 Json approximations_json(const Approximations& approximate) {
   Json json = Json::object();
@@ -123,13 +118,13 @@ ErrorEstimate error_of_json(const Json& json) {
 
 Json rays_json(const RayCounts& rays) {
   Json json;
-  for (const auto& [name, count] : ray_kinds) json[name] = rays.*count;
+  for (const auto& [name, count] : tracer::ray_kinds) json[name] = rays.*count;
   return json;
 }
 
 RayCounts rays_of_json(const Json& json) {
   RayCounts rays;
-  for (const auto& [name, count] : ray_kinds) json.at(name).get_to(rays.*count);
+  for (const auto& [name, count] : tracer::ray_kinds) json.at(name).get_to(rays.*count);
   return rays;
 }
 

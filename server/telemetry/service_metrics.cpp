@@ -147,7 +147,7 @@ void JobMetrics::create_series() {
     run_seconds_.Add({{"state", state}}, duration_buckets_s);
   }
   for (const char* reason : {"expires_at", "age", "artifact_bytes"}) expired_.Add({{"reason", reason}});
-  for (const char* kind : {"camera", "shadow", "reflection", "refraction", "diffuse"}) rays_.Add({{"kind", kind}});
+  for (const auto& [kind, count] : tracer::ray_kinds) rays_.Add({{"kind", kind}});
   for (const char* kind : {"patches", "rays", "factors", "sweeps"}) radiosity_work_.Add({{"kind", kind}});
   for (const bool value : {false, true}) {
     targets_.Add(yes_or_no("met", value));
@@ -196,11 +196,8 @@ void JobMetrics::count_end(const queue::EndedJob& job) {
       .Observe(seconds(job.run->ended_at - job.run->started_at));
   const std::optional<api::ReportFigures>& figures = job.figures;
   if (!figures || !figures->of_render) return;
-  rays_.Add({{"kind", "camera"}}).Increment(static_cast<double>(figures->rays.camera));
-  rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
-  rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));
-  rays_.Add({{"kind", "refraction"}}).Increment(static_cast<double>(figures->rays.refraction));
-  rays_.Add({{"kind", "diffuse"}}).Increment(static_cast<double>(figures->rays.diffuse));
+  for (const auto& [kind, count] : tracer::ray_kinds)
+    rays_.Add({{"kind", kind}}).Increment(static_cast<double>(figures->rays.*count));
   const auto& rays = figures->rays;
   history_.add([&](ServiceHistory::Step& step, auto&) { step.rays += static_cast<std::int64_t>(rays.total()); });
   geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();

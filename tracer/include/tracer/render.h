@@ -20,6 +20,12 @@ struct RayCounts {
   [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction + diffuse; }
   bool operator==(const RayCounts&) const = default;
 };
+inline constexpr std::pair<const char*, std::uint64_t RayCounts::*> ray_kinds[] = {
+    {"camera", &RayCounts::camera},
+    {"shadow", &RayCounts::shadow},
+    {"reflection", &RayCounts::reflection},
+    {"refraction", &RayCounts::refraction},
+    {"diffuse", &RayCounts::diffuse}};
 
 /// Counters of one render. The tracer reads no clock: times are measured by the caller.
 struct RenderStatistics {

@@ -101,11 +101,7 @@ concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderCo
 };
 
 inline void add(RenderStatistics& total, const RenderStatistics& part) {
-  total.rays.camera += part.rays.camera;
-  total.rays.shadow += part.rays.shadow;
-  total.rays.reflection += part.rays.reflection;
-  total.rays.refraction += part.rays.refraction;
-  total.rays.diffuse += part.rays.diffuse;
+  for (const auto& [name, count] : ray_kinds) total.rays.*count += part.rays.*count;
   total.samples += part.samples;
   total.holdout_samples += part.holdout_samples;
   total.non_finite += part.non_finite;
