@@ -10,6 +10,7 @@
 
 #include "server/queue/clock.h"
 #include "server/storage/objects/directory_objects.h"
+#include "server/storage/s3/bucket_objects.h"
 
 namespace whittled {
 namespace {
@@ -62,14 +63,12 @@ void check_shared_files(const Config& config) {
 SharedFiles::Medium::Medium(const Config& config) {
   if (config.artifacts.starts_with(bucket_scheme)) {
     client = std::make_unique<storage::s3::S3Client>(valid_settings(config));
-    auto objects = std::make_unique<storage::s3::BucketObjects>(*client, "artifacts");
-    bucket = objects.get();
-    artifacts = std::move(objects);
-    assets = std::make_unique<storage::s3::BucketObjects>(*client, "assets");
-    return;
+    artifacts = storage::s3::objects_in_bucket(*client, "artifacts");
+    assets = storage::s3::objects_in_bucket(*client, "assets");
+  } else {
+    artifacts = storage::objects::objects_in_directory(config.artifacts + "/artifacts");
+    assets = storage::objects::objects_in_directory(config.artifacts + "/assets");
   }
-  artifacts = std::make_unique<storage::objects::DirectoryObjects>(config.artifacts + "/artifacts");
-  assets = std::make_unique<storage::objects::DirectoryObjects>(config.artifacts + "/assets");
 }
 
 SharedFiles::SharedFiles(const Config& config, storage::sql::Transactions& transactions, const queue::Clock& clock)
@@ -79,11 +78,6 @@ SharedFiles::SharedFiles(const Config& config, storage::sql::Transactions& trans
       asset_index_(transactions, ObjectIndex::Kind::asset),
       artifacts_(*medium_.artifacts, artifact_index_, clock),
       assets_(*medium_.assets, asset_index_, clock, config.uploads_bytes) {}
-
-std::optional<std::string> SharedFiles::url_of(const queue::Artifact& artifact) const {
-  if (!medium_.bucket) return std::nullopt;
-  return medium_.bucket->presigned_url(artifact.sha256, {{"response-content-type", artifact.media_type}});
-}
 
 std::chrono::milliseconds SharedFiles::collect(const queue::Log& log) {
   constexpr std::chrono::milliseconds step_pause(100), round_pause(std::chrono::hours(1));

@@ -10,7 +10,6 @@
 #include "server/queue/clock.h"
 #include "server/queue/event_log.h"
 #include "server/storage/objects/shared_stores.h"
-#include "server/storage/s3/bucket_objects.h"
 #include "server/storage/s3/s3_client.h"
 #include "server/storage/sql/sql_database.h"
 
@@ -31,7 +30,9 @@ class SharedFiles {
   [[nodiscard]] queue::AssetStore& assets() { return assets_; }
 
   /// A URL that reads the artifact from the bucket for an hour; nothing where there is no bucket.
-  [[nodiscard]] std::optional<std::string> url_of(const queue::Artifact& artifact) const;
+  [[nodiscard]] std::optional<std::string> url_of(const queue::Artifact& artifact) const {
+    return medium_.artifacts->url_of(artifact.sha256, artifact.media_type);
+  }
 
   /// One small step of the removal of artifacts that no job names and of traces of killed nodes; returns the pause
   /// before the next one. One thread.
@@ -43,7 +44,6 @@ class SharedFiles {
     explicit Medium(const Config& config);
     std::unique_ptr<storage::s3::S3Client> client;  ///< null for a directory
     std::unique_ptr<storage::objects::ObjectStore> artifacts, assets;
-    const storage::s3::BucketObjects* bucket = nullptr;  ///< `artifacts`; null for a directory
   };
 
   const queue::Clock clock_;

@@ -58,7 +58,7 @@ std::shared_ptr<AssetStore> make_shared(std::unique_ptr<storage::objects::Object
 }
 
 std::shared_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, Clock clock) {
-  return make_shared(std::make_unique<storage::objects::DirectoryObjects>(directory), std::move(clock));
+  return make_shared(storage::objects::objects_in_directory(directory), std::move(clock));
 }
 
 std::shared_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, Clock clock) {

@@ -47,13 +47,14 @@ std::string read_all(const ArtifactReader& reader) {
 struct Node {
   Node(const std::string& database, const std::string& directory, const std::atomic<std::int64_t>& now)
       : rows(database, {.connections = 2}),
-        objects(directory),
+        stored(objects_in_directory(directory)),
         index(rows.transactions(), ObjectIndex::Kind::artifact),
         store(objects, index, [&now] { return now.load(); }) {}
   std::string put(const std::string& bytes) { return store.put(MemoryFile(bytes).fd()).sha256; }
 
   storage::postgres::PostgresStores rows;
-  DirectoryObjects objects;
+  std::unique_ptr<ObjectStore> stored;
+  ObjectStore& objects = *stored;
   ObjectIndex index;
   SharedArtifactStore store;
 };
@@ -203,8 +204,7 @@ TEST_F(SharedStores, LeaveUnfinishedFilesOfOtherNodesForADay) {
   std::ofstream(young) << "half";
   std::ofstream(old) << "half";
   fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
-  DirectoryObjects another(objects);
-  another.remove_unfinished();
+  objects_in_directory(objects)->remove_unfinished();
   EXPECT_TRUE(fs::exists(young));
   EXPECT_FALSE(fs::exists(old));
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,12 @@ class ObjectStore {
 
   /// Deletes the traces of puts that have not ended within a day, because their node was killed.
   virtual void remove_unfinished() = 0;
+
+  /// A URL from which anybody can read the object for an hour, as a file of this type; none where there are no URLs.
+  [[nodiscard]] virtual std::optional<std::string> url_of(const std::string& /*sha256*/,
+                                                          const std::string& /*media_type*/) const {
+    return std::nullopt;
+  }
 };
 
 constexpr std::size_t small_bytes = 256u << 10;  ///< most images of a page of thumbnails

@@ -50,46 +50,61 @@ class ObjectReader final : public queue::ArtifactReader {
   mutable std::uint64_t window_at_ = 0;
 };
 
+class BucketObjects final : public objects::ObjectStore {
+ public:
+  BucketObjects(S3Client& client, std::string kind) : client_(client), kind_(std::move(kind)) {}
+
+  void put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) override {
+    client_.put(key_of(sha256), bytes, read);
+  }
+
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override {
+    auto first = client_.get(key_of(sha256), 0, objects::small_bytes);
+    return first ? std::make_unique<ObjectReader>(client_, key_of(sha256), *std::move(first)) : nullptr;
+  }
+
+  void remove(const std::string& sha256) override { client_.remove(key_of(sha256)); }
+
+  std::vector<Object> list(const std::string& after) override {
+    for (std::string key = after.empty() ? "" : key_of(after);;) {
+      const std::vector<S3Client::Listed> listed = client_.list(kind_ + "/", key);
+      std::vector<Object> objects;
+      for (const S3Client::Listed& each : listed) {
+        std::string name = each.key.substr(each.key.rfind('/') + 1);
+        if (tracer::is_sha256(name) && each.key == key_of(name)) objects.push_back({std::move(name), each.bytes});
+      }
+      if (!objects.empty() || listed.empty()) return objects;
+      key = listed.back().key;  // none of these is one of ours
+    }
+  }
+
+  void remove_unfinished() override {
+    const std::time_t yesterday = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 24 * 3600;
+    std::tm utc{};
+    gmtime_r(&yesterday, &utc);
+    std::array<char, 32> text{};
+    const std::string then(text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc));
+    while (client_.abort_uploads(kind_ + "/", then) > 0) {
+    }
+  }
+
+  [[nodiscard]] std::optional<std::string> url_of(const std::string& sha256,
+                                                  const std::string& media_type) const override {
+    return client_.presigned_url(key_of(sha256), std::chrono::hours(1), std::time(nullptr),
+                                 {{"response-content-type", media_type}});
+  }
+
+ private:
+  [[nodiscard]] std::string key_of(const std::string& sha256) const { return kind_ + "/" + queue::asset_path(sha256); }
+
+  S3Client& client_;
+  const std::string kind_;
+};
+
 }  // namespace
 
-std::string BucketObjects::key_of(const std::string& sha256) const { return kind_ + "/" + queue::asset_path(sha256); }
-
-void BucketObjects::put(const std::string& sha256, std::uint64_t bytes, const queue::AssetStore::Read& read) {
-  client_.put(key_of(sha256), bytes, read);
-}
-
-std::unique_ptr<queue::ArtifactReader> BucketObjects::open(const std::string& sha256) {
-  auto first = client_.get(key_of(sha256), 0, objects::small_bytes);
-  return first ? std::make_unique<ObjectReader>(client_, key_of(sha256), *std::move(first)) : nullptr;
-}
-
-void BucketObjects::remove(const std::string& sha256) { client_.remove(key_of(sha256)); }
-
-std::vector<objects::ObjectStore::Object> BucketObjects::list(const std::string& after) {
-  for (std::string key = after.empty() ? "" : key_of(after);;) {
-    const std::vector<S3Client::Listed> listed = client_.list(kind_ + "/", key);
-    std::vector<Object> objects;
-    for (const S3Client::Listed& each : listed) {
-      std::string name = each.key.substr(each.key.rfind('/') + 1);
-      if (tracer::is_sha256(name) && each.key == key_of(name)) objects.push_back({std::move(name), each.bytes});
-    }
-    if (!objects.empty() || listed.empty()) return objects;
-    key = listed.back().key;  // none of these is one of ours
-  }
-}
-
-void BucketObjects::remove_unfinished() {
-  const std::time_t yesterday = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 24 * 3600;
-  std::tm utc{};
-  gmtime_r(&yesterday, &utc);
-  std::array<char, 32> text{};
-  const std::string then(text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc));
-  while (client_.abort_uploads(kind_ + "/", then) > 0) {
-  }
-}
-
-std::string BucketObjects::presigned_url(const std::string& sha256, Parameters parameters) const {
-  return client_.presigned_url(key_of(sha256), std::chrono::hours(1), std::time(nullptr), std::move(parameters));
+std::unique_ptr<objects::ObjectStore> objects_in_bucket(S3Client& client, std::string kind) {
+  return std::make_unique<BucketObjects>(client, std::move(kind));
 }
 
 }  // namespace storage::s3
