@@ -26,37 +26,34 @@ std::string_view text_of(Bytes bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};  // the same bytes as characters
 }
 
-std::string at_byte(std::size_t offset, const std::string& sentence) {
-  return "byte " + std::to_string(offset) + ": " + sentence;
+[[noreturn]] void refuse_at_byte(std::size_t offset, const std::string& sentence) {
+  throw GltfError("byte " + std::to_string(offset) + ": " + sentence);
 }
 
-/// Sets the content of the chunk at `offset`; false if the file ends within it.
-bool chunk_at(Bytes bytes, std::size_t offset, Bytes& content) {
-  if (bytes.size() - offset < chunk_header_bytes) return false;
-  const Bytes rest = bytes.subspan(offset + chunk_header_bytes);
-  const std::uint32_t size = word_at(bytes, offset);
-  if (size > rest.size()) return false;
-  content = rest.first(size);
-  return true;
+/// The content of the chunk at `offset`.
+Bytes chunk_at(Bytes bytes, std::size_t offset, const char* which) {
+  const std::size_t left = bytes.size() - offset;
+  if (left < chunk_header_bytes || word_at(bytes, offset) > left - chunk_header_bytes)
+    refuse_at_byte(offset, std::string("the file ends within its ") + which + " chunk");
+  return bytes.subspan(offset + chunk_header_bytes, word_at(bytes, offset));
 }
 
-tracer::Result<Container, std::string> open_glb(Bytes bytes) {
-  if (bytes.size() < header_bytes) return at_byte(bytes.size(), "the file ends within its header");
+Container open_glb(Bytes bytes) {
+  if (bytes.size() < header_bytes) refuse_at_byte(bytes.size(), "the file ends within its header");
   if (const std::uint32_t version = word_at(bytes, 4); version != 2)
-    return at_byte(4, "must be version 2 of GLB, got " + std::to_string(version));
+    refuse_at_byte(4, "must be version 2 of GLB, got " + std::to_string(version));
   const std::uint32_t size = word_at(bytes, 8);
   if (size < header_bytes || size > bytes.size()) {
-    return at_byte(8, "declares " + std::to_string(size) + " bytes, the file has " + std::to_string(bytes.size()));
+    refuse_at_byte(8, "declares " + std::to_string(size) + " bytes, the file has " + std::to_string(bytes.size()));
   }
   bytes = bytes.first(size);
-  Bytes content;
-  if (!chunk_at(bytes, header_bytes, content)) return at_byte(header_bytes, "the file ends within its first chunk");
-  if (word_at(bytes, header_bytes + 4) != json_kind) return at_byte(header_bytes, "the first chunk must be JSON");
+  const Bytes content = chunk_at(bytes, header_bytes, "first");
+  if (word_at(bytes, header_bytes + 4) != json_kind) refuse_at_byte(header_bytes, "the first chunk must be JSON");
   Container container{text_of(content), header_bytes + chunk_header_bytes, std::nullopt};
   const std::size_t second = container.json_offset + content.size();
   if (second == bytes.size()) return container;
-  if (!chunk_at(bytes, second, content)) return at_byte(second, "the file ends within its second chunk");
-  if (word_at(bytes, second + 4) == binary_kind) container.binary = content;
+  const Bytes binary = chunk_at(bytes, second, "second");
+  if (word_at(bytes, second + 4) == binary_kind) container.binary = binary;
   return container;
 }
 
@@ -82,9 +79,8 @@ constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};  // of 
 
 bool is_glb(Bytes bytes) { return text_of(bytes).starts_with("glTF"); }
 
-tracer::Result<Container, std::string> open_container(Bytes bytes) {
-  if (is_glb(bytes)) return open_glb(bytes);
-  return Container{text_of(bytes), 0, std::nullopt};
+Container open_container(Bytes bytes) {
+  return is_glb(bytes) ? open_glb(bytes) : Container{text_of(bytes), 0, std::nullopt};
 }
 
 std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
@@ -118,14 +114,13 @@ void File::open() {
   meshes_ = list(root_, "meshes");
   nodes_ = list(root_, "nodes");
   materials_ = list(root_, "materials");
-  for (std::size_t i = 0; i < buffers.size() && !failed(); ++i) read_buffer(buffers[i]);
-  for (std::size_t i = 0; i < views.size() && !failed(); ++i) read_view(views[i]);
+  for (const Cursor& buffer : buffers) read_buffer(buffer);
+  for (const Cursor& view : views) read_view(view);
 }
 
-bool File::refuse(const Cursor& at, std::string_view sentence) {
+void refuse(const Cursor& at, std::string_view sentence) {
   const std::string place = pointer(at);
-  if (!failed()) refusal_ = (place.empty() ? "its JSON" : place) + ": " + std::string(sentence);
-  return false;
+  throw GltfError((place.empty() ? "its JSON" : place) + ": " + std::string(sentence));
 }
 
 std::optional<Cursor> File::member(const Cursor& at, std::string_view name) {
@@ -133,18 +128,15 @@ std::optional<Cursor> File::member(const Cursor& at, std::string_view name) {
   return key == nullptr ? std::nullopt : std::optional(Cursor{&at, key->string(), 0, true, key + 1});
 }
 
-std::optional<Cursor> File::required_member(const Cursor& at, std::string_view name) {
-  auto found = member(at, name);
+Cursor File::required_member(const Cursor& at, std::string_view name) {
+  const auto found = member(at, name);
   if (!found) refuse(at, "must have " + quoted(name));
-  return found;
+  return *found;
 }
 
 std::vector<Cursor> File::elements(const Cursor& array) {
+  if (array.node->kind != json::Kind::array) refuse(array, "must be an array, got " + describe(*array.node));
   std::vector<Cursor> elements;
-  if (array.node->kind != json::Kind::array) {
-    refuse(array, "must be an array, got " + describe(*array.node));
-    return elements;
-  }
   const Cursor& parent = arrays_.emplace_back(array);
   elements.reserve(array.node->size);
   json::Node* element = array.node + 1;
@@ -164,7 +156,6 @@ std::uint64_t File::integer(const Cursor& at, std::uint64_t most) {
   if (number >= 0 && number < 0x1p53 && number == std::trunc(number) && number <= static_cast<double>(most))
     return static_cast<std::uint64_t>(number);
   refuse(at, "must be an integer from 0 to " + std::to_string(most) + ", got " + describe(*at.node));
-  return 0;
 }
 
 std::uint64_t File::integer_or(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t fallback) {
@@ -173,8 +164,7 @@ std::uint64_t File::integer_or(const Cursor& at, std::string_view name, std::uin
 }
 
 std::uint64_t File::required_integer(const Cursor& at, std::string_view name, std::uint64_t most) {
-  const auto field = required_member(at, name);
-  return field ? integer(*field, most) : 0;
+  return integer(required_member(at, name), most);
 }
 
 void File::numbers(const Cursor& at, std::span<double> values) {
@@ -193,17 +183,12 @@ void File::read_buffer(const Cursor& at) {
   if (const auto uri = member(at, "uri")) {
     const std::string_view text = uri->node->kind == json::Kind::string ? uri->node->string() : "";
     const std::size_t comma = text.find(";base64,");
-    if (!text.starts_with("data:") || comma == std::string_view::npos) {
+    if (!text.starts_with("data:") || comma == std::string_view::npos)
       refuse(*uri,
              "names another file, which is not opened: a mesh must be one file, a GLB or with its buffers as "
              "base64 in data: URIs");
-      return;
-    }
     auto decoded = decode_base64(text.substr(comma + 8));
-    if (!decoded) {
-      refuse(*uri, "is no base64");
-      return;
-    }
+    if (!decoded) refuse(*uri, "is no base64");
     bytes = decoded_.emplace_back(std::move(*decoded));
   } else if (binary_ && buffers_.empty()) {
     bytes = *binary_;  // section 4.4.3.3: the first buffer alone, if it has no uri
@@ -212,7 +197,7 @@ void File::read_buffer(const Cursor& at) {
   }
   if (size > bytes.size())
     refuse(at, "declares " + std::to_string(size) + " bytes, there are " + std::to_string(bytes.size()));
-  if (!failed()) buffers_.push_back(bytes.first(size));
+  buffers_.push_back(bytes.first(size));
 }
 
 void File::read_view(const Cursor& at) {
@@ -221,13 +206,10 @@ void File::read_view(const Cursor& at) {
   const std::uint64_t offset = integer_or(at, "byteOffset", index_max, 0);
   const std::uint64_t size = required_integer(at, "byteLength", index_max);
   const std::uint64_t stride = integer_or(at, "byteStride", 252, 0);
-  if (failed()) return;
   const Bytes bytes = buffers_[buffer];
-  if (offset > bytes.size() || size > bytes.size() - offset) {
+  if (offset > bytes.size() || size > bytes.size() - offset)
     refuse(at, "ends at byte " + std::to_string(offset + size) + ", its buffer has " + std::to_string(bytes.size()));
-  } else {
-    views_.push_back({bytes.subspan(offset, size), stride});
-  }
+  views_.push_back({bytes.subspan(offset, size), stride});
 }
 
 /// Section 3.11: a normalized signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned one for
@@ -254,59 +236,51 @@ double Accessor::value(std::size_t row, std::size_t i) const {
 
 std::uint32_t Accessor::index(std::size_t row) const { return bits_at(*this, row, 0); }
 
-const Accessor* File::accessor(const Cursor& at) {
+const Accessor& File::accessor(const Cursor& at) {
   if (accessors_.empty()) refuse(at, "there are no accessors");
   const std::uint64_t index = integer(at, accessors_.size() - 1);
-  if (failed()) return nullptr;
   std::optional<Accessor>& kept = accessors_[index];
-  if (!kept) {
-    Accessor accessor;
-    if (!read_accessor(accessor_list_[index], accessor)) return nullptr;
-    kept = accessor;
-  }
-  return &*kept;
+  if (!kept) kept = read_accessor(accessor_list_[index]);
+  return *kept;
 }
 
 /// Reads the type of a row.
-bool File::read_layout(const Cursor& at, Accessor& accessor) {
+void File::read_layout(const Cursor& at, Accessor& accessor) {
   const std::uint64_t component = required_integer(at, "componentType", index_max);
   if (component < 5120 || component > 5126 || component == 5124)
-    return refuse(at, "the componentType must be one of 5120 to 5123, 5125, 5126, got " + std::to_string(component));
+    refuse(at, "the componentType must be one of 5120 to 5123, 5125, 5126, got " + std::to_string(component));
   accessor.component = static_cast<Component>(component);
-  const auto type = required_member(at, "type");
-  if (!type) return false;
-  const std::string_view name = type->node->kind == json::Kind::string ? type->node->string() : "";
+  const Cursor type = required_member(at, "type");
+  const std::string_view name = type.node->kind == json::Kind::string ? type.node->string() : "";
   const auto* const found = std::find(std::begin(types), std::end(types), name);
-  if (found == std::end(types))
-    return refuse(*type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + describe(*type->node));
+  if (found == std::end(types)) refuse(type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + describe(*type.node));
   accessor.components = static_cast<std::size_t>(found - types) + 1;
   const auto normalized = member(at, "normalized");
   accessor.normalized = normalized && normalized->node->kind == json::Kind::boolean && normalized->node->truth;
-  return true;
 }
 
-bool File::read_accessor(const Cursor& at, Accessor& accessor) {
-  if (const auto sparse = member(at, "sparse")) return refuse(*sparse, "sparse accessors are not supported");
-  if (views_.empty()) return refuse(at, "there are no bufferViews");
-  if (!read_layout(at, accessor)) return false;
+Accessor File::read_accessor(const Cursor& at) {
+  if (const auto sparse = member(at, "sparse")) refuse(*sparse, "sparse accessors are not supported");
+  if (views_.empty()) refuse(at, "there are no bufferViews");
+  Accessor accessor;
+  read_layout(at, accessor);
   const std::uint64_t view = required_integer(at, "bufferView", views_.size() - 1);
   const std::uint64_t offset = integer_or(at, "byteOffset", index_max, 0);
   accessor.count = required_integer(at, "count", index_max);
-  if (failed()) return false;
-  if (accessor.count == 0) return refuse(at, "must have a count of at least 1");
+  if (accessor.count == 0) refuse(at, "must have a count of at least 1");
   const auto& [bytes, stride] = views_[view];
   const std::size_t row = accessor.components * bytes_of(accessor.component);
   accessor.stride = stride == 0 ? row : stride;
   if (accessor.stride < row)
-    return refuse(at, "rows have " + std::to_string(row) + " bytes, but follow each other after " +
-                          std::to_string(accessor.stride));
+    refuse(at, "rows have " + std::to_string(row) + " bytes, but follow each other after " +
+                   std::to_string(accessor.stride));
   // Each is below 2^53: the sum cannot overflow.
   const std::uint64_t end = offset + accessor.stride * (accessor.count - 1) + row;
   if (end > bytes.size())
-    return refuse(at, "its " + std::to_string(accessor.count) + " rows end at byte " + std::to_string(end) +
-                          ", its bufferView has " + std::to_string(bytes.size()));
+    refuse(at, "its " + std::to_string(accessor.count) + " rows end at byte " + std::to_string(end) +
+                   ", its bufferView has " + std::to_string(bytes.size()));
   accessor.bytes = bytes.subspan(offset);
-  return true;
+  return accessor;
 }
 
 }  // namespace api::gltf

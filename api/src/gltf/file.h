@@ -1,6 +1,6 @@
 #pragma once
-/// A glTF file while it is read: its form (JSON text, or GLB, a container of JSON and one binary chunk), its JSON, its
-/// buffers and its first error.
+/// A glTF file while it is read: its form (JSON text, or GLB, a container of JSON and one binary chunk), its JSON and
+/// its buffers. Everything here throws GltfError for an invalid file.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,17 +8,24 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "api/src/json/json_parser.h"
 #include "api/src/reader/cursor.h"
-#include "tracer/result.h"
 
 namespace api::gltf {
 
 using Bytes = std::span<const std::uint8_t>;
+
+/// A sentence for people that begins with the place. An exception, because a reader can fail at every value; read_gltf
+/// returns it as a value.
+struct GltfError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+[[noreturn]] void refuse(const Cursor& at, std::string_view sentence);
 
 /// Views of the file's parts.
 struct Container {
@@ -29,8 +36,7 @@ struct Container {
 
 bool is_glb(Bytes bytes);
 
-/// Fails with a sentence that begins with the position (section 4.4).
-tracer::Result<Container, std::string> open_container(Bytes bytes);
+Container open_container(Bytes bytes);  ///< section 4.4
 
 /// Decodes base64 (RFC 4648, section 4). Unset for other characters, an impossible length, or padding except at the
 /// end. The padding may be missing, and unused bits may have any value.
@@ -50,8 +56,7 @@ struct Accessor {
   [[nodiscard]] std::uint32_t index(std::size_t row) const;          ///< precondition: unsigned
 };
 
-/// The readers return 0 or nothing on an error, which `refuse` keeps; the caller checks `failed` before it uses what it
-/// has read. Not movable, because cursors point into it.
+/// Not movable, because cursors point into it.
 class File {
  public:
   File(json::Tape tape, std::optional<Bytes> binary) : tape_(std::move(tape)), binary_(binary) {
@@ -62,17 +67,13 @@ class File {
 
   void open();  ///< reads the top-level arrays and the buffers
 
-  bool refuse(const Cursor& at, std::string_view sentence);  ///< returns false; the first error is kept
-  [[nodiscard]] bool failed() const { return !refusal_.empty(); }
-  [[nodiscard]] const std::string& refusal() const { return refusal_; }
-
   [[nodiscard]] const Cursor& root() const { return root_; }
   [[nodiscard]] const std::vector<Cursor>& meshes() const { return meshes_; }
   [[nodiscard]] const std::vector<Cursor>& nodes() const { return nodes_; }
   [[nodiscard]] const std::vector<Cursor>& materials() const { return materials_; }
 
   std::optional<Cursor> member(const Cursor& at, std::string_view name);
-  std::optional<Cursor> required_member(const Cursor& at, std::string_view name);
+  Cursor required_member(const Cursor& at, std::string_view name);
   std::vector<Cursor> elements(const Cursor& array);
   std::vector<Cursor> list(const Cursor& at, std::string_view name);  ///< elements of a member that may be missing
   std::uint64_t integer(const Cursor& at, std::uint64_t most);        ///< in [0, most]
@@ -80,8 +81,7 @@ class File {
   std::uint64_t required_integer(const Cursor& at, std::string_view name, std::uint64_t most);
   void numbers(const Cursor& at, std::span<double> values);  ///< exactly that many finite numbers
 
-  /// The accessor whose index is the value at `at`; null on an error. Each is read once.
-  const Accessor* accessor(const Cursor& at);
+  const Accessor& accessor(const Cursor& at);  ///< whose index is the value at `at`; each is read once
 
   static constexpr std::uint64_t index_max = std::numeric_limits<std::uint32_t>::max() - 1;
 
@@ -92,8 +92,8 @@ class File {
   };
   void read_buffer(const Cursor& at);
   void read_view(const Cursor& at);
-  bool read_layout(const Cursor& at, Accessor& accessor);
-  bool read_accessor(const Cursor& at, Accessor& accessor);
+  void read_layout(const Cursor& at, Accessor& accessor);
+  Accessor read_accessor(const Cursor& at);
 
   json::Tape tape_;
   std::optional<Bytes> binary_;
@@ -104,7 +104,6 @@ class File {
   std::vector<Bytes> buffers_;
   std::vector<BufferView> views_;
   std::vector<std::optional<Accessor>> accessors_;
-  std::string refusal_;
 };
 
 }  // namespace api::gltf

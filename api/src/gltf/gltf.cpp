@@ -21,7 +21,7 @@ Transform read_matrix(File& file, const Cursor& at) {
   std::array<double, 16> m{};  // columns
   file.numbers(at, m);
   if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-    file.refuse(at, "the last row must be 0, 0, 0, 1: transforms are affine");
+    refuse(at, "the last row must be 0, 0, 0, 1: transforms are affine");
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 4; ++j) local.rows[i][j] = m[4 * j + i];
   return local;
@@ -68,7 +68,7 @@ class TreeWalk {
     } else {
       push(file_.list(scenes[file_.integer_or(file_.root(), "scene", scenes.size() - 1, 0)], "nodes"), {});
     }
-    while (!stack_.empty() && !file_.failed()) {
+    while (!stack_.empty()) {
       const Visit visit = stack_.back();
       stack_.pop_back();
       place(visit);
@@ -97,9 +97,9 @@ class TreeWalk {
 
   /// The first node ends on top.
   void push(const std::vector<Cursor>& indices, const Transform& world_from_parent) {
-    for (auto at = indices.rbegin(); at != indices.rend() && !file_.failed(); ++at) {
+    for (auto at = indices.rbegin(); at != indices.rend(); ++at) {
       const std::size_t node = read_index(*at);
-      if (reached_[node]) file_.refuse(*at, "the node is reached twice: nodes must make a tree, without circles");
+      if (reached_[node]) refuse(*at, "the node is reached twice: nodes must make a tree, without circles");
       reached_[node] = true;
       stack_.push_back({node, world_from_parent});
     }
@@ -111,7 +111,7 @@ class TreeWalk {
     const Transform local = matrix ? read_matrix(file_, *matrix) : read_steps(file_, node);
     const Transform world_from_node = composed(visit.world_from_parent, local);
     if (const auto mesh = file_.member(node, "mesh")) {
-      if (file_.meshes().empty()) file_.refuse(*mesh, "there are no meshes");
+      if (file_.meshes().empty()) refuse(*mesh, "there are no meshes");
       const std::uint64_t index = file_.integer(*mesh, file_.meshes().size() - 1);
       placements_.push_back({static_cast<std::uint32_t>(index), world_from_node});
     }
@@ -125,7 +125,7 @@ class TreeWalk {
 };
 
 /// In the order of a walk through the scene's tree, parents first; without nodes, each mesh once. A node that is
-/// reached twice, in a cycle or from two parents, is an error (section 3.5.2). The caller checks file.failed().
+/// reached twice, in a cycle or from two parents, is an error (section 3.5.2).
 std::vector<Placement> read_placements(File& file) {
   std::vector<Placement> placements;
   if (!file.nodes().empty()) {
@@ -135,8 +135,6 @@ std::vector<Placement> read_placements(File& file) {
   }
   return placements;
 }
-
-using MeshOrRefusal = tracer::Result<tracer::Mesh, std::string>;
 
 /// Wider than for scene documents: a buffer may be one string, and `extras` may contain anything.
 constexpr DocumentLimits json_limits{.bytes = 256'000'000, .depth = 64, .string_bytes = 256'000'000, .key_bytes = 4096};
@@ -154,13 +152,13 @@ void check_version_and_extensions(File& file) {
   const auto asset = file.member(file.root(), "asset");
   const auto version = asset ? file.member(*asset, "version") : std::nullopt;
   if (!version) {
-    file.refuse(file.root(), "must be a glTF file, whose \"asset\" has a \"version\"");
+    refuse(file.root(), "must be a glTF file, whose \"asset\" has a \"version\"");
   } else if (version->node->kind != json::Kind::string || !version->node->string().starts_with("2.")) {
-    file.refuse(*version, "must be 2.x, got " + describe(*version->node));
+    refuse(*version, "must be 2.x, got " + describe(*version->node));
   }
   for (const Cursor& at : file.list(file.root(), "extensionsRequired")) {
     const std::string_view name = at.node->kind == json::Kind::string ? at.node->string() : "";
-    if (!is_optional_extension(name)) file.refuse(at, "the file needs the extension " + quoted(name));
+    if (!is_optional_extension(name)) refuse(at, "the file needs the extension " + quoted(name));
   }
 }
 
@@ -174,43 +172,39 @@ void check_counts(File& file, const std::vector<std::vector<Primitive>>& meshes,
   }
   const auto check = [&](const char* limit, std::uint64_t bound, std::uint64_t count, const char* unit) {
     if (count > bound)
-      file.refuse(file.root(), "the limit " + std::string(limit) + " is " + std::to_string(bound) +
-                                   ", its nodes place at least " + std::to_string(count) + unit);
+      refuse(file.root(), "the limit " + std::string(limit) + " is " + std::to_string(bound) +
+                              ", its nodes place at least " + std::to_string(count) + unit);
   };
   std::uint64_t total = 0, parts = 0;
-  for (std::size_t i = 0; i < placements.size() && !file.failed(); ++i) {
+  for (std::size_t i = 0; i < placements.size(); ++i) {
     check("triangles", limits.triangles, total += triangles[placements[i].mesh], "");
     check("objects", limits.objects, parts += meshes[placements[i].mesh].size(), " primitives");
   }
-  if (total == 0) file.refuse(file.root(), "has no triangles");
+  if (total == 0) refuse(file.root(), "has no triangles");
 }
 
-bool read_mesh(File& file, const tracer::Limits& limits, tracer::Mesh& mesh) {
+tracer::Mesh read_mesh(File& file, const tracer::Limits& limits) {
   check_version_and_extensions(file);
-  if (!file.failed()) file.open();
-  if (file.failed()) return false;
+  file.open();
   std::vector<std::vector<Primitive>> meshes;
   for (const Cursor& at : file.meshes()) meshes.push_back(read_primitives(file, at));
   const std::vector<Placement> placements = read_placements(file);
-  if (file.failed()) return false;
   check_counts(file, meshes, placements, limits);
-  if (file.failed()) return false;
+  tracer::Mesh mesh;
   for (const Placement& placement : placements)
     for (const Primitive& part : meshes[placement.mesh])
-      if (!append_primitive(file, part, placement.world_from_node, limits, mesh)) return false;
+      append_primitive(part, placement.world_from_node, limits, mesh);
   tracer::add_missing_normals(mesh, limits);
-  return true;
+  return mesh;
 }
 
-MeshOrRefusal read(Bytes bytes, const tracer::Limits& limits) {
-  const auto container = open_container(bytes);
-  if (!container) return container.error();
-  auto tape = json::parse(container->json, json_limits);
-  if (!tape) return "byte " + std::to_string(container->json_offset + tape.error().offset) + ": " + tape.error().detail;
-  File file(std::move(*tape), container->binary);
-  tracer::Mesh mesh;
-  if (!read_mesh(file, limits, mesh)) return file.refusal();
-  return mesh;
+tracer::Mesh read(Bytes bytes, const tracer::Limits& limits) {
+  const Container container = open_container(bytes);
+  auto tape = json::parse(container.json, json_limits);
+  if (!tape)
+    throw GltfError("byte " + std::to_string(container.json_offset + tape.error().offset) + ": " + tape.error().detail);
+  File file(std::move(*tape), container.binary);
+  return read_mesh(file, limits);
 }
 
 }  // namespace
@@ -224,9 +218,11 @@ bool is_gltf(Bytes bytes) {
   return first != std::string_view::npos && text[first] == '{';
 }
 
-MeshOrRefusal read_gltf(Bytes bytes, const tracer::Limits& limits) {
+tracer::Result<tracer::Mesh, std::string> read_gltf(Bytes bytes, const tracer::Limits& limits) {
   try {
     return read(bytes, limits);
+  } catch (const GltfError& error) {
+    return std::string(error.what());
   } catch (const std::bad_alloc&) {
     return std::string("takes more memory than is available");
   }

@@ -16,29 +16,27 @@ using Corners = std::array<std::uint32_t, 3>;
 const Accessor* read_attribute(File& file, const Cursor& attributes, std::string_view name, std::size_t components,
                                const Accessor* positions) {
   const auto at = file.member(attributes, name);
-  const Accessor* const accessor = at ? file.accessor(*at) : nullptr;
-  if (accessor == nullptr) return nullptr;
-  if (accessor->components != components || accessor->component == Accessor::Component::uint32)
-    file.refuse(*at, "must be an accessor of VEC" + std::to_string(components) + ", not of uint32");
-  if (positions != nullptr && accessor->count != positions->count)
-    file.refuse(*at, "has " + std::to_string(accessor->count) + " rows, but there are " +
-                         std::to_string(positions->count) + " positions");
-  return accessor;
+  if (!at) return nullptr;
+  const Accessor& accessor = file.accessor(*at);
+  if (accessor.components != components || accessor.component == Accessor::Component::uint32)
+    refuse(*at, "must be an accessor of VEC" + std::to_string(components) + ", not of uint32");
+  if (positions != nullptr && accessor.count != positions->count)
+    refuse(*at, "has " + std::to_string(accessor.count) + " rows, but there are " + std::to_string(positions->count) +
+                    " positions");
+  return &accessor;
 }
 
 const Accessor* read_indices(File& file, const Cursor& at) {
   using enum Accessor::Component;
-  const Accessor* const indices = file.accessor(at);
-  if (indices == nullptr) return nullptr;
-  const bool is_unsigned = indices->component == uint8 || indices->component == uint16 || indices->component == uint32;
-  if (indices->components != 1 || !is_unsigned || indices->normalized)
-    file.refuse(at, "must be an accessor of SCALAR, of uint8, uint16 or uint32");
-  return indices;
+  const Accessor& indices = file.accessor(at);
+  const bool is_unsigned = indices.component == uint8 || indices.component == uint16 || indices.component == uint32;
+  if (indices.components != 1 || !is_unsigned || indices.normalized)
+    refuse(at, "must be an accessor of SCALAR, of uint8, uint16 or uint32");
+  return &indices;
 }
 
 std::string read_material_name(File& file, const Cursor& at) {
-  if (file.materials().empty()) file.refuse(at, "there are no materials");
-  if (file.failed()) return {};
+  if (file.materials().empty()) refuse(at, "there are no materials");
   const std::uint64_t index = file.integer(at, file.materials().size() - 1);
   const auto name = file.member(file.materials()[index], "name");
   const bool is_named = name && name->node->kind == json::Kind::string && !name->node->string().empty();
@@ -51,12 +49,11 @@ void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primit
   Primitive primitive;
   primitive.mode = static_cast<Primitive::Mode>(mode);
   primitive.at = at;
-  const auto attributes = file.required_member(at, "attributes");
-  if (!attributes) return;
-  file.required_member(*attributes, "POSITION");
-  primitive.positions = read_attribute(file, *attributes, "POSITION", 3, nullptr);
-  primitive.normals = read_attribute(file, *attributes, "NORMAL", 3, primitive.positions);
-  primitive.uvs = read_attribute(file, *attributes, "TEXCOORD_0", 2, primitive.positions);
+  const Cursor attributes = file.required_member(at, "attributes");
+  file.required_member(attributes, "POSITION");
+  primitive.positions = read_attribute(file, attributes, "POSITION", 3, nullptr);
+  primitive.normals = read_attribute(file, attributes, "NORMAL", 3, primitive.positions);
+  primitive.uvs = read_attribute(file, attributes, "TEXCOORD_0", 2, primitive.positions);
   if (const auto indices = file.member(at, "indices")) primitive.indices = read_indices(file, *indices);
   if (const auto material = file.member(at, "material")) primitive.material = read_material_name(file, *material);
   primitives.push_back(primitive);
@@ -69,22 +66,22 @@ std::array<std::size_t, 3> corners_of(Primitive::Mode mode, std::size_t n) {
   return {n, n + 1 + n % 2, n + 2 - n % 2};  // every second triangle of a strip has the opposite winding
 }
 
-/// Triangles as rows of the accessors; false, with an error, if a row does not exist.
-bool row_triangles(File& file, const Primitive& primitive, std::vector<Corners>& triangles) {
+/// Triangles as rows of the accessors.
+std::vector<Corners> row_triangles(const Primitive& primitive) {
   const std::size_t positions = primitive.positions->count;
-  triangles.resize(primitive.triangles());
+  std::vector<Corners> triangles(primitive.triangles());
   for (std::size_t n = 0; n < triangles.size(); ++n) {
     const auto along = corners_of(primitive.mode, n);
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t row =
           primitive.indices != nullptr ? primitive.indices->index(along[i]) : static_cast<std::uint32_t>(along[i]);
       if (row >= positions)
-        return file.refuse(primitive.at, "its index " + std::to_string(along[i]) + " must be one of the " +
-                                             std::to_string(positions) + " positions, got " + std::to_string(row));
+        refuse(primitive.at, "its index " + std::to_string(along[i]) + " must be one of the " +
+                                 std::to_string(positions) + " positions, got " + std::to_string(row));
       triangles[n][i] = row;
     }
   }
-  return true;
+  return triangles;
 }
 
 Vec3 vector(const Accessor& accessor, std::size_t row) {
@@ -164,16 +161,14 @@ std::uint64_t Primitive::triangles() const {
 
 std::vector<Primitive> read_primitives(File& file, const Cursor& mesh) {
   std::vector<Primitive> primitives;
-  if (const auto array = file.required_member(mesh, "primitives"))
-    for (const Cursor& element : file.elements(*array))
-      if (!file.failed()) read_primitive(file, element, primitives);
+  for (const Cursor& element : file.elements(file.required_member(mesh, "primitives")))
+    read_primitive(file, element, primitives);
   return primitives;
 }
 
-bool append_primitive(File& file, const Primitive& primitive, const tracer::Transform& world_from_node,
+void append_primitive(const Primitive& primitive, const tracer::Transform& world_from_node,
                       const tracer::Limits& limits, tracer::Mesh& mesh) {
-  std::vector<Corners> triangles;
-  if (!row_triangles(file, primitive, triangles)) return false;
+  const std::vector<Corners> triangles = row_triangles(primitive);
   // Sorted, not a table of all rows: a part may use few of very many.
   std::vector<std::uint32_t> used;
   used.reserve(3 * triangles.size());
@@ -187,8 +182,8 @@ bool append_primitive(File& file, const Primitive& primitive, const tracer::Tran
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);
   for (const std::uint32_t row : used)
     if (!append_vertex(primitive, row, transform, limits, mesh))
-      return file.refuse(primitive.at, "the vertex " + std::to_string(row) +
-                                           " is not finite, or beyond the limit coordinate_max or value_max");
+      refuse(primitive.at,
+             "the vertex " + std::to_string(row) + " is not finite, or beyond the limit coordinate_max or value_max");
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
   for (Corners triangle : triangles) {
     for (std::uint32_t& corner : triangle) {
@@ -198,7 +193,6 @@ bool append_primitive(File& file, const Primitive& primitive, const tracer::Tran
     if (transform.mirrors()) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
   }
-  return true;
 }
 
 }  // namespace api::gltf

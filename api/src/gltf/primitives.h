@@ -24,12 +24,11 @@ struct Primitive {
   [[nodiscard]] std::uint64_t triangles() const;
 };
 
-/// The parts of a mesh that have a surface. The caller checks file.failed().
+/// The parts of a mesh that have a surface.
 std::vector<Primitive> read_primitives(File& file, const Cursor& mesh);
 
-/// Appends the part, transformed by `world_from_node`, with the vertices that its triangles use. False, with an error,
-/// if a value is not finite or out of range.
-bool append_primitive(File& file, const Primitive& primitive, const tracer::Transform& world_from_node,
+/// Appends the part, transformed by `world_from_node`, with the vertices that its triangles use.
+void append_primitive(const Primitive& primitive, const tracer::Transform& world_from_node,
                       const tracer::Limits& limits, tracer::Mesh& mesh);
 
 }  // namespace api::gltf
