@@ -53,11 +53,7 @@ NodeLink::~NodeLink() { stop(); }
 
 void NodeLink::stop() noexcept {
   subscriptions_.clear();
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  changed_.notify_all();
+  change([this] { stopping_ = true; });
   if (thread_.joinable()) thread_.join();
 }
 
@@ -79,32 +75,26 @@ void NodeLink::leave() noexcept {
 
 /// Called from the thread of the messages, so the work is left to that of this object.
 void NodeLink::subscribe() {
-  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::job_available), [this](const std::string&) {
-    queue_.runner.call([](JobRunner& runner) { runner.notify(false); });
-  }));
-  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::cancel), [this](const std::string& id) {
+  const auto on = [this](std::string_view topic, Wakeups::Receive receive) {
+    subscriptions_.push_back(wakeups_.subscribe(std::string(topic), std::move(receive)));
+  };
+  on(topics::job_available,
+     [this](const std::string&) { queue_.runner.call([](JobRunner& runner) { runner.notify(false); }); });
+  on(topics::cancel, [this](const std::string& id) {
     if (!id.empty()) queue_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
-  }));
-  subscriptions_.push_back(wakeups_.subscribe(std::string(topics::preview),
-                                              [this](const std::string& id_and_side) { answer_preview(id_and_side); }));
+  });
+  on(topics::preview, [this](const std::string& id_and_side) { answer_preview(id_and_side); });
   if (!settings_.has_clients) return;
-  subscriptions_.push_back(wakeups_.subscribe(std::string(new_events), [this](const std::string&) {
-    {
-      const std::lock_guard lock(mutex_);
-      has_events_ = true;
-    }
-    changed_.notify_all();
-  }));
-  subscriptions_.push_back(wakeups_.subscribe(std::string(preview_made),
-                                              [this](const std::string& id_and_side) { fetch_preview(id_and_side); }));
-  subscriptions_.push_back(wakeups_.subscribe(std::string(progress_made), [this](const std::string& id_and_fraction) {
+  on(new_events, [this](const std::string&) { change([this] { has_events_ = true; }); });
+  on(preview_made, [this](const std::string& id_and_side) { fetch_preview(id_and_side); });
+  on(progress_made, [this](const std::string& id_and_fraction) {
     const auto progress = parse<double>(id_and_fraction);
     if (!progress) return;
     post([this, progress = *progress] {
       queue_.notifications.on_progress_elsewhere(progress.id, progress.value);
       events_.on_progress(progress.id, progress.value);
     });
-  }));
+  });
 }
 
 // ---- the thread
@@ -199,27 +189,7 @@ void NodeLink::read_events() {
   } while (events.size() == events_at_once);
 }
 
-void NodeLink::post(std::function<void()> task) noexcept {
-  {
-    const std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
-  }
-  changed_.notify_all();
-}
-
-void NodeLink::wake() noexcept {
-  {
-    const std::lock_guard lock(mutex_);
-    has_changes_ = true;
-  }
-  changed_.notify_all();
-}
-
 // ---- changes of this node
-
-void NodeLink::on_state_changed(const std::string& /*id*/, JobState /*to*/) noexcept { wake(); }
-
-void NodeLink::on_removed(const JobSummary& /*job*/) noexcept { wake(); }
 
 void NodeLink::on_progress(const std::string& id, double fraction) noexcept {
   if (settings_.has_clients) events_.on_progress(id, fraction);

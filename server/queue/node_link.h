@@ -50,9 +50,9 @@ class NodeLink final : public JobObserver {
   void leave() noexcept;
 
   void on_described(const JobSummary& job) noexcept override { events_.on_described(job); }
-  void on_state_changed(const std::string& id, JobState to) noexcept override;
+  void on_state_changed(const std::string& /*id*/, JobState /*to*/) noexcept override { wake(); }
   void on_progress(const std::string& id, double fraction) noexcept override;
-  void on_removed(const JobSummary& job) noexcept override;
+  void on_removed(const JobSummary& /*job*/) noexcept override { wake(); }
   void on_measurement(const std::string& id, const std::string& summary) noexcept override;
 
  private:
@@ -65,8 +65,21 @@ class NodeLink final : public JobObserver {
   void on_event(const JobEvent& event);
   void report();
   void send_progress();
-  void post(std::function<void()> task) noexcept;
-  void wake() noexcept;
+  /// Changes what the thread waits for.
+  template <class Change>
+  void change(const Change& made) noexcept {
+    {
+      const std::lock_guard lock(mutex_);
+      made();
+    }
+    changed_.notify_all();
+  }
+  void post(std::function<void()> task) noexcept {
+    change([&] { tasks_.push_back(std::move(task)); });
+  }
+  void wake() noexcept {
+    change([this] { has_changes_ = true; });
+  }
   void answer_preview(const std::string& id_and_side);
   void fetch_preview(const std::string& id_and_side);
 
