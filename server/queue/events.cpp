@@ -103,7 +103,7 @@ void Events::on_progress(const std::string& id, double fraction) noexcept {
   const JobSummary job = describe(id, kind);
   {
     const std::lock_guard lock(mutex_);
-    if (all_listeners_.empty() && !listeners_by_topic_.contains(id) && !listeners_by_topic_.contains(job.batch)) return;
+    if (!has_listener("") && !has_listener(id) && !has_listener(job.batch)) return;
     const auto known = known_.find(id);
     if (known != known_.end() && now - known->second.progress_at < settings_.progress_interval.count()) return;
   }
@@ -116,12 +116,10 @@ void Events::continue_from(std::int64_t number, std::function<void()> catch_up) 
   catch_up_ = std::move(catch_up);
   last_ = floor_ = number;
   kept_.clear();
-  const auto end = [](Listener& listener) {
-    listener.over_ = true;
-    if (listener.wake_) listener.wake_();
-  };
-  for (Listener* listener : all_listeners_) end(*listener);
-  for (auto& [topic, listener] : listeners_by_topic_) end(*listener);
+  for (const auto& [topic, listener] : listeners_) {
+    listener->over_ = true;
+    if (listener->wake_) listener->wake_();
+  }
 }
 
 void Events::add(JobEvent event) noexcept {
@@ -150,12 +148,10 @@ void Events::deliver(JobEvent event) noexcept {
       kept_.pop_front();
     }
     const JobSummary& job = shared->event.job;
-    if (job.keep)
-      for (Listener* listener : all_listeners_) listener->push(shared);
-    for (const std::string* topic : {&job.id, &job.batch}) {
-      const auto [first, last] = listeners_by_topic_.equal_range(*topic);
-      for (auto entry = first; entry != last; ++entry) entry->second->push(shared);
-    }
+    for (const std::string& topic : std::set<std::string>{"", job.id, job.batch})
+      for (auto entry = listeners_.lower_bound({topic, nullptr}); entry != listeners_.end() && entry->first == topic;
+           ++entry)
+        if (entry->second->is_for(job)) entry->second->push(shared);
   } catch (const std::bad_alloc&) {
     floor_ = last_;
     kept_.clear();
@@ -175,14 +171,10 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::
     catch_up();
     lock.lock();
   }
-  if (all_listeners_.size() + listeners_by_topic_.size() >= settings_.listeners_max) return nullptr;
+  if (listeners_.size() >= settings_.listeners_max) return nullptr;
   const bool complete = after && *after >= floor_ && *after <= last_;
   auto listener = std::make_unique<Listener>(*this, topic, complete ? *after : last_, after && !complete);
-  if (topic.empty()) {
-    all_listeners_.insert(listener.get());
-  } else {
-    listeners_by_topic_.emplace(topic, listener.get());
-  }
+  listeners_.emplace(topic, listener.get());
   if (!complete) return listener;
   const auto first = std::upper_bound(kept_.begin(), kept_.end(), *after, [](std::int64_t number, const auto& event) {
     return number < event->event.number;
@@ -197,10 +189,13 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::
 
 void Events::remove(Listener& listener) {
   const std::lock_guard lock(mutex_);
-  all_listeners_.erase(&listener);
-  const auto [first, last] = listeners_by_topic_.equal_range(listener.topic_);
-  const auto entry = std::find_if(first, last, [&](const auto& candidate) { return candidate.second == &listener; });
-  if (entry != last) listeners_by_topic_.erase(entry);
+  listeners_.erase({listener.topic_, &listener});
+}
+
+/// Precondition: mutex_ is held.
+bool Events::has_listener(const std::string& topic) const {
+  const auto next = listeners_.lower_bound({topic, nullptr});
+  return next != listeners_.end() && next->first == topic;
 }
 
 bool Events::ended_by(const std::string& job_id, std::int64_t number) const {
@@ -218,7 +213,7 @@ std::int64_t Events::latest() const {
 
 std::size_t Events::listeners() const {
   const std::lock_guard lock(mutex_);
-  return all_listeners_.size() + listeners_by_topic_.size();
+  return listeners_.size();
 }
 
 }  // namespace queue

@@ -17,9 +17,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
+#include <utility>
 
 #include "server/queue/clock.h"
 #include "server/queue/job_observer.h"
@@ -97,6 +98,7 @@ class Events final : public JobObserver {
   void publish(JobEvent event) noexcept;
   void deliver(JobEvent event) noexcept;
   const std::string& text_of(Written& event) const;
+  [[nodiscard]] bool has_listener(const std::string& topic) const;
   void remove(Listener& listener);
 
   const Writer write_;
@@ -109,9 +111,8 @@ class Events final : public JobObserver {
   std::int64_t floor_;      ///< all state events after this number are kept
   bool is_shared_ = false;  ///< since continue_from
   std::function<void()> catch_up_;
-  std::deque<SharedEvent> kept_;  ///< oldest first
-  std::unordered_set<Listener*> all_listeners_;
-  std::unordered_multimap<std::string, Listener*> listeners_by_topic_;
+  std::deque<SharedEvent> kept_;                           ///< oldest first
+  std::set<std::pair<std::string, Listener*>> listeners_;  ///< by topic
   struct Known {
     JobSummary job;
     std::int64_t progress_at = 0;  ///< time of the latest progress event
