@@ -1,10 +1,5 @@
 #include "server/storage/backup.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <filesystem>
 
 #include "server/queue/asset_store.h"
@@ -22,18 +17,17 @@ void copy_database(const std::string& from, const std::string& to) {
   sqlite::SqliteDatabase(from, sqlite::SqliteDatabase::Access::read_only).change("VACUUM INTO ?", to);
 }
 
-void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
-  const support::Descriptor source(::open(from.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
-  if (!source && errno == ENOENT) return;
-  struct stat status {};
-  if (!source || fstat(source.get(), &status) < 0) fail("cannot open", from);
+void copy_file(const std::string& directory, const NamedFile& file, const std::string& into) {
+  const auto source = open_reader(directory, file.sha256);
+  if (!source) return;
   TemporaryFile copy(into);
-  const auto stored = copy.copy(contents_of(source.get(), from));
-  if (stored.sha256 != sha256) {
-    throw queue::StoreFailure(from + " is damaged: its bytes have the sha256 " + stored.sha256);
+  const auto stored = copy.copy(contents_of(*source));
+  if (stored.sha256 != file.sha256) {
+    throw queue::StoreFailure(path_of(directory, file.sha256) + " is damaged: its bytes have the sha256 " +
+                              stored.sha256);
   }
-  copy.set_time(std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000);
-  copy.rename_to(path_of(into, sha256));
+  copy.set_time(file.modified_ms());
+  copy.rename_to(path_of(into, file.sha256));
 }
 
 /// Copies every file DIRECTORY/ab/abcdef... to the same path below `into`, with the time of its last change, except
@@ -42,8 +36,7 @@ void copy_files(const std::string& directory, const std::string& into) {
   create_directories(into);
   for (int part = 0; part < queue::AssetStore::parts; ++part) {
     if (!std::filesystem::is_directory(directory + "/" + name_of_part(part))) continue;
-    for (const NamedFile& file : files_of_part(directory, part))
-      copy_file(path_of(directory, file.sha256), file.sha256, into);
+    for (const NamedFile& file : files_of_part(directory, part)) copy_file(directory, file, into);
   }
 }
 

@@ -73,6 +73,7 @@ struct NamedFile {
   std::string sha256;
   std::uint64_t bytes = 0;
   std::pair<std::int64_t, std::int64_t> modified{};  ///< seconds since 1970 UTC, and nanoseconds
+  [[nodiscard]] std::int64_t modified_ms() const { return modified.first * 1000 + modified.second / 1'000'000; }
 };
 /// Nothing where there is no such file. Precondition: is_sha256.
 std::optional<NamedFile> find_file(const std::string& directory, const std::string& sha256);

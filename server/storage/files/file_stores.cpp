@@ -12,12 +12,6 @@
 #include "tracer/sha256.h"
 
 namespace storage::files {
-namespace {
-
-/// Milliseconds since 1970 UTC.
-std::int64_t used_at(const NamedFile& file) { return file.modified.first * 1000 + file.modified.second / 1'000'000; }
-
-}  // namespace
 
 // ---- FileArtifactStore
 
@@ -149,7 +143,7 @@ std::unique_ptr<queue::ArtifactReader> FileAssetStore::open(const std::string& s
 std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t then) {
   std::vector<std::string> names;
   for (NamedFile& file : files_of_part(directory_, part))
-    if (used_at(file) < then) names.push_back(std::move(file.sha256));
+    if (file.modified_ms() < then) names.push_back(std::move(file.sha256));
   return names;
 }
 
@@ -157,7 +151,7 @@ bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t
   if (!tracer::is_sha256(sha256)) return false;
   const std::lock_guard lock(mutex_);
   const auto file = find_file(directory_, sha256);
-  if (!file || used_at(*file) >= then) return false;
+  if (!file || file->modified_ms() >= then) return false;
   remove_file(directory_, sha256);
   bytes_ -= file->bytes;
   return true;
