@@ -19,13 +19,34 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 
 Json time_json(std::optional<std::int64_t> unix_ms) { return unix_ms ? Json(time_text(*unix_ms)) : Json(nullptr); }
 
+template <class Value>
+Json or_null(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+template <class List, class Write>
+Json array_of(const List& list, Write write) {
+  Json array = Json::array();
+  for (const auto& each : list) array.push_back(write(each));
+  return array;
+}
+
+template <class List, class Write>
+std::string write_items(const List& list, Write write) {
+  return text_of({{"items", array_of(list, write)}});
+}
+
+Json limits_json(const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
+  Json json = Json::object();
+  for (const auto& [name, value] : limits) json[name] = value;
+  return json;
+}
+
 /// [{pointer, code, detail}] with pointers as URI fragments.
 Json errors_json(const std::vector<tracer::Issue>& errors) {
-  Json list = Json::array();
-  for (const tracer::Issue& issue : errors) {
-    list.push_back({{"pointer", api::uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
-  }
-  return list;
+  return array_of(errors, [](const tracer::Issue& issue) -> Json {
+    return {{"pointer", api::uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}};
+  });
 }
 
 double to_milliseconds(double seconds) { return std::round(seconds * 1000) / 1000; }
@@ -76,14 +97,13 @@ Json variation_json(const queue::Job& job) {
 Json job_json(const queue::JobView& view, std::int64_t now_ms) {
   const queue::Job& job = view.job;
   const std::string self = "/v1/jobs/" + job.id;
-  Json artifacts = Json::array();
-  for (const queue::Artifact& artifact : job.artifacts) {
-    artifacts.push_back({{"name", artifact.name},
-                         {"media_type", artifact.media_type},
-                         {"bytes", artifact.bytes},
-                         {"sha256", artifact.sha256},
-                         {"url", self + "/" + artifact.name}});
-  }
+  const auto artifact_json = [&](const queue::Artifact& artifact) -> Json {
+    return {{"name", artifact.name},
+            {"media_type", artifact.media_type},
+            {"bytes", artifact.bytes},
+            {"sha256", artifact.sha256},
+            {"url", self + "/" + artifact.name}};
+  };
   const bool measured = job.kind == queue::JobKind::measure;
   Json labels = Json::object();
   for (const auto& [name, value] : job.labels) labels[name] = value;
@@ -93,7 +113,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"state", queue::name_of(job.state)},
           {"progress", view.progress},
           {"eta_s", eta_json(view, now_ms)},
-          {"queue_position", view.queue_position ? Json(*view.queue_position) : Json(nullptr)},
+          {"queue_position", or_null(view.queue_position)},
           {"created_at", time_json(job.created_at)},
           {"started_at", time_json(job.started_at)},
           {"ended_at", time_json(job.ended_at)},
@@ -116,7 +136,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"report", stored_json(measured ? std::string() : job.report)},
           {"measurement", stored_json(measured ? job.report + view.measurement : std::string())},  // one is empty
           {"problem", job_problem_json(job.problem)},
-          {"artifacts", std::move(artifacts)},
+          {"artifacts", array_of(job.artifacts, artifact_json)},
           {"links",
            {{"self", self},
             {"cancel", queue::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
@@ -151,46 +171,37 @@ std::string write_event(std::string_view event, std::int64_t now_ms) {
   return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
 }
 
+static Json attempt_json(const queue::DeliveryAttempt& attempt) {
+  return {{"at", time_json(attempt.at)},
+          {"duration_ms", attempt.duration_ms},
+          {"status", attempt.status == 0 ? Json(nullptr) : Json(attempt.status)},
+          {"detail", attempt.detail}};
+}
+
 std::string write_deliveries(const std::vector<queue::Delivery>& deliveries) {
-  Json items = Json::array();
-  for (const queue::Delivery& delivery : deliveries) {
-    Json attempts = Json::array();
-    for (const queue::DeliveryAttempt& attempt : delivery.attempts) {
-      attempts.push_back({{"at", time_json(attempt.at)},
-                          {"duration_ms", attempt.duration_ms},
-                          {"status", attempt.status == 0 ? Json(nullptr) : Json(attempt.status)},
-                          {"detail", attempt.detail}});
-    }
-    items.push_back({{"id", delivery.id},
-                     {"event", delivery.event},
-                     {"url", delivery.url},
-                     {"state", queue::name_of(delivery.state)},
-                     {"created_at", time_json(delivery.created_at)},
-                     {"next_attempt_at", time_json(delivery.next_attempt_at)},
-                     {"attempts", std::move(attempts)}});
-  }
-  return text_of({{"items", std::move(items)}});
+  return write_items(deliveries, [](const queue::Delivery& delivery) -> Json {
+    return {{"id", delivery.id},
+            {"event", delivery.event},
+            {"url", delivery.url},
+            {"state", queue::name_of(delivery.state)},
+            {"created_at", time_json(delivery.created_at)},
+            {"next_attempt_at", time_json(delivery.next_attempt_at)},
+            {"attempts", array_of(delivery.attempts, attempt_json)}};
+  });
 }
 
 std::string write_history(const std::vector<queue::JobMove>& moves) {
-  Json items = Json::array();
-  for (const queue::JobMove& move : moves) {
-    items.push_back({{"at", time_json(move.at)},
-                     {"state", queue::name_of(move.state)},
-                     {"attempt", move.attempt},
-                     {"code", text_or_null(move.code)},
-                     {"detail", move.detail},
-                     {"worker", text_or_null(move.worker)}});
-  }
-  return text_of({{"items", std::move(items)}});
+  return write_items(moves, [](const queue::JobMove& move) -> Json {
+    return {{"at", time_json(move.at)}, {"state", queue::name_of(move.state)},
+            {"attempt", move.attempt},  {"code", text_or_null(move.code)},
+            {"detail", move.detail},    {"worker", text_or_null(move.worker)}};
+  });
 }
 
 std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms) {
-  Json items = Json::array();
-  for (const queue::JobView& view : views) items.push_back(job_json(view, now_ms));
-  Json cursor = next_cursor.empty() ? Json(nullptr) : Json(next_cursor);
-  return text_of({{"items", std::move(items)}, {"next_cursor", std::move(cursor)}});
+  Json items = array_of(views, [&](const queue::JobView& view) { return job_json(view, now_ms); });
+  return text_of({{"items", std::move(items)}, {"next_cursor", text_or_null(next_cursor)}});
 }
 
 std::string write_event(const queue::JobEvent& event) {
@@ -233,7 +244,7 @@ static Json batch_json(const queue::BatchState& state) {
           {"jobs", std::move(by_state)},
           {"owner", text_or_null(batch.owner)},
           {"sweep", stored_json(batch.sweep)},
-          {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
+          {"max_failed", or_null(batch.max_failed)},
           {"links",
            {{"self", self},
             {"jobs", "/v1/jobs?batch=" + batch.id},
@@ -245,37 +256,34 @@ static Json batch_json(const queue::BatchState& state) {
 std::string write_batch(const queue::BatchState& state) { return text_of(batch_json(state)); }
 
 std::string write_batch_list(const queue::BatchPage& page) {
-  Json items = Json::array();
-  for (const queue::BatchState& state : page.items) items.push_back(batch_json(state));
-  return text_of({{"items", std::move(items)},
-                  {"next_cursor", page.next_cursor.empty() ? Json(nullptr) : Json(page.next_cursor)}});
+  return text_of({{"items", array_of(page.items, batch_json)}, {"next_cursor", text_or_null(page.next_cursor)}});
 }
 
-std::string write_queue(const queue::QueueState& state) {
+static Json queue_json(const queue::QueueState& state) {
   Json by_state = Json::object(), by_priority = Json::object();
   for (const auto& [which, count] : state.jobs) by_state[queue::name_of(which)] = count;
   for (const auto& [priority, count] : state.depth.queued_by_priority) by_priority[std::to_string(priority)] = count;
-  return text_of({{"jobs", std::move(by_state)},
-                  {"queued_by_priority", std::move(by_priority)},
-                  {"delayed", state.depth.delayed},
-                  {"running", state.jobs.at(queue::JobState::running)},
-                  {"oldest_age_s", state.oldest_age_s ? Json(*state.oldest_age_s) : Json(nullptr)},
-                  {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}});
+  return {{"jobs", std::move(by_state)},
+          {"queued_by_priority", std::move(by_priority)},
+          {"delayed", state.depth.delayed},
+          {"running", state.jobs.at(queue::JobState::running)},
+          {"oldest_age_s", or_null(state.oldest_age_s)},
+          {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}};
 }
 
+std::string write_queue(const queue::QueueState& state) { return text_of(queue_json(state)); }
+
 std::string write_nodes(const std::vector<queue::Node>& nodes) {
-  Json items = Json::array();
-  for (const queue::Node& node : nodes) {
-    items.push_back({{"id", node.id},
-                     {"name", node.name},
-                     {"role", node.role},
-                     {"version", node.version},
-                     {"slots", node.slots},
-                     {"running", node.running},
-                     {"started_at", time_text(node.started_at)},
-                     {"seen_at", time_text(node.seen_at)}});
-  }
-  return text_of({{"items", std::move(items)}});
+  return write_items(nodes, [](const queue::Node& node) -> Json {
+    return {{"id", node.id},
+            {"name", node.name},
+            {"role", node.role},
+            {"version", node.version},
+            {"slots", node.slots},
+            {"running", node.running},
+            {"started_at", time_text(node.started_at)},
+            {"seen_at", time_text(node.seen_at)}};
+  });
 }
 
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
@@ -293,8 +301,7 @@ std::string write_ticket(const std::string& url, std::optional<std::int64_t> exp
 
 std::string write_bulk(std::int64_t matched, std::int64_t done,
                        const std::vector<std::pair<std::string, std::string_view>>& refused) {
-  Json items = Json::array();
-  for (const auto& [id, code] : refused) items.push_back({{"id", id}, {"code", code}});
+  Json items = array_of(refused, [](const auto& each) -> Json { return {{"id", each.first}, {"code", each.second}}; });
   return text_of({{"matched", matched}, {"done", done}, {"refused", std::move(items)}});
 }
 
@@ -310,13 +317,68 @@ std::string write_problem(const ProblemReply& problem) {
 
 std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
-  Json bounds = Json::object();
-  for (const auto& [name, value] : limits) bounds[name] = value;
   return text_of({{"version", version},
                   {"build", build},
-                  {"sandbox", sandbox.empty() ? Json(nullptr) : Json(sandbox)},
+                  {"sandbox", text_or_null(std::string(sandbox))},
                   {"dashboard", dashboard},
-                  {"limits", std::move(bounds)}});
+                  {"limits", limits_json(limits)}});
+}
+
+// ---- the service
+
+static Json workers_json(const ServiceStatus& status) {
+  const telemetry::GaugeValues& now = status.gauges;
+  if (now.worker_pid == 0) return Json::array();
+  return Json::array({{{"pid", now.worker_pid},
+                       {"jobs", now.worker_jobs},
+                       {"places", now.worker_slots},
+                       {"rss_bytes", or_null(now.worker_rss_bytes)},
+                       {"sandbox", text_or_null(status.sandbox)}}});
+}
+
+static Json history_json(const telemetry::ServiceHistory::Hour& hour) {
+  using Step = telemetry::ServiceHistory::Step;
+  const auto series = [&](auto member) {
+    return array_of(hour.steps, [&](const Step& step) {
+      if constexpr (requires { (step.*member).has_value(); })
+        return or_null(step.*member);
+      else
+        return Json(step.*member);
+    });
+  };
+  return {{"step_s", telemetry::ServiceHistory::step_ms / 1000},
+          {"until", hour.until == 0 ? Json(nullptr) : Json(time_text(hour.until))},
+          {"queued", series(&Step::queued)},
+          {"running", series(&Step::running)},
+          {"ended", series(&Step::ended)},
+          {"failed", series(&Step::failed)},
+          {"wait_p50_ms", series(&Step::wait_p50_ms)},
+          {"wait_p95_ms", series(&Step::wait_p95_ms)},
+          {"rays", series(&Step::rays)},
+          {"rss_bytes", series(&Step::rss_bytes)}};
+}
+
+std::string write_status(const ServiceStatus& status) {
+  const telemetry::GaugeValues& now = status.gauges;
+  Json limits = limits_json(status.limits);
+  limits["artifact_bytes"] = now.artifact_bytes_max;
+  return text_of(
+      {{"ready", status.not_ready.empty()},
+       {"reason", status.not_ready},
+       {"draining", status.draining},
+       {"workers", workers_json(status)},
+       {"disk", {{"free_bytes", now.disk_space.free_bytes}, {"reserve_bytes", now.disk_space.reserve_bytes}}},
+       {"memory", {{"rss_bytes", or_null(now.rss_bytes)}}},
+       {"caches", {{"geometry_bytes", now.cache_geometry_bytes}, {"image_bytes", now.cache_image_bytes}}},
+       {"queue", queue_json(status.queue)},
+       {"streams", {{"open", now.event_listeners}, {"limit", status.streams_max}}},
+       {"version", {{"version", now.version}, {"build", now.build}}},
+       {"limits", std::move(limits)},
+       {"used",
+        {{"queued_jobs", status.queue.jobs.at(queue::JobState::queued)},
+         {"artifact_bytes", now.artifact_bytes},
+         {"uploads_bytes", now.upload_bytes}}},
+       {"history", status.hour ? history_json(*status.hour) : Json(nullptr)}});
 }
 
 }  // namespace resources
