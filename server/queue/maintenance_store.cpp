@@ -9,7 +9,7 @@ namespace {
 
 constexpr const char* aged_jobs =
     "SELECT id FROM jobs INDEXED BY jobs_ended WHERE ended_at IS NOT NULL AND expired = 0"
-    " AND ((state = 'succeeded' AND ended_at <= ?1) OR (state IN ('failed', 'cancelled') AND ended_at <= ?2)) LIMIT ?3";
+    " AND ((state = 'succeeded' AND ended_at <= ?) OR (state IN ('failed', 'cancelled') AND ended_at <= ?))";
 
 constexpr const char* with_artifacts =
     "SELECT id FROM jobs INDEXED BY jobs_ended WHERE state = 'succeeded' AND ended_at IS NOT NULL AND expired = 0"
@@ -69,19 +69,21 @@ struct Step {
     return database.query(std::string(with_artifacts) + database.skip_locked()).first_text();
   }
 
-  /// Ids of at most `limit` jobs that are due now.
-  std::vector<std::string> find(const std::string& sql) {
-    return database.query(sql + database.skip_locked(), now, limit).texts();
+  /// Ids of at most `limit` jobs, which no other process is changing.
+  template <class... Moments>
+  std::vector<std::string> find(const std::string& sql, Moments... moments) {
+    return database.query(sql + " LIMIT ?" + database.skip_locked(), moments..., limit).texts();
+  }
+
+  void collect_artifacts_of(const std::string& id) {
+    const std::vector<Artifact> artifacts = read_artifacts(database, id);
+    result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
   }
 
   void release_abandoned() {
-    const auto ids =
-        database
-            .query("SELECT id FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ? LIMIT ?" +
-                       std::string(database.skip_locked()),
-                   limits.lease_ended_before, limit)
-            .texts();
-    for (const std::string& id : ids) {
+    for (const std::string& id :
+         find("SELECT id FROM jobs INDEXED BY jobs_by_state WHERE state = 'running' AND lease_until <= ?",
+              limits.lease_ended_before)) {
       sql::Query released = database.query(
           std::string(released_columns) + " 'lease_ended ', attempt = attempt - 1 WHERE id = ?2 RETURNING state", now,
           id);
@@ -110,14 +112,12 @@ struct Step {
 
   void fail_overdue() {
     result.overdue =
-        find("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?");
+        find("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?", now);
     for (const std::string& id : result.overdue) {
       static_assert(may_move(JobState::queued, JobState::failed));
       database.change(
-          "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1, "
-          "revision = revision + "
-          "1,"
-          " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
+          "UPDATE jobs SET state = 'failed', ended_at = max(?1, created_at), not_before = NULL, moved_at = ?1,"
+          " revision = revision + 1, expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
           now, id);
       insert_problem(database, id, deadline_exceeded());
     }
@@ -125,12 +125,10 @@ struct Step {
 
   void expire() {
     for (const std::string& id : find("SELECT id FROM jobs INDEXED BY jobs_expiring"
-                                      " WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ? LIMIT ?"))
+                                      " WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?",
+                                      now))
       expire(id, result.expired);
-    for (const std::string& id : database
-                                     .query(std::string(aged_jobs) + database.skip_locked(), limits.succeeded_before,
-                                            limits.failed_before, limit)
-                                     .texts())
+    for (const std::string& id : find(aged_jobs, limits.succeeded_before, limits.failed_before))
       expire(id, result.aged);
     while (result.evicted < limit && read_artifact_bytes(database) > limits.artifact_bytes) {
       const std::optional<std::string> oldest = oldest_with_artifacts();
@@ -140,28 +138,20 @@ struct Step {
   }
 
   void expire(const std::string& id, int& count) {
-    const std::vector<Artifact> artifacts = read_artifacts(database, id);
-    result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
+    collect_artifacts_of(id);
     database.change("DELETE FROM artifacts WHERE job_id = ?", id);
     database.change("DELETE FROM documents WHERE job_id = ?", id);
     database.change(
-        "UPDATE jobs SET expired = 1, expires_at = CASE WHEN expires_at < ?1 THEN expires_at ELSE ?1 END, revision = "
-        "revision + 1"
-        " WHERE id = ?2",
+        "UPDATE jobs SET expired = 1, expires_at = CASE WHEN expires_at < ?1 THEN expires_at ELSE ?1 END,"
+        " revision = revision + 1 WHERE id = ?2",
         now, id);
     ++count;
   }
 
   void delete_unkept() {
-    const auto ids =
-        database
-            .query("SELECT id FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ? LIMIT ?" +
-                       std::string(database.skip_locked()),
-                   limits.delete_unkept_before, limit)
-            .texts();
-    for (const std::string& id : ids) {
-      const std::vector<Artifact> artifacts = read_artifacts(database, id);
-      result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
+    for (const std::string& id : find("SELECT id FROM jobs INDEXED BY jobs_not_kept WHERE keep = 0 AND ended_at <= ?",
+                                      limits.delete_unkept_before)) {
+      collect_artifacts_of(id);
       result.deleted += database.change("DELETE FROM jobs WHERE id = ?", id);
     }
   }
