@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <optional>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 
@@ -40,30 +41,28 @@ std::string variable_of(std::string_view name) {
 /// The command line before its values are checked. Set by the callbacks of the App, so it must not be moved.
 struct Arguments {
   Command command;
-  std::optional<std::string> file, new_key, scopes, backup, copy_to;
   Settings settings;
   Errors errors;
 };
 
-void add_tasks(CLI::App& app, Arguments& arguments) {
+void add_tasks(CLI::App& app, Command& command) {
   // Not add_option: it would take an empty value for none.
   const auto add_text = [&](const char* flag, std::optional<std::string>& into, const char* type, const char* help) {
     app.add_option_function<std::string>(
            flag, [&into](const std::string& value) { into = value; }, help)
         ->type_name(type);
   };
-  add_text("--config", arguments.file, "FILE", "file of lines \"some_name = value\"");
-  add_text("--new-key", arguments.new_key, "NAME",
-           "print a new key, once, and append its hash to --keys (- is stdout)");
-  add_text("--scopes", arguments.scopes, "jobs:read,jobs:write,admin",
+  add_text("--config", command.config_file, "FILE", "file of lines \"some_name = value\"");
+  add_text("--new-key", command.new_key, "NAME", "print a new key, once, and append its hash to --keys (- is stdout)");
+  add_text("--scopes", command.scopes, "jobs:read,jobs:write,admin",
            "scopes of the new key, by default jobs:read,jobs:write");
-  add_text("--backup", arguments.backup, "DIRECTORY", "copy the data, also of a running daemon, into a new directory");
-  add_text("--copy-to", arguments.copy_to, "URI|DIRECTORY",
+  add_text("--backup", command.backup, "DIRECTORY", "copy the data, also of a running daemon, into a new directory");
+  add_text("--copy-to", command.copy_to, "URI|DIRECTORY",
            "copy the data of a stopped daemon: those of --data to a PostgreSQL database and --artifacts, or those of "
            "--database and --artifacts to a new directory");
   const auto add_task = [&](const char* flag, Task task, const char* help) {
     app.add_flag_callback(
-        flag, [&arguments, task] { arguments.command.task = task; }, help);
+        flag, [&command, task] { command.task = task; }, help);
   };
   add_task("--check-config", Task::check, "print all errors, or the effective settings, and exit");
   add_task("--probe", Task::probe, "query /readyz of health_listen: exit code 0 if the daemon is ready, else 1");
@@ -92,7 +91,7 @@ void define(CLI::App& app, Arguments& arguments) {
   app.get_formatter()->column_width(6);
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.footer("--some-name overrides WHITTLE_SOME_NAME in the environment, which overrides some_name in the file.");
-  add_tasks(app, arguments);
+  add_tasks(app, arguments.command);
   add_options(app, arguments);
 }
 
@@ -206,19 +205,18 @@ void check_listeners(const Config& config, const Settings& weakest_first, Errors
   }
 }
 
-void check_new_key(const Arguments& arguments, Command& command, Errors& errors) {
-  if (!arguments.new_key) {
-    if (arguments.scopes) errors.push_back({"--scopes", "is allowed only with --new-key"});
+void check_new_key(Command& command, Errors& errors) {
+  if (!command.new_key) {
+    if (command.scopes) errors.push_back({"--scopes", "is allowed only with --new-key"});
     return;
   }
   command.task = Task::new_key;
-  command.key_name = *arguments.new_key;
-  command.key_scopes = arguments.scopes.value_or(command.key_scopes);
-  if (!keys::is_name(command.key_name)) {
-    errors.push_back({"--new-key", "the name must be 1 to 64 of A-Z a-z 0-9 . _ -, got \"" + command.key_name + '"'});
+  if (!command.scopes) command.scopes = "jobs:read,jobs:write";
+  if (!keys::is_name(*command.new_key)) {
+    errors.push_back({"--new-key", "the name must be 1 to 64 of A-Z a-z 0-9 . _ -, got \"" + *command.new_key + '"'});
   }
-  if (!keys::parse_scopes(command.key_scopes)) {
-    errors.push_back({"--scopes", "must be some of jobs:read,jobs:write,admin, got \"" + command.key_scopes + '"'});
+  if (!keys::parse_scopes(*command.scopes)) {
+    errors.push_back({"--scopes", "must be some of jobs:read,jobs:write,admin, got \"" + *command.scopes + '"'});
   }
   if (command.config.keys.empty()) errors.push_back({"--new-key", "needs --keys, the file to which the key is added"});
 }
@@ -234,7 +232,7 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
   if (command.task == Task::help || command.task == Task::version) return command;
   Errors errors = arguments.errors;
   Settings settings;  // weakest first
-  if (arguments.file) read_config_file(*arguments.file, settings, errors);
+  if (command.config_file) read_config_file(*command.config_file, settings, errors);
   read_environment(environment, settings, command.unknown_variables);
   settings.insert(settings.end(), arguments.settings.begin(), arguments.settings.end());
   command.config = resolve(settings, errors);
@@ -244,18 +242,12 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
   }
   if (command.config.role != "all" && command.config.database.empty())
     errors.push_back({"role", "nodes with parts of their own need --database, which they share"});
-  if (arguments.backup) {
-    command.task = Task::backup;
-    command.backup_directory = *arguments.backup;
-    if (command.backup_directory.empty()) errors.push_back({"--backup", "needs the name of a new directory"});
-  }
-  if (arguments.copy_to) {
-    command.task = Task::copy;
-    command.copy_to = *arguments.copy_to;
-  }
+  if (command.backup) command.task = Task::backup;
+  if (command.backup == "") errors.push_back({"--backup", "needs the name of a new directory"});
+  if (command.copy_to) command.task = Task::copy;
   const bool listens = command.task != Task::probe && command.task != Task::backup && command.task != Task::copy;
   if (listens) check_listeners(command.config, settings, errors);
-  check_new_key(arguments, command, errors);
+  check_new_key(command, errors);
   if (check && (command.task == Task::run || command.task == Task::check)) {
     const Errors found = check(command.config);
     errors.insert(errors.end(), found.begin(), found.end());
@@ -285,19 +277,9 @@ std::string help_text() {
 namespace {
 
 /// A connection URI or string of libpq, for people.
-std::string without_password(std::string text) {
-  const std::size_t user = text.find("://");
-  const std::size_t end = user == std::string::npos ? user : text.find_first_of("@/?", user + 3);
-  const std::size_t password = user == std::string::npos ? user : text.find(':', user + 3);
-  if (end != std::string::npos && text[end] == '@' && password < end)
-    text.replace(password + 1, end - password - 1, "***");
-  const std::size_t word = text.find("password=");
-  if (word == std::string::npos) return text;
-  const std::size_t begin = word + std::string("password=").size();
-  const bool quoted = begin < text.size() && text[begin] == '\'';
-  std::size_t stop = text.find_first_of(quoted ? "'" : " &", begin + (quoted ? 1 : 0));
-  if (stop == std::string::npos) stop = text.size();
-  return text.replace(begin, stop - begin, "***");
+std::string without_password(const std::string& text) {
+  static const std::regex of_user("(://[^@/?:]*:)[^@/?]*@"), word("password=('[^']*|[^ &]*)");
+  return std::regex_replace(std::regex_replace(text, of_user, "$1***@"), word, "password=***");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -58,9 +59,8 @@ enum class Task { run, check, help, version, new_key, probe, backup, copy };
 
 struct Command {
   Task task = Task::run;
-  std::string key_name, key_scopes = "jobs:read,jobs:write";  ///< name and scopes of a new key
-  std::string backup_directory;                               ///< new directory
-  std::string copy_to;                                        ///< database or new directory
+  /// Values of the flags of these names; with `new_key` there are scopes.
+  std::optional<std::string> config_file, new_key, scopes, backup, copy_to;
   Config config;
   /// WHITTLE_ variables that are not options. They are no error: Kubernetes sets WHITTLE_PORT and others in every pod
   /// beside a service named whittle.

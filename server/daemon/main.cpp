@@ -172,7 +172,7 @@ void print_settings(const Command& command) {
 
 /// Prints the key to stdout, or to stderr if stdout is the file of keys.
 void create_key(const Command& command) {
-  const keys::CreatedKey created = keys::create(command.key_name, *keys::parse_scopes(command.key_scopes));
+  const keys::CreatedKey created = keys::create(*command.new_key, *keys::parse_scopes(*command.scopes));
   const bool to_stdout = command.config.keys == "-";
   if (!to_stdout) keys::append(command.config.keys, created.line);
   std::printf("%s\n", to_stdout ? created.line.c_str() : created.token.c_str());
@@ -231,11 +231,11 @@ int run_command(const Command& command) {
     case Task::backup:
       if (!command.config.database.empty())
         return print_errors({{"--backup", "copies a data directory; pg_dump copies the database of --database"}});
-      return run_task("--backup", [&] { storage::back_up(command.config.data, command.backup_directory); });
+      return run_task("--backup", [&] { storage::back_up(command.config.data, *command.backup); });
     case Task::copy:
-      if (const auto errors = find_copy_errors(command.config, command.copy_to); !errors.empty())
+      if (const auto errors = find_copy_errors(command.config, *command.copy_to); !errors.empty())
         return print_errors(errors);
-      return run_task("--copy-to", [&] { copy_data(command.config, command.copy_to); });
+      return run_task("--copy-to", [&] { copy_data(command.config, *command.copy_to); });
     case Task::check:
     case Task::run:
       return check_and_run(command);

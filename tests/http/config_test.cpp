@@ -180,7 +180,7 @@ TEST(Config, AcceptsABackupDirectoryWithAnyListener) {
   ASSERT_TRUE(command);
   EXPECT_EQ(command->task, Task::backup);
   EXPECT_EQ(command->config.data, "here");
-  EXPECT_EQ(command->backup_directory, "there");
+  EXPECT_EQ(command->backup, "there");
 
   const auto nameless = whittled::read_command({"--backup", ""}, {});
   ASSERT_FALSE(nameless);
