@@ -6,7 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "server/http/handler_pool.h"
 #include "server/http/header_text.h"
 #include "server/queue/job_store.h"
 
@@ -21,6 +20,7 @@ std::optional<std::string> id_of(const RequestHead& head) {
   return std::string(*id);
 }
 
+using support::ThreadPool;
 using telemetry::Level;
 
 double milliseconds_since(Time start) {
@@ -149,10 +149,8 @@ RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::ve
       new_request_id_(std::move(new_request_id)),
       log_(log),
       events_(std::move(events)),
-      pool_(std::make_unique<HandlerPool>(settings.handler_threads, settings.waiting_max)),
-      bodies_(std::make_unique<HandlerPool>(settings.body_threads, settings.waiting_max)) {}
-
-RequestDispatcher::~RequestDispatcher() = default;
+      pool_(settings.handler_threads, settings.waiting_max),
+      bodies_(settings.body_threads) {}
 
 /// Calls a handler: exceptions and problems become replies.
 Answer RequestDispatcher::guarded(const Request& request, const std::function<Answer()>& call) const {
@@ -220,10 +218,10 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   client.notified = false;
   const bool spooled = pending->request.body.spooled();
   find_route(routes_, *pending);
-  const auto lane = pending->route != nullptr && pending->route->one_at_a_time ? HandlerPool::one_at_a_time
-                    : spooled                                                  ? HandlerPool::large_body
-                                                                               : HandlerPool::ordinary;
-  const bool accepted = pool_->submit(
+  const auto lane = pending->route != nullptr && pending->route->one_at_a_time ? ThreadPool::one_at_a_time
+                    : spooled                                                  ? ThreadPool::slow
+                                                                               : ThreadPool::ordinary;
+  const bool accepted = pool_.submit(
       [this, pending] { post_answer(pending, guarded(pending->request, [&] { return handle(*pending); })); }, lane);
   if (accepted) return;
   const Problem problem{failures::overloaded,
@@ -250,20 +248,22 @@ void RequestDispatcher::resume(Client& client, bool timed_out) {
   if (timed_out) client.stop_watching();
   client.stop_watching = nullptr;
   client.notified = false;
-  pool_->resume([this, timed_out, pending = client.pending] {
+  const auto answer = [this, timed_out, pending = client.pending] {
     const DeferredReply deferred = std::exchange(pending->deferred, {});  // the answer may be deferred again
     post_answer(pending, guarded(pending->request, [&] { return deferred.resume(timed_out); }));
-  });
+  };
+  pool_.add(answer, true);
 }
 
 void RequestDispatcher::abandon(const std::shared_ptr<PendingRequest>& pending) {
   if (!pending->deferred.on_disconnected) return;
-  pool_->resume([this, pending] {
+  const auto end = [this, pending] {
     (void)guarded(pending->request, [&]() -> Answer {
       pending->deferred.on_disconnected();
       return Reply{};
     });
-  });
+  };
+  pool_.add(end, true);
 }
 
 void RequestDispatcher::refuse_deferred(Client& client, const Problem& problem, Time now) {
@@ -293,7 +293,7 @@ void RequestDispatcher::start_reply(Client& client, ReplyReady& ready, Time now)
 void RequestDispatcher::read_body(Client& client, Time now) {
   auto part = client.connection.take_body_part(now);
   if (!part) return;
-  bodies_->add([this, number = client.number, part = *std::move(part)] {
+  bodies_.add([this, number = client.number, part = *std::move(part)] {
     std::string bytes;
     try {
       bytes.resize(part.size);

@@ -9,20 +9,18 @@
 #include <vector>
 
 #include "server/http/connection.h"
+#include "server/support/thread_pool.h"
 #include "server/telemetry/json_log.h"
 
 namespace http {
 
-class HandlerPool;
-
-/// The public functions are for the event loop's thread, except begin_drain().
+/// The public functions are for the event loop's thread, except begin_drain(). The destructor joins the threads.
 class RequestDispatcher {
  public:
   /// `settings` must outlive it.
   RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
                     std::function<std::string()> new_request_id, const telemetry::Log& log,
                     std::shared_ptr<ServerEvents> events);
-  ~RequestDispatcher();  ///< joins the threads
 
   /// Replies of later requests close their connections. Any thread.
   void begin_drain() { draining_ = true; }
@@ -58,7 +56,7 @@ class RequestDispatcher {
   const telemetry::Log log_;
   const std::shared_ptr<ServerEvents> events_;
   std::atomic<bool> draining_ = false;
-  std::unique_ptr<HandlerPool> pool_, bodies_;  // last: their threads use the other members
+  support::ThreadPool pool_, bodies_;  // last: their threads use the other members
 };
 
 }  // namespace http

@@ -19,41 +19,6 @@ queue::Problem storage_failure(const queue::StoreFailure& failure) {
 
 // ---- StoreExecutor
 
-StoreExecutor::StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log)
-    : pause_(pause), log_(std::move(log)) {
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { run_tasks(); });
-}
-
-StoreExecutor::~StoreExecutor() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  task_available_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
-}
-
-void StoreExecutor::run(std::function<void()> task) {
-  {
-    const std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
-  }
-  task_available_.notify_one();
-}
-
-void StoreExecutor::run_tasks() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    task_available_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
-    const std::function<void()> task = std::move(tasks_.front());
-    tasks_.pop_front();
-    lock.unlock();
-    task();
-    lock.lock();
-  }
-}
-
 std::optional<queue::StoreFailure> StoreExecutor::run_with_retry(int tries, std::string_view operation,
                                                                  const std::function<void()>& call) {
   for (int tried = 1;; ++tried) {

@@ -4,33 +4,31 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
-#include <vector>
+#include <utility>
 
 #include "server/queue/event_log.h"
 #include "server/queue/job_store.h"
 #include "server/queue/queue.h"
 #include "server/support/event_queue.h"
+#include "server/support/thread_pool.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/result_backlog.h"
 
 namespace worker {
 
-/// Threads that call the store of the queue and retry failed calls.
+/// Threads that call the store of the queue and retry failed calls. At the end the remaining tasks are run.
 class StoreExecutor {
  public:
-  StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log);
-  /// Runs the remaining tasks, then ends.
-  ~StoreExecutor();
+  StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log)
+      : pause_(pause), log_(std::move(log)), pool_(static_cast<std::size_t>(threads)) {}
 
   /// Any thread. `task` must not throw.
-  void run(std::function<void()> task);
+  void run(std::function<void()> task) { pool_.add(std::move(task)); }
 
   /// Within a task: repeats `call` while it throws, up to `tries` times (0: without limit) with a pause between. None
   /// on success, else the last failure. There is no retry after `stop_retrying` and on a broken disk.
@@ -41,16 +39,14 @@ class StoreExecutor {
   void stop_retrying();
 
  private:
-  void run_tasks();
   bool pause();  ///< false after stop_retrying
 
   const std::chrono::milliseconds pause_;
   const queue::Log log_;
   std::mutex mutex_;
-  std::condition_variable task_available_, retrying_stopped_;
-  std::deque<std::function<void()>> tasks_;
-  bool stopping_ = false, retrying_ = true;
-  std::vector<std::thread> threads_;
+  std::condition_variable retrying_stopped_;
+  bool retrying_ = true;
+  support::ThreadPool pool_;  ///< last: its threads use the other members
 };
 
 using LoopEvents = support::EventQueue<std::function<void()>>;

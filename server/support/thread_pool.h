@@ -1,5 +1,5 @@
 #pragma once
-/// The threads of the HTTP server that run handlers and read bodies.
+/// Threads that run short tasks for an event loop, which waits neither for handlers nor for a disk.
 
 #include <malloc.h>
 
@@ -15,25 +15,24 @@
 #include <utility>
 #include <vector>
 
-namespace http {
+namespace support {
 
-/// Threads that run handlers, behind a bounded queue.
-class HandlerPool {
+class ThreadPool {
  public:
   /// Must not throw.
   using Task = std::function<void()>;
-  /// `large_body` and `one_at_a_time` requests take up to seconds. Together they use at most half of the threads (at
-  /// least one) and of the queue, so that ordinary ones do not wait; only one `one_at_a_time` request runs at once.
-  enum Lane { ordinary, large_body, one_at_a_time };
+  /// `slow` and `one_at_a_time` tasks take up to seconds. Together they use at most half of the threads (at least one)
+  /// and of the queue, so that ordinary ones do not wait; only one `one_at_a_time` task runs at once.
+  enum Lane { ordinary, slow, one_at_a_time };
 
-  /// `waiting_max` is the length of the queue.
-  HandlerPool(std::size_t threads, std::size_t waiting_max)
+  /// `waiting_max`: length of the queue, for `submit`.
+  explicit ThreadPool(std::size_t threads, std::size_t waiting_max = 0)
       : slow_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
   }
 
   /// Finishes the queued tasks.
-  ~HandlerPool() {
+  ~ThreadPool() {
     {
       const std::lock_guard lock(mutex_);
       stopping_ = true;
@@ -46,29 +45,21 @@ class HandlerPool {
   bool submit(Task task, Lane lane) {
     {
       const std::lock_guard lock(mutex_);
-      const std::size_t slow = lanes_[large_body].size() + lanes_[one_at_a_time].size();
-      if (lanes_[ordinary].size() + slow >= waiting_max_) return false;
-      if (lane != ordinary && slow >= std::max<std::size_t>(1, waiting_max_ / 2)) return false;
+      const std::size_t slow_waiting = lanes_[slow].size() + lanes_[one_at_a_time].size();
+      if (lanes_[ordinary].size() + slow_waiting >= waiting_max_) return false;
+      if (lane != ordinary && slow_waiting >= std::max<std::size_t>(1, waiting_max_ / 2)) return false;
       lanes_[lane].push_back(std::move(task));
     }
     changed_.notify_one();
     return true;
   }
 
-  /// Queues a task of a reply that has begun: never refused, and last in line.
-  void add(Task task) {
+  /// Queues an ordinary task, which is never refused, as the last or `first` in line.
+  void add(Task task, bool first = false) {
     {
       const std::lock_guard lock(mutex_);
-      lanes_[ordinary].push_back(std::move(task));
-    }
-    changed_.notify_one();
-  }
-
-  /// Queues a task of a request that was accepted before: never refused, and first in line.
-  void resume(Task task) {
-    {
-      const std::lock_guard lock(mutex_);
-      lanes_[ordinary].push_front(std::move(task));
+      std::deque<Task>& lane = lanes_[ordinary];
+      lane.insert(first ? lane.begin() : lane.end(), std::move(task));
     }
     changed_.notify_one();
   }
@@ -77,7 +68,7 @@ class HandlerPool {
   [[nodiscard]] bool may_run(Lane lane) const {
     if (lanes_[lane].empty()) return false;
     if (lane == ordinary) return true;
-    return running_[large_body] + running_[one_at_a_time] < slow_max_ && (lane == large_body || running_[lane] == 0);
+    return running_[slow] + running_[one_at_a_time] < slow_max_ && (lane == slow || running_[lane] == 0);
   }
 
   void run() {
@@ -88,7 +79,7 @@ class HandlerPool {
       };
       std::optional<Lane> next;
       changed_.wait(lock, [&] {
-        for (const Lane lane : {ordinary, large_body, one_at_a_time})  // the last that may run is chosen
+        for (const Lane lane : {ordinary, slow, one_at_a_time})  // the last that may run is chosen
           if (may_run(lane)) next = lane;
         return next || (stopping_ && all_taken());
       });
@@ -98,7 +89,7 @@ class HandlerPool {
       ++running_[*next];
       lock.unlock();
       task();
-      task = nullptr;                         // frees the request without the lock
+      task = nullptr;                         // frees what it holds without the lock
       if (*next != ordinary) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
       lock.lock();
       --running_[*next];
@@ -115,4 +106,4 @@ class HandlerPool {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace http
+}  // namespace support
