@@ -11,26 +11,10 @@
 namespace storage::s3 {
 namespace {
 
-/// One exchange: what is sent and what has arrived.
 struct Exchange {
   const HttpRequest& request;
   HttpAnswer answer;
-  std::size_t sent = 0;
 };
-
-std::size_t send_body(char* into, std::size_t size, std::size_t count, void* context) {
-  auto& exchange = *static_cast<Exchange*>(context);
-  const std::size_t sent = exchange.request.body.copy(into, size * count, exchange.sent);
-  exchange.sent += sent;
-  return sent;
-}
-
-/// Starts again, for a connection that the store had closed before it read the request.
-int seek_body(void* context, curl_off_t offset, int origin) {
-  if (origin != SEEK_SET) return CURL_SEEKFUNC_CANTSEEK;
-  static_cast<Exchange*>(context)->sent = static_cast<std::size_t>(offset);
-  return CURL_SEEKFUNC_OK;
-}
 
 /// Accepting fewer bytes than given ends the request.
 std::size_t receive_body(const char* bytes, std::size_t size, std::size_t count, void* context) {
@@ -66,24 +50,14 @@ void set(CURL* easy, CURLoption option, Value value) {
 }
 
 /// The method and the body. `Expect: 100-continue` stays as libcurl sends it: removing it would sign what is not sent.
-void set_method(CURL* easy, Exchange& exchange) {
-  const HttpRequest& request = exchange.request;
-  const auto bytes = static_cast<curl_off_t>(request.body.size());
-  if (request.method == "HEAD") {
-    set(easy, CURLOPT_NOBODY, 1L);
-  } else if (request.method == "PUT") {
-    set(easy, CURLOPT_UPLOAD, 1L);
-    set(easy, CURLOPT_INFILESIZE_LARGE, bytes);
-    set(easy, CURLOPT_READFUNCTION, &send_body);
-    set(easy, CURLOPT_READDATA, static_cast<void*>(&exchange));
-    set(easy, CURLOPT_SEEKFUNCTION, &seek_body);
-    set(easy, CURLOPT_SEEKDATA, static_cast<void*>(&exchange));
-  } else if (request.method == "POST") {
-    set(easy, CURLOPT_POSTFIELDSIZE_LARGE, bytes);
+void set_method(CURL* easy, const HttpRequest& request) {
+  if (request.method == "HEAD") set(easy, CURLOPT_NOBODY, 1L);
+  if (request.method == "HEAD" || request.method == "GET") return;
+  if (request.method != "DELETE") {
+    set(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
     set(easy, CURLOPT_POSTFIELDS, request.body.data());
-  } else if (request.method != "GET") {
-    set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
   }
+  set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
 }
 
 void set_transport(CURL* easy, const HttpSettings& settings, Exchange& exchange) {
@@ -150,12 +124,13 @@ HttpAnswer SignedHttp::send(const HttpRequest& request, const Credentials& crede
   const std::unique_ptr<CURL, decltype(give)> easy(take(), give);
   Exchange exchange{request, {}};
   set_transport(easy.get(), settings_, exchange);
-  set_method(easy.get(), exchange);
+  set_method(easy.get(), request);
   set(easy.get(), CURLOPT_AWS_SIGV4, ("aws:amz:" + settings_.region + ":s3").c_str());
   set(easy.get(), CURLOPT_USERNAME, credentials.access_key.c_str());
   set(easy.get(), CURLOPT_PASSWORD, credentials.secret_key.c_str());
   Parameters headers{{"x-amz-content-sha256", tracer::sha256_hex(request.body)}};
   if (!credentials.session_token.empty()) headers.emplace_back("x-amz-security-token", credentials.session_token);
+  if (request.method == "PUT") headers.emplace_back("Content-Type", "binary/octet-stream");  // as without a type
   if (request.method == "POST") headers.emplace_back("Content-Type", "application/xml");
   const List list = list_of(headers);
   set(easy.get(), CURLOPT_HTTPHEADER, list.get());
