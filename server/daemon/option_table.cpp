@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "server/daemon/config.h"
-#include "server/support/parse_number.h"
+#include "server/support/text_values.h"
 
 namespace whittled {
 namespace {

@@ -10,11 +10,12 @@
 #include <string_view>
 #include <vector>
 
-#include "server/support/parse_number.h"
+#include "server/support/text_values.h"
 
 namespace http {
 
 using support::parse_number;
+using support::trimmed;
 
 /// ASCII lower case.
 inline char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -23,13 +24,6 @@ inline std::string lowered(std::string_view text) {
   std::string result(text);
   for (char& c : result) c = lowered(c);
   return result;
-}
-
-/// Without optional white space at both ends (RFC 9110, section 5.6.3).
-inline std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 /// Removes the text up to and including the first `separator` from `text` and returns it, trimmed, without the

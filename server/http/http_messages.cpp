@@ -1,9 +1,9 @@
 #include "server/http/http_messages.h"
 
-#include <array>
 #include <ctime>
 
 #include "server/resources/resource_json.h"
+#include "server/support/text_values.h"
 
 namespace http {
 namespace {
@@ -24,15 +24,6 @@ std::string status_text(const std::string& code) {
   const std::size_t begin = status_lines.find('\n' + code + ' ');
   if (begin == std::string_view::npos) return code + ' ';
   return std::string(status_lines.substr(begin + 1, status_lines.find('\n', begin + 1) - begin - 1));
-}
-
-std::string date_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 40> text{};
-  std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc);
-  return text.data();
 }
 
 }  // namespace
@@ -59,7 +50,7 @@ std::string serialized(const Reply& reply, const std::string& request_id, bool k
   const auto header = [&](std::string_view name, std::string_view value) {
     text.append(name).append(": ").append(value).append("\r\n");
   };
-  header("Date", date_now());
+  header("Date", support::in_utc(std::time(nullptr), "%a, %d %b %Y %H:%M:%S GMT"));
   header("X-Request-Id", request_id);
   header("X-Content-Type-Options", "nosniff");
   // Pages of other sites cannot show images (Fetch, section 3.7).

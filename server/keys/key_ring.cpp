@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "server/support/descriptor.h"
-#include "server/support/parse_number.h"
 #include "server/support/read_file.h"
+#include "server/support/text_values.h"
 #include "tracer/sha256.h"
 
 namespace keys {

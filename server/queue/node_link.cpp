@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "server/support/parse_number.h"
+#include "server/support/text_values.h"
 
 namespace queue {
 namespace {

@@ -1,13 +1,11 @@
 #include "server/resources/resource_json.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "api/report.h"
+#include "server/support/text_values.h"
 
 namespace resources {
 namespace {
@@ -151,14 +149,8 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
 }  // namespace
 
 std::string time_text(std::int64_t unix_ms) {
-  const std::time_t seconds = unix_ms / 1000;
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 24> date{};
-  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
-  std::array<char, 8> fraction{};
-  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(unix_ms % 1000));
-  return std::string(date.data()) + fraction.data();
+  const std::string milliseconds = std::to_string(1000 + unix_ms % 1000).substr(1);
+  return support::in_utc(unix_ms / 1000, "%Y-%m-%dT%H:%M:%S.") + milliseconds + 'Z';
 }
 
 std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }

@@ -13,7 +13,7 @@
 #include <optional>
 #include <sstream>
 
-#include "server/support/parse_number.h"
+#include "server/support/text_values.h"
 
 namespace webhooks {
 namespace {
@@ -181,8 +181,7 @@ tracer::Result<Networks, std::string> Networks::parse(const std::string& text) {
   std::istringstream parts(text);
   std::string part;
   while (std::getline(parts, part, ',')) {
-    const std::size_t first = std::min(part.find_first_not_of(' '), part.size());
-    part = part.substr(first, part.find_last_not_of(' ') + 1 - first);
+    part = std::string(support::trimmed(part));
     const auto network = read_network(part);
     if (!network) return "must be networks such as 10.0.0.0/8 or fd00::/8 separated by commas, got \"" + part + "\"";
     networks.networks_.push_back(*network);

@@ -1,12 +1,12 @@
 #include "server/storage/s3/bucket_objects.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <ctime>
 #include <mutex>
 #include <utility>
 
+#include "server/support/text_values.h"
 #include "tracer/sha256.h"
 
 namespace storage::s3 {
@@ -80,10 +80,7 @@ class BucketObjects final : public objects::ObjectStore {
 
   void remove_unfinished() override {
     const std::time_t yesterday = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 24 * 3600;
-    std::tm utc{};
-    gmtime_r(&yesterday, &utc);
-    std::array<char, 32> text{};
-    const std::string then(text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc));
+    const std::string then = support::in_utc(yesterday, "%Y-%m-%dT%H:%M:%S");
     while (client_.abort_uploads(kind_ + "/", then) > 0) {
     }
   }

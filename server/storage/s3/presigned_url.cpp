@@ -1,25 +1,13 @@
 #include "server/storage/s3/presigned_url.h"
 
-#include <array>
-
+#include "server/support/text_values.h"
 #include "tracer/sha256.h"
 
 namespace storage::s3 {
-namespace {
-
-std::string in_utc(std::time_t time, const char* format) {
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  std::array<char, 32> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), format, &utc)};
-}
-
-}  // namespace
-
 std::string presigned(const std::string& url, const std::string& region, const Credentials& credentials,
                       std::chrono::seconds seconds, std::time_t now, Parameters parameters) {
   const std::size_t host = url.find("://") + 3, path = url.find('/', host);
-  const std::string date = in_utc(now, "%Y%m%d"), time = in_utc(now, "%Y%m%dT%H%M%SZ");
+  const std::string date = support::in_utc(now, "%Y%m%d"), time = support::in_utc(now, "%Y%m%dT%H%M%SZ");
   const std::string scope = date + "/" + region + "/s3/aws4_request";
   parameters.emplace_back("X-Amz-Algorithm", "AWS4-HMAC-SHA256");
   parameters.emplace_back("X-Amz-Credential", credentials.access_key + "/" + scope);

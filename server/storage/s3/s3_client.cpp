@@ -11,7 +11,7 @@
 
 #include "server/queue/job_store.h"
 #include "server/storage/s3/presigned_url.h"
-#include "server/support/parse_number.h"
+#include "server/support/text_values.h"
 
 namespace storage::s3 {
 namespace {

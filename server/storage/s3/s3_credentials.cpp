@@ -4,14 +4,10 @@
 #include <fstream>
 
 #include "server/queue/job_store.h"
+#include "server/support/text_values.h"
 
 namespace storage::s3 {
 namespace {
-
-std::string trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
-}
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nothing in the daemon changes it
@@ -27,12 +23,13 @@ Credentials from_file(const std::string& path) {
   if (!file) throw queue::StoreFailure("cannot read the credentials in " + path);
   Credentials credentials;
   bool is_default = true;
-  for (std::string line; std::getline(file, line);) {
-    line = trimmed(line);
+  for (std::string whole; std::getline(file, whole);) {
+    const std::string_view line = support::trimmed(whole);
     if (line.starts_with('[')) is_default = line == "[default]";
     const std::size_t equals = line.find('=');
     if (!is_default || equals == std::string::npos || line.starts_with('#')) continue;
-    const std::string name = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals + 1));
+    const std::string_view name = support::trimmed(line.substr(0, equals));
+    const std::string value(support::trimmed(line.substr(equals + 1)));
     if (name == "aws_access_key_id") credentials.access_key = value;
     if (name == "aws_secret_access_key") credentials.secret_key = value;
     if (name == "aws_session_token") credentials.session_token = value;
