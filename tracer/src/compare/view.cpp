@@ -10,6 +10,7 @@
 #include "tracer/src/compare/scaling.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/image_io/decode.h"
+#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 namespace {
@@ -108,14 +109,11 @@ double fraction_of(double value, const std::array<double, 2>& range) {
   return value >= range[1] ? 1 : (value - range[0]) / (range[1] - range[0]);
 }
 
-/// Codes of an object's color, as fractions, from a hash that spreads consecutive ids (Steele, Lea and Flood 2014,
-/// "Fast splittable pseudorandom number generators", fig. 15).
+/// Codes of an object's color, as fractions: the sequence of splitmix64, which spreads consecutive ids (Steele, Lea and
+/// Flood 2014, "Fast splittable pseudorandom number generators", fig. 15).
 std::array<double, 3> color_of_object(float id) {
   if (id == 0) return {};
-  std::uint64_t hash = static_cast<std::uint64_t>(id) * 0x9e3779b97f4a7c15;
-  hash = (hash ^ hash >> 30U) * 0xbf58476d1ce4e5b9;
-  hash = (hash ^ hash >> 27U) * 0x94d049bb133111eb;
-  hash ^= hash >> 31U;
+  const std::uint64_t hash = mix((static_cast<std::uint64_t>(id) - 1) * 0x9e3779b97f4a7c15);
   const auto code = [&](unsigned shift) { return 0.25 + 0.75 * static_cast<double>(hash >> shift & 255U) / 255; };
   return {code(0), code(8), code(16)};
 }
