@@ -70,9 +70,8 @@ RenderExecutor::RenderExecutor(int socket, const Options& options, FileClient& f
       nice_level_(nice_level),
       files_{options.files, &file_client},
       cache_(options.scene_cache_bytes),
-      channel_{
-          helpers_, [this](Message message) { send_when_possible(socket_, std::move(message)); },
-          options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))},
+      channel_{helpers_, [this](Message message) { send_when_possible(socket_, std::move(message)); },
+               options.thread_count()},
       task_tracer_(files_, cache_) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { run_waiting_jobs(); });
   threads_.emplace_back([this] { heartbeat_loop(); });

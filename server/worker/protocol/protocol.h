@@ -10,10 +10,12 @@
 /// once than the worker has slots, and the worker answers each with exactly one of Finished, Failed, Cancelled. A
 /// worker exits as soon as its socket is closed, for example because the daemon has crashed.
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <variant>
 #include <vector>
 
@@ -48,6 +50,9 @@ struct Options {
   std::uint64_t cache_idle_ms = 60'000;          ///< the cache is cleared after this time without a job
   FileSettings files;
   bool operator==(const Options&) const = default;
+  [[nodiscard]] int thread_count() const {
+    return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
 };
 
 /// The first message.

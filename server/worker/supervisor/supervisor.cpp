@@ -28,8 +28,7 @@ std::uint64_t bytes_of(const queue::ImageTask& task) {
 }
 
 SupervisorSettings with_defaults(SupervisorSettings settings) {
-  const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::thread::hardware_concurrency());
-  if (settings.slots <= 0) settings.slots = std::max(1, threads) + 1;
+  if (settings.slots <= 0) settings.slots = settings.thread_count() + 1;
   if (settings.owner_slots <= 0) settings.owner_slots = std::max(1, settings.slots - 1);
   if (settings.store_threads <= 0) settings.store_threads = std::max(16, settings.slots);
   return settings;

@@ -4,7 +4,6 @@
 #include <exception>
 #include <optional>
 #include <string_view>
-#include <thread>
 
 namespace worker {
 namespace {
@@ -14,11 +13,6 @@ constexpr std::chrono::seconds second{1};  ///< between two looks at the tables,
 constexpr std::string_view tasks_published = "tasks_published", task_result = "task_result";
 constexpr std::size_t excluded_max = 100;
 constexpr std::uint64_t published_bytes_max = 4ull << 30;  // the worker publishes at most 1 GB
-
-std::size_t threads_of(const SupervisorSettings& settings) {
-  return settings.threads > 0 ? static_cast<std::size_t>(settings.threads)
-                              : std::max(1U, std::thread::hardware_concurrency());
-}
 
 std::string joined(const std::set<std::string>& ids) {
   std::string text;
@@ -39,7 +33,7 @@ TaskDispatcher::TaskDispatcher(queue::Queue& queue, const SupervisorSettings& se
       process_(process),
       jobs_(jobs),
       log_(std::move(log)),
-      helping_max_(threads_of(settings) + 1) {
+      helping_max_(static_cast<std::size_t>(settings.thread_count()) + 1) {
   if (store_ == nullptr) return;
   const auto call_on_loop = [this](auto call) {
     return [this, call](const std::string& job_id) { events_.post([call, job_id] { call(job_id); }); };
