@@ -30,9 +30,7 @@ std::string status_text(const std::string& code) {
 
 Reply problem_reply(const Problem& problem, const std::string& request_id) {
   const Failure& failure = problem.failure;
-  Reply reply;
-  reply.status = failure.status;
-  reply.content_type = "application/problem+json";
+  Reply reply{.status = failure.status, .content_type = "application/problem+json", .failure = failure};
   reply.body = resources::write_problem({"urn:whittle:problem:" + std::string(failure.name), std::string(failure.title),
                                          failure.status, problem.detail, request_id, problem.errors});
   if (failure.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(failure.retry_after_s));
@@ -41,7 +39,6 @@ Reply problem_reply(const Problem& problem, const std::string& request_id) {
   if (failure == failures::forbidden) {
     reply.headers.emplace_back("WWW-Authenticate", "Bearer error=\"insufficient_scope\"");
   }
-  reply.failure = failure;
   return reply;
 }
 

@@ -74,13 +74,13 @@ struct BodyStream {
 /// With an ETag that the client's If-None-Match names, a 200 of GET or HEAD is sent as 304.
 struct Reply {
   int status = 200;
-  std::string content_type;  ///< empty: no body
-  Pairs headers;
-  std::string body;
-  std::optional<BodySource> source;    ///< instead of `body`
-  std::shared_ptr<BodyStream> stream;  ///< after `body`; not for HEAD
-  std::optional<Failure> failure;      ///< for the log
-  std::string job_id;                  ///< for the log
+  std::string content_type{};  ///< empty: no body
+  Pairs headers{};
+  std::string body{};
+  std::optional<BodySource> source{};    ///< instead of `body`
+  std::shared_ptr<BodyStream> stream{};  ///< after `body`; not for HEAD
+  std::optional<Failure> failure{};      ///< for the log
+  std::string job_id{};                  ///< for the log
 };
 
 /// A reply that is produced later, after a notification or at the deadline. Until then the request occupies no thread.

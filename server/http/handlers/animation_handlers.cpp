@@ -32,11 +32,7 @@ tracer::Result<AnimationQuery, Problem> read_query(const Pairs& query) {
 Answer animation_reply(std::size_t images, OpenFrame open, int frames_per_second) {
   auto source = apng_of(images, std::move(open), frames_per_second);
   if (!source) return Problem{failures::images_differ, "an animation needs images of one size and kind"};
-  Reply reply;
-  reply.content_type = "image/apng";
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  reply.source = std::move(source);
-  return reply;
+  return Reply{.content_type = "image/apng", .headers = {{"Cache-Control", "no-cache"}}, .source = std::move(source)};
 }
 
 struct Reduction {

@@ -59,11 +59,9 @@ Answer get_asset(Request& request, const ApiContext& context) {
                                                   ? "there is no asset " + sha256 + "; upload it with PUT"
                                                   : asset_name_rule + std::to_string(sha256.size())};
   }
-  Reply reply;
-  reply.headers = {{"ETag", '"' + sha256 + '"'}, {"Cache-Control", "max-age=31536000, immutable"}};
-  reply.content_type = "application/octet-stream";
-  reply.source = source_of(std::move(reader));
-  return reply;
+  return Reply{.content_type = "application/octet-stream",
+               .headers = {{"ETag", '"' + sha256 + '"'}, {"Cache-Control", "max-age=31536000, immutable"}},
+               .source = source_of(std::move(reader))};
 }
 
 }  // namespace http::handlers

@@ -137,7 +137,7 @@ Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& 
         failures::batch_running,
         std::to_string(waiting) + " jobs of the batch have not ended; cancel it first, and wait for its end"};
   }
-  return empty_reply(204);
+  return Reply{.status = 204};
 }
 
 Answer cancel_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
@@ -162,14 +162,11 @@ Answer get_batch_artifacts(Request&, const queue::BatchState& state, const ApiCo
   if (entries.empty()) {
     return Problem{failures::image_not_found, "no job of batch " + id + " has an image yet"};
   }
-  Reply reply;
-  reply.content_type = "application/x-tar";
-  reply.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + id + ".tar\"");
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  reply.source = tar_of(std::move(entries), [&queries = context.queue.queries](const queue::Artifact& a) {
-    return queries.open_unverified(a);
-  });
-  return reply;
+  const auto open = [&queries = context.queue.queries](const queue::Artifact& a) { return queries.open_unverified(a); };
+  return Reply{
+      .content_type = "application/x-tar",
+      .headers = {{"Content-Disposition", "attachment; filename=\"" + id + ".tar\""}, {"Cache-Control", "no-cache"}},
+      .source = tar_of(std::move(entries), open)};
 }
 
 }  // namespace http::handlers

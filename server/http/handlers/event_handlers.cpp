@@ -35,19 +35,16 @@ std::optional<std::int64_t> last_event(const Request& request) {
 }
 
 Reply stream_reply(const std::shared_ptr<Listener>& listener, std::string beginning) {
-  Reply reply;
-  reply.content_type = "text/event-stream";
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  reply.headers.emplace_back("X-Accel-Buffering", "no");  // otherwise nginx delays events until it has many
-  reply.body = "retry: 2000\n\n" + std::move(beginning);
-  reply.stream = std::make_shared<BodyStream>();
-  reply.stream->heartbeat = ": heartbeat\n\n";
-  reply.stream->take = [listener]() -> BodyStream::Chunk {
+  const auto take = [listener]() -> BodyStream::Chunk {
     auto [text, over] = listener->take(chunk_bytes);
     return {std::move(text), over};
   };
-  reply.stream->watch = [listener](std::function<void()> notify) { listener->on_news(std::move(notify)); };
-  return reply;
+  const auto watch = [listener](std::function<void()> notify) { listener->on_news(std::move(notify)); };
+  // Otherwise nginx delays events until it has many.
+  return {.content_type = "text/event-stream",
+          .headers = {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}},
+          .body = "retry: 2000\n\n" + std::move(beginning),
+          .stream = std::make_shared<BodyStream>(BodyStream{take, watch, ": heartbeat\n\n"})};
 }
 
 /// The state of a job as an event.
@@ -128,7 +125,7 @@ Answer get_job_events(Request& request, const ApiContext& context) {
 
   const bool ended = queue::ended(view->job.state);
   if (ended && after && context.events.ended_by(id, *after))
-    return empty_reply(204);  // an EventSource then stops reconnecting
+    return Reply{.status = 204};  // an EventSource then stops reconnecting
   const bool continues = after && !listener->missed();
   std::string beginning;
   if (ended && continues) {

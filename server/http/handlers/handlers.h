@@ -169,7 +169,6 @@ tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const Ap
 /// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
 /// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.
 std::string etag_of(queue::JobView view);
-Reply empty_reply(int status);
 Reply json_reply(int status, std::string body, const std::string& cache_control = {});  ///< empty: no such header
 /// The job as JSON, with Location if the status is 202.
 Reply job_reply(int status, const queue::JobView& view, const ApiContext& context);

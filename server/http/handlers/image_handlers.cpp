@@ -78,11 +78,7 @@ std::optional<Reply> redirect_to_bucket(const Request& request, const queue::Job
     return std::nullopt;
   const std::optional<std::string> url = context.redirect(artifact);
   if (!url) return std::nullopt;
-  Reply reply;
-  reply.status = 307;
-  reply.headers = {{"Location", *url}, {"Cache-Control", "no-store"}};
-  reply.job_id = job.id;
-  return reply;
+  return Reply{.status = 307, .headers = {{"Location", *url}, {"Cache-Control", "no-store"}}, .job_id = job.id};
 }
 
 /// A request whose image is being rendered.
@@ -157,21 +153,16 @@ Answer redirect_to_image(const queue::Job& job) {
     const std::string reason = job.artifacts.empty() ? "; it has no images" : ", and not as PNG";
     return Problem{failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
   }
-  Reply reply;
-  reply.status = 303;
-  reply.headers = {{"Location", "/v1/jobs/" + job.id + "/" + png->name}, {"Cache-Control", "no-cache"}};
-  reply.job_id = job.id;
-  return reply;
+  const std::string location = "/v1/jobs/" + job.id + "/" + png->name;
+  return Reply{.status = 303, .headers = {{"Location", location}, {"Cache-Control", "no-cache"}}, .job_id = job.id};
 }
 
 /// A PNG with its hash as ETag.
 Reply preview_reply(const std::string& job_id, const std::string& png) {
-  Reply reply;
-  reply.job_id = job_id;
-  reply.headers = {{"ETag", '"' + tracer::sha256_hex(png) + '"'}, {"Cache-Control", "no-cache"}};
-  reply.content_type = "image/png";
-  reply.body = png;
-  return reply;
+  return {.content_type = "image/png",
+          .headers = {{"ETag", '"' + tracer::sha256_hex(png) + '"'}, {"Cache-Control", "no-cache"}},
+          .body = png,
+          .job_id = job_id};
 }
 
 /// The name of a result in the cache.
@@ -209,10 +200,7 @@ Answer latest_preview(const std::string& id, std::uint32_t side, const ApiContex
   if (queue::ended(view->job.state)) return redirect_to_image(view->job);
   const queue::Previews::Latest latest = context.queue.waiters.preview(id, side);
   if (latest.png) return preview_reply(id, *latest.png);
-  Reply reply = empty_reply(204);
-  reply.job_id = id;
-  reply.headers.emplace_back("Cache-Control", "no-store");
-  return reply;
+  return Reply{.status = 204, .headers = {{"Cache-Control", "no-store"}}, .job_id = id};
 }
 
 }  // namespace

@@ -282,7 +282,7 @@ Answer remove_job(Request&, const queue::JobView& view, const ApiContext& contex
     case queue::RemoveOutcome::removed:
       break;
   }
-  return empty_reply(204);
+  return Reply{.status = 204};
 }
 
 }  // namespace http::handlers

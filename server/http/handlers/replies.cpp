@@ -45,18 +45,9 @@ std::string etag_of(queue::JobView view) {
   return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
 }
 
-Reply empty_reply(int status) {
-  Reply reply;
-  reply.status = status;
-  return reply;
-}
-
 Reply json_reply(int status, std::string body, const std::string& cache_control) {
-  Reply reply;
-  reply.status = status;
-  reply.content_type = "application/json";
+  Reply reply{.status = status, .content_type = "application/json", .body = std::move(body)};
   if (!cache_control.empty()) reply.headers.emplace_back("Cache-Control", cache_control);
-  reply.body = std::move(body);
   return reply;
 }
 
@@ -90,14 +81,12 @@ tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::A
                    artifact.name + " of job " + job.id +
                        " is missing or its bytes have changed; retry the job to render it again"};
   }
-  Reply reply;
-  reply.content_type = artifact.media_type;
   // A chart (SVG) may contain scripts if the worker was compromised.
-  reply.headers.emplace_back("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; sandbox");
-  reply.headers.emplace_back("ETag", '"' + artifact.sha256 + '"');
-  reply.job_id = job.id;
-  reply.source = source_of(std::move(reader));
-  return reply;
+  constexpr const char* policy = "default-src 'none'; style-src 'unsafe-inline'; sandbox";
+  return Reply{.content_type = artifact.media_type,
+               .headers = {{"Content-Security-Policy", policy}, {"ETag", '"' + artifact.sha256 + '"'}},
+               .source = source_of(std::move(reader)),
+               .job_id = job.id};
 }
 
 DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,

@@ -30,10 +30,7 @@ constexpr const char* index_text =
     "  GET  /schemas/scene.schema.json  JSON schema of scene documents\n";
 
 Reply document_reply(std::string content_type, std::string body) {
-  Reply reply;
-  reply.content_type = std::move(content_type);
-  reply.body = std::move(body);
-  return reply;
+  return {.content_type = std::move(content_type), .body = std::move(body)};
 }
 
 Reply text_reply(std::string body) { return document_reply("text/plain; charset=utf-8", std::move(body)); }
