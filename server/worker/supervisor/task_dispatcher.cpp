@@ -64,11 +64,11 @@ void TaskDispatcher::call_store(const char* operation, Call call, Done done) {
 }
 
 void TaskDispatcher::call_store(const char* operation, std::function<void()> call) {
-  const auto returning = [call = std::move(call)] {
+  auto returning = [call = std::move(call)] {
     call();
     return true;
   };
-  call_store(operation, returning, [](std::optional<bool>) {});
+  call_store(operation, std::move(returning), [](std::optional<bool>) {});
 }
 
 void TaskDispatcher::run(Time now, bool draining) {
@@ -138,23 +138,22 @@ void TaskDispatcher::take(const std::string& job_id) {
 
 void TaskDispatcher::read_results() {
   reading_ = true;
-  next_.read = Time::clock::now() + second;  // a message that comes while it reads shortens it
-  using Results = std::vector<TaskDone>;
-  const auto read = [this, awaited = awaited_] {
-    Results found;
+  next_.read = Time::clock::now() + second;                      // a message that comes while it reads shortens it
+  const auto found = std::make_shared<std::vector<TaskDone>>();  // also what was read before a failure
+  auto read = [this, found, awaited = awaited_] {
     for (const auto& [job_id, job] : awaited) {
       for (const std::string& key : store_->finished(job_id)) {
         if (!job.keys.contains(key)) continue;
         if (auto outcome = store_->outcome(job_id, key))
-          found.push_back({job_id, key, std::move(outcome->node), outcome->attempt, std::move(outcome->result)});
+          found->push_back({job_id, key, std::move(outcome->node), outcome->attempt, std::move(outcome->result)});
       }
     }
-    return found;
+    return true;
   };
-  call_store("read_results", read, [this](std::optional<Results> found) {
+  call_store("read_results", std::move(read), [this, found](std::optional<bool> all) {
     reading_ = false;
-    if (!found) next_.read = Time::clock::now() + second;
-    for (TaskDone& result : found.value_or(Results())) {
+    if (!all) next_.read = Time::clock::now() + second;
+    for (TaskDone& result : *found) {
       const auto job = awaited_.find(result.job_id);
       if (job != awaited_.end() && job->second.keys.erase(result.key) > 0) process_.send(pack(std::move(result)));
     }
@@ -214,13 +213,18 @@ void TaskDispatcher::help() {
     std::optional<queue::TaskClaim> claim;
     std::pair<std::string, std::string> document;
   };
-  const auto claim = [this, known = document_, excluded = joined(excluded_)] {
+  auto claim = [this, known = document_, excluded = joined(excluded_)] {
     Found found{store_->claim_other(excluded), known};
-    if (found.claim && found.claim->job_id != known.first)
+    if (!found.claim || found.claim->job_id == known.first) return found;
+    try {
       found.document = {found.claim->job_id, queue_.queries.document(found.claim->job_id).value_or("")};
+    } catch (...) {
+      store_->release(*found.claim);  // the leases of this node are renewed together
+      throw;
+    }
     return found;
   };
-  call_store("claim_task", claim, [this](std::optional<Found> found) {
+  call_store("claim_task", std::move(claim), [this](std::optional<Found> found) {
     claiming_ = false;
     if (!found) next_.help = Time::clock::now() + second;
     if (!found || !found->claim) return;
