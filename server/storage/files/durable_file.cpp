@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/queue/asset_store.h"
+#include "server/queue/clock.h"
 #include "server/support/file_io.h"
 #include "tracer/sha256.h"
 
@@ -30,7 +31,13 @@ auto retry(Call call) {
 
 /// Empty, with errno, if the file cannot be opened.
 support::Descriptor open_file(const std::string& path, int flags) {
-  return support::Descriptor(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC); }));
+  return support::Descriptor(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0640); }));
+}
+
+/// A name that no file of any process has.
+std::string new_name() {
+  static queue::IdSource ids(queue::system_clock(), queue::system_random());
+  return ids.next();
 }
 
 std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name) {
@@ -97,8 +104,8 @@ queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
 }
 
 TemporaryFile::TemporaryFile(const std::string& directory)
-    : path_(directory + "/tmp/XXXXXX"), file_(::mkostemp(path_.data(), O_CLOEXEC)) {
-  if (!file_ || fchmod(file_.get(), 0640) < 0) fail("cannot create", path_);
+    : path_(directory + "/tmp/" + new_name()), file_(open_file(path_, O_WRONLY | O_CREAT | O_EXCL)) {
+  if (!file_) fail("cannot create", path_);
 }
 
 TemporaryFile::~TemporaryFile() {
