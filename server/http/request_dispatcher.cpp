@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "server/http/header_text.h"
@@ -77,14 +76,13 @@ std::optional<std::vector<std::string>> match(std::string_view pattern, std::str
 /// Unknown and repeated query parameters are refused, like fields of a document, because a typo must not be ignored.
 std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   std::string unknown, known;
-  std::set<std::string_view> names;
   for (const auto& [name, value] : query) {
-    if (!names.insert(name).second && name != "label")
-      return Problem{failures::invalid_query, name + " is given twice"};
     const bool is_known = std::find(route.query.begin(), route.query.end(), name) != route.query.end();
     if (!is_known) unknown += (unknown.empty() ? "\"" : ", \"") + name + '"';
   }
-  if (unknown.empty()) return std::nullopt;
+  const std::string repeated(repeated_name(query));
+  if (unknown.empty() && repeated.empty()) return std::nullopt;
+  if (unknown.empty()) return Problem{failures::invalid_query, repeated + " is given twice"};
   for (const std::string& name : route.query) known += (known.empty() ? "" : ", ") + name;
   return Problem{failures::invalid_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
 }
@@ -130,13 +128,15 @@ Answer handle(PendingRequest& pending) {
 void apply_precondition(const RequestHead& head, Reply& reply) {
   const auto known = head.header("if-none-match");
   if (!known || reply.status != 200 || (head.method != "GET" && head.method != "HEAD")) return;
-  for (const auto& [name, value] : reply.headers) {
-    if (name != "ETag" || !none_match_names(known, value)) continue;
-    reply.status = 304;
-    reply.content_type.clear();
-    reply.body.clear();
-    reply.source.reset();
-  }
+  const auto is_known = [&](const auto& header) {
+    return header.first == "ETag" && none_match_names(known, header.second);
+  };
+  if (std::none_of(reply.headers.begin(), reply.headers.end(), is_known)) return;
+  reply.status = 304;
+  reply.content_type.clear();
+  std::erase_if(reply.headers, [](const auto& header) { return header.first == "Content-Encoding"; });
+  reply.body.clear();
+  reply.source.reset();
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "server/http/header_text.h"
 
@@ -199,6 +200,13 @@ LineResult next_line(std::string_view rest, std::size_t bytes_max, Failure too_l
 }
 
 }  // namespace
+
+std::string_view repeated_name(const Pairs& pairs) {
+  std::set<std::string_view> names;
+  for (const auto& [name, value] : pairs)
+    if (!names.insert(name).second && name != "label") return name;
+  return {};
+}
 
 std::optional<std::string_view> RequestHead::header(std::string_view name) const {
   const auto found = std::find_if(headers.begin(), headers.end(), [&](const auto& h) { return h.first == name; });

@@ -53,6 +53,9 @@ using HeadResult = std::variant<Incomplete, RequestHead, Problem>;
 /// result does not depend on the division of the bytes into packets. It is Incomplete only within the limits.
 HeadResult read_head(std::string_view bytes, const HeadLimits& limits);
 
+/// The first name that comes again; empty if there is none. `label` may.
+std::string_view repeated_name(const Pairs& pairs);
+
 /// Percent-decodes. Nothing if an escape is malformed or encodes a control character.
 std::optional<std::string> percent_decoded(std::string_view text);
 

@@ -65,7 +65,8 @@ class Bulk(OneDaemon):
                      {"action": "cancel", "ids": NOBODY}, {"action": "cancel", "ids": [1]}, {"action": "cancel", "filter": {"q": 1}},
                      {"action": "cancel", "filter": {"q": ""}}, {"action": "cancel", "filter": {"limit": "1"}},
                      {"action": "cancel", "filter": {"states": "queued"}}, {"action": "cancel", "filter": {"state": "done"}},
-                     {"action": "cancel", "filter": {"state": ["queued", "failed"]}}, {"action": "cancel", "filter": {"label": []}},
+                     {"action": "cancel", "filter": {"state": ["queued", "failed"]}},
+                     {"action": "cancel", "filter": {"state": ["failed", "queued"]}}, {"action": "cancel", "filter": {"label": []}},
                      {"action": "priority", "ids": [NOBODY]}, {"action": "priority", "value": 101, "ids": [NOBODY]},
                      {"action": "cancel", "value": 1, "ids": [NOBODY]}, {"action": "cancel", "ids": [NOBODY], "dry_run": 1},
                      {"action": "cancel", "ids": [f"{i}" for i in range(10_001)]}):

@@ -67,6 +67,8 @@ class Listing(unittest.TestCase):
             reply = self.daemon.get(f"/v1/jobs{query}")
             self.assertEqual(reply.status, 400, query)
             self.assertEqual(json_of(reply)["type"], "urn:whittle:problem:invalid_query", query)
+        for query, detail in (("?page=1&page=2", 'unknown: "page", "page"; known: '), ("?limit=1&limit=2", "limit is given twice")):
+            self.assertIn(detail, json_of(self.daemon.get(f"/v1/jobs{query}"))["detail"])
 
 
 if __name__ == "__main__":

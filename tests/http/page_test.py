@@ -68,6 +68,7 @@ class Page(OneDaemon):
             page = self.page(**headers)
             again = self.page(If_None_Match=page.headers["ETag"], **headers)
             self.assertEqual((again.status, again.body, again.headers["ETag"]), (304, b"", page.headers["ETag"]))
+            self.assertNotIn("Content-Encoding", again.headers)
 
     def test_files_never_change_and_are_compressed(self):
         paths, raw_bytes, packed_bytes = self.files(), 0, 0

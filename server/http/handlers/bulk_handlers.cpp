@@ -22,6 +22,8 @@ tracer::Result<std::vector<std::string>, Problem> selected_jobs(const Pairs& fil
     if (std::find(known.begin(), known.end(), name) == known.end()) return invalid("the filter has no " + name);
     if (value.empty() && name != "owner") return invalid(name + " of the filter is empty");
   }
+  if (const std::string repeated(repeated_name(filter)); !repeated.empty())
+    return invalid("filter: " + repeated + " is given twice");
   const auto query = read_list_query(filter);
   if (!query) return invalid("filter: " + query.error().detail);
   std::vector<std::string> ids;

@@ -159,7 +159,7 @@ Answer get_job(Request& request, const ApiContext& context) {
   const auto wait = read_wait(request.head.query);
   if (!wait) {
     const std::string limit = std::to_string(wait_max.count());
-    return Problem{failures::invalid_query, "wait must be whole seconds 0.." + limit};
+    return Problem{failures::invalid_query, "wait must be given once, as whole seconds 0.." + limit};
   }
   JobPoll poll{request.parameters.front(), std::optional<std::string>(request.head.header("if-none-match")),
                std::chrono::steady_clock::now() + *wait, nullptr};

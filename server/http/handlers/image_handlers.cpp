@@ -288,7 +288,7 @@ Answer get_preview(Request& request, const ApiContext& context) {
   const auto side = read_side(request.head.query);
   if (!side) {
     const std::string range = std::to_string(queue::image_side_min) + ".." + std::to_string(queue::preview_side_max);
-    return Problem{failures::invalid_query, "max must be a whole number " + range};
+    return Problem{failures::invalid_query, "max must be given once, as a whole number " + range};
   }
   const auto view = find_job(request.parameters.front(), context);
   if (!view) return view.error();
