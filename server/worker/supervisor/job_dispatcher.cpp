@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/worker/supervisor/message_check.h"
+
 namespace worker {
 
 using queue::LogLevel;
