@@ -30,11 +30,10 @@
 namespace worker {
 
 /// Jobs that run at once share the threads, and a job that runs alone has all of them. If there are several slots,
-/// large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends. 0 slots, the default:
-/// threads
-/// + 1, because small jobs are mostly sequential. The cache is in addition to job_memory_bytes. A worker with more
-/// memory for each of its jobs, beyond what it had before the first one and its cache, is killed, and the jobs have
-/// failed as "out_of_memory"; checked at each heartbeat.
+/// large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends. With 0 slots, the
+/// default, there is one more than threads, because small jobs are mostly sequential. The cache is in addition to
+/// job_memory_bytes. A worker with more memory for each of its jobs, beyond what it had before the first one and its
+/// cache, is killed, and the jobs have failed as "out_of_memory"; checked at each heartbeat.
 struct SupervisorSettings : Options {
   SupervisorSettings() { slots = 0, scene_cache_bytes = 512u << 20; }
 
