@@ -177,38 +177,6 @@ class Assets(unittest.TestCase):
             self.assertIn(reason, line)
             self.assertFalse((self.directory / "out.png").exists())
 
-    def with_mesh(self, command, mesh):
-        document = scene("tiny")
-        document["objects"].append({"type": "mesh", "material": {"color": [0.2, 0.7, 0.3]}, **mesh})
-        (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
-        outputs = ["-o", self.directory / "out.png"] if command == "render" else []
-        return whittle(command, self.directory / "scene.json", *outputs)
-
-    def test_of_meshes_give_the_image_of_the_same_mesh_in_the_document(self):
-        (self.directory / "sail.obj").write_text("v 0 0.2 1\nv 1.2 0.4 1\nv 0.4 1.6 0.5\nf 1 2 3\n", encoding="utf-8")
-        done = self.with_mesh("render", {"file": "sail.obj"})
-        self.assertEqual(done.returncode, 0, done.stderr)
-        from_file = (self.directory / "out.png").read_bytes()
-        self.with_mesh("render", {"positions": [[0, 0.2, 1], [1.2, 0.4, 1], [0.4, 1.6, 0.5]], "triangles": [[0, 1, 2]]})
-        self.assertEqual(from_file, (self.directory / "out.png").read_bytes())
-        whittle("render", SCENES / "tiny.json", "-o", self.directory / "plain.png")
-        self.assertNotEqual(from_file, (self.directory / "plain.png").read_bytes())
-
-    def test_that_are_no_meshes_are_reported_with_pointer_file_and_position(self):
-        (self.directory / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
-        (self.directory / "huge.ply").write_text("ply\nformat ascii 1.0\nelement face 999999999\n"
-                                              "property list int int vertex_index\nend_header\n", encoding="utf-8")
-        (self.directory / "far.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "/etc/passwd"}]}',
-                                              encoding="utf-8")
-        for name, reason in (("missing.ply", "no such file"), ("nan.obj", "line 1: must be finite"),
-                             ("huge.ply", "line 6: the file is too short"), ("far.gltf", "/buffers/0: must have")):
-            for command in ("render", "check"):
-                done = self.with_mesh(command, {"file": name})
-                self.assertEqual(done.returncode, 1, name)
-                line = (done.stderr if command == "render" else done.stdout).decode().splitlines()[-1]
-                self.assertTrue(line.startswith(f"#/objects/2/file bad_asset {name}: "), line)
-                self.assertIn(reason, line)
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -69,39 +69,6 @@ class Render(WithDirectory):
         self.assertEqual(done.returncode, 0, done.stderr)
         return images.read_exr((self.directory / "image.exr").read_bytes())
 
-    def test_shows_visible_lights_without_counting_them_twice(self):
-        def document(visible, **light):
-            return {"version": 1, "image": {"width": 64, "height": 48}, "accuracy": {"samples": 4},
-                    "camera": {"position": [0, 2, 8], "look_at": [0, 1.5, 0]},
-                    "lights": [{"color": [1, 0.5, 0.25], "intensity": 3, "visible": visible, **light},
-                               {"type": "point", "position": [5, 9, 5], "intensity": 0.5}],
-                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0],
-                                 "material": {"specular": 0.5, "shininess": 9}},
-                                {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.7, "material": {}}]}
-        for light in ({"type": "rect", "corner": [-1, 3, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0.5, 1]},
-                      {"type": "disc", "center": [0, 3, 0], "normal": [0, 1, 1], "radius": 1},
-                      {"type": "sphere", "center": [0, 3, 0], "radius": 0.8}):
-            with self.subTest(light["type"]):
-                hidden, visible = self.exr(document(False, **light)), self.exr(document(True, **light))
-                differs = (hidden != visible).any(-1)
-                emitter = (visible == numpy.float32([3, 1.5, 0.75])).all(-1)
-                self.assertGreater(emitter.sum(), 30)
-                height, width = differs.shape
-                ys, xs = numpy.nonzero(emitter)
-                outside = numpy.ones((height, width), bool)
-                outside[ys.min() - 1:ys.max() + 2, xs.min() - 1:xs.max() + 2] = False
-                self.assertFalse((differs & outside).any(), "the rest of the image is the same")
-                self.assertTrue((differs | ~emitter).all())
-
-    def test_reflects_visible_lights(self):
-        document = {"version": 1, "image": {"width": 9, "height": 9}, "accuracy": {"samples": 1},
-                    "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]},
-                    "lights": [{"type": "disc", "center": [0, 0, 6], "normal": [0, 0, 1], "radius": 9, "intensity": 2,
-                                "visible": True}],
-                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1],
-                                 "material": {"reflection": 0.25, "diffuse": 0}}]}
-        numpy.testing.assert_allclose(self.exr(document), 0.5, rtol=1e-6)
-
     def test_omits_shadows_of_objects_without(self):
         def document(objects, **more):
             return {"version": 1, "image": {"width": 48, "height": 36}, "accuracy": {"samples": 1},
@@ -237,11 +204,6 @@ class Interruption(WithDirectory):
                 self.assertEqual(code, 130, shown)
                 self.assertIn("interrupted; nothing was written", shown)
                 self.assertEqual(list((self.directory / "out").iterdir()), [])
-
-    def test_by_sigkill_leaves_no_file(self):
-        code, _ = self.stop_with(signal.SIGKILL)
-        self.assertEqual(code, -signal.SIGKILL)
-        self.assertEqual(list((self.directory / "out").iterdir()), [])
 
 
 class Check(unittest.TestCase):

@@ -12,7 +12,7 @@ import tempfile
 import unittest
 import zlib
 
-from tests.support.images import read_png, write_png
+from tests.support.images import read_hdr, write_png
 from tests.support.whittle import SOURCE, whittle
 
 TOOL = SOURCE / "api" / "client" / "whittle-materials"
@@ -84,16 +84,28 @@ def textured(index=0, metallic=0, **fields):
 
 class Directory(unittest.TestCase):
     def setUp(self):
-        directory = tempfile.TemporaryDirectory()
-        self.addCleanup(directory.cleanup)
-        self.directory = pathlib.Path(directory.name)
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def write(self, name, content):
+        (self.directory / name).parent.mkdir(exist_ok=True)
+        (self.directory / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+
+    def outcome(self, *arguments, options=()):
+        """Exit code, output and lines of errors of the tool. The option -S of Python leaves out all packages."""
+        done = subprocess.run([sys.executable, *options, TOOL, *arguments], cwd=self.directory, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr.splitlines()
 
     def run_tool(self, content, name="a.glb", options=()):
-        """Exit code, output and lines of errors for a file. The option -S of Python leaves out all packages."""
-        (self.directory / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-        done = subprocess.run([sys.executable, *options, TOOL, self.directory / name], capture_output=True, text=True,
-                              check=False)
-        return done.returncode, done.stdout, done.stderr.replace(f"{self.directory}/", "").splitlines()
+        """outcome() of a file."""
+        self.write(name, content)
+        return self.outcome(name, options=options)
+
+    def rendered(self, document):
+        """The image of a document in this directory: linear values."""
+        self.write("scene.json", json.dumps(document))
+        done = whittle("render", self.directory / "scene.json", "-o", self.directory / "image.hdr")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return read_hdr((self.directory / "image.hdr").read_bytes())[0]
 
     def members(self, content, name="a.glb", omitted=(), options=()):
         code, output, errors = self.run_tool(content, name, options)
@@ -246,20 +258,15 @@ class Textures(Directory):
 
     def colors(self, members, x):
         """The upper and the lower color of the square in the middle of x, in even light."""
-        scene = {"version": 1, "image": {"width": 8, "height": 8}, "background": "black", "ambient": 1,
-                 "camera": {"type": "orthographic", "position": [x, 0.5, 5], "look_at": [x, 0.5, 0], "height": 0.9}, **members}
-        (self.directory / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-        done = whittle("render", self.directory / "scene.json", "-o", self.directory / "image.png")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        rows = read_png((self.directory / "image.png").read_bytes())
-        return tuple(tuple(map(int, rows[row][4][:3])) for row in (1, 6))
+        rows = self.rendered({"version": 1, "image": {"width": 8, "height": 8}, "background": "black", "ambient": 1, "output": {"formats": ["hdr"]},
+                              "camera": {"type": "orthographic", "position": [x, 0.5, 5], "look_at": [x, 0.5, 0], "height": 0.9}, **members})
+        return tuple(tuple(int(255 * channel + 0.5) for channel in rows[row][4]) for row in (1, 6))
 
 
 class Objs(Directory):
     def test_reads_the_libraries_of_an_obj(self):
-        (self.directory / "mats").mkdir()
-        (self.directory / "mats" / "a b.mtl").write_text("newmtl up\nmap_Kd up.png\nKa 1\nnewmtl unused\n", encoding="utf-8")
-        (self.directory / "c.mtl").write_text("newmtl green\nKd 0 1 0\nbump x.png\n", encoding="utf-8")
+        self.write("mats/a b.mtl", "newmtl up\nmap_Kd up.png\nKa 1\nnewmtl unused\n")
+        self.write("c.mtl", "newmtl green\nKd 0 1 0\nbump x.png\n")
         members = self.members("mtllib mats/a b.mtl\nmtllib c.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl up\nf 1 2 3\nusemtl green\n"
                                "f 1 3 2\nusemtl none\nf 2 3 1\nusemtl unused\n", "a.obj", omitted=(
             "c.mtl:3: bump is not carried over", 'a.obj:11: the material "none" is in none of its MTL files'))
