@@ -9,7 +9,7 @@ import unittest
 from tests.container import images
 from tests.container.container import Container, status_of
 from tests.container.engine import attempt, podman
-from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, json_of, scene, wait_until
 from tests.support.sources import SOURCE
 
 USER = "10001"
@@ -40,12 +40,6 @@ class ConfinedContainer(unittest.TestCase):
         with Daemon() as outside:
             expected = image_of(outside, outside.submit(document))
         self.assertEqual(image_of(self.container, self.container.submit(document)), expected)
-
-    def test_serves_the_page(self):
-        page = self.container.get("/", Accept="text/html")
-        self.assertEqual((page.status, page.headers["Content-Type"]), (200, "text/html; charset=utf-8"))
-        script = re.search(r'"(/ui/[^"]+\.js)"', page.body.decode()).group(1)
-        self.assertEqual(self.container.get(script).status, 200)
 
     def test_writes_every_format(self):
         formats = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
@@ -126,19 +120,6 @@ def functions_with_wide_registers(program):
 class ConfinedLife(unittest.TestCase):
     def setUp(self):
         self.container = self.enterContext(Container(images.whittle(), *ALONE))
-
-    def test_finds_its_jobs_again_after_kill_9(self):
-        ids = [self.container.submit(scene(name=f"job {i}")) for i in range(5)]
-        ids.append(self.container.submit(long_scene()))
-        first = image_of(self.container, ids[0])
-        self.container.wait_for_state(ids[-1], "running")
-        self.container.signal("KILL")
-        self.assertEqual(self.container.exit_code(), 128 + 9)
-        self.container.start()
-        self.assertEqual(image_of(self.container, ids[0]), first)
-        for job_id in ids[1:-1]:
-            self.assertEqual(self.container.wait_for_end(job_id)["state"], "succeeded")
-        self.container.wait_for_state(ids[-1], "running")
 
     def test_drains_on_sigterm(self):
         """A job that runs is finished, a waiting request answered, then it ends with 0."""

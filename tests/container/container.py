@@ -124,6 +124,3 @@ class Container(Running):
         """Again, after its end."""
         podman("start", self.name)
         return self.until_ready()
-
-    def signal(self, name):
-        podman("kill", "--signal", name, self.name)
