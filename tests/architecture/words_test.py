@@ -144,34 +144,19 @@ class Words(unittest.TestCase):
 class WordChecks(unittest.TestCase):
     """The checks themselves, on samples."""
 
-    def test_split_identifiers(self):
-        self.assertEqual(parts("RayQueue_v2"), ["ray", "queue", "v"])
-        self.assertEqual(parts("parseJSONText_"), ["parse", "json", "text"])
-
-    def test_find_identifiers_in_code_only(self):
-        found = banned_identifiers("a.h", 'int x = 1\'000;  // told\nconst char* s = "told";\nvoid tell_all(PictureFile f);\n')
-        self.assertEqual(found, ["a.h:3: identifier tell_all (tell)", "a.h:3: identifier PictureFile (picture)"])
-        found = banned_identifiers("a.js", "const x = 'told';  // told\nconst asked = html`<b>${tell(x)}</b>`;\n")
-        self.assertEqual(found, ["a.js:2: identifier asked (asked)", "a.js:2: identifier tell (tell)"])
-        found = banned_identifiers("a.py", 'def f(folder):  # told\n    """Folder."""\n    return "told"\n')
-        self.assertEqual(found, ["a.py:1: identifier folder (folder)"])
-
-    def test_find_words_in_prose_only(self):
-        found = banned_prose("a.h", 'const char* s = "told";\n// It knows.\nint say;  ///< known\n')
-        self.assertEqual(found, ["a.h:2: knows"])
-        found = banned_prose("a.py", '"""It knows."""\ntold = "told"  # Tells.\n\n\ndef f():\n    """A picture."""\n')
-        self.assertEqual(found, ["a.py:2: Tells", "a.py:1: knows", "a.py:6: picture"])
+    def test_find_words_where_they_must_not_stand(self):
+        cpp_source = 'int x = 1\'000;  // It knows.\nconst char* s = "told";\nvoid tell_all(PictureFile f);\n/// What it is.\n// Where not.\nint y;  ///< whether so\n'
+        python_source = '"""What."""\ntold = "folder"  # Tells.\n'
+        self.assertEqual(banned_identifiers("a.h", cpp_source), ["a.h:3: identifier tell_all (tell)", "a.h:3: identifier PictureFile (picture)"])
+        self.assertEqual(banned_identifiers("a.js", "const x = 'told';\nconst asked = html`<b>${tell(x)}</b>`;\n"), ["a.js:2: identifier asked (asked)", "a.js:2: identifier tell (tell)"])
+        self.assertEqual(banned_identifiers("a.py", python_source), ["a.py:2: identifier told (told)"])
+        self.assertEqual(banned_prose("a.h", cpp_source), ["a.h:1: knows"])
+        self.assertEqual(banned_prose("a.py", python_source), ["a.py:2: Tells"])
         self.assertEqual(banned_prose("README.md", "A scene\nor a folder\n"), ["README.md:2: folder"])
-
-    def test_find_first_words_of_documentation_only(self):
-        source = "#pragma once\n/// What it is.\n// Where not.\n/// A ray.\n/// How: a continued line.\nint x;  ///< whether so\n"
-        self.assertEqual(len(banned_first_words("a.h", source)), 2)
-        self.assertEqual(len(banned_first_words("a.cpp", "// Who reads.\nint x;\n")), 1)
-        self.assertEqual(len(banned_first_words("a.js", "/** What. */\nlet x;  // What else.\n/** A ray. */\n")), 1)
-        self.assertEqual(len(banned_first_words("a.py", 'x = """What."""\n\n\ndef f():  # What.\n    """How."""\n')), 1)
-        self.assertEqual(len(banned_first_words("a.schema.json", '{"description": "Of all.", "title": "A"}\n')), 1)
-        self.assertEqual(len(banned_first_words("openapi.yaml", "a: {description: Of all}\nb:\n  description: Ours.\n")), 1)
-        self.assertEqual(len(banned_first_words("README.md", "What is a ray?\n\n| a | What it is |\n")), 1)
+        for path, source, count in (("a.h", cpp_source, 2), ("a.py", python_source, 1), ("a.js", "/** What. */\nlet x;  // What else.\n", 1),
+                                    ("a.schema.json", '{"description": "Of all."}\n', 1), ("openapi.yaml", "a: {description: Of all}\n", 1),
+                                    ("README.md", "What is a ray?\n\n| a | What it is |\n", 1)):
+            self.assertEqual(len(banned_first_words(path, source)), count, path)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 import argparse
 import json
 import os
-import pathlib
 import re
 import shutil
 import subprocess
@@ -84,7 +83,6 @@ def test(part, preset, temporary):
     """Runs the tests of a part. What they find is in RESULTS."""
     directory = SOURCE / "build" / preset
     listing = subprocess.run(["ctest", "--test-dir", directory, "--show-only=json-v1"], check=True, capture_output=True, text=True).stdout
-    (RESULTS / f"{part}.tests.json").write_text(listing, encoding="utf-8")
     for each in json.loads(listing)["tests"]:
         part_of(each)
     command = ["ctest", "--test-dir", directory, "--parallel", str(os.cpu_count()), "--output-on-failure", "--no-tests=error",

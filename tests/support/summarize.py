@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""summarize.py DIRECTORY: counts the test cases in PART.xml (JUnit output of ctest) by part and by suite. The suite is
-the ctest label in PART.tests.json (ctest --show-only=json-v1) beside "part.PART". PART.times.json has the seconds of a part.
+"""summarize.py DIRECTORY: counts the test cases in PART.xml (JUnit output of ctest) by part. PART.times.json has the seconds of a part.
 
 Each ctest test is a runner of many cases, which are counted in its output: GoogleTest and unittest print the number of
 cases, a fuzz replay the number of inputs; any other runner is one case. A runner that fails counts as one failure at
@@ -49,54 +48,25 @@ def count_test(case):
     return count
 
 
-def suites(listing):
-    """Returns {test: label}."""
-    tests = json.loads(listing.read_text(encoding="utf-8"))["tests"]
-    labels = {test["name"]: [label for p in test["properties"] if p["name"] == "LABELS" for label in p["value"]
-                             if not label.startswith("part.")]
-              for test in tests}
-    return {name: found[0] if found else "unlabelled" for name, found in labels.items()}
-
-
 def summarize(directory):
-    """Returns {(part, suite): Count} of all parts in `directory`."""
-    totals = collections.defaultdict(lambda: Count(0, 0, 0))
-    for file in sorted(directory.glob("*.xml")):
-        suite_of = suites(file.with_suffix(".tests.json"))
-        for case in xml.etree.ElementTree.parse(file).iter("testcase"):
-            at = (file.stem, suite_of[case.get("name")])
-            totals[at] = Count(*map(sum, zip(totals[at], count_test(case))))
-    for file in directory.glob("*.not-built"):
-        totals[(file.stem, "build")] = Count(0, 1, 0)
-    return totals
-
-
-def failed_tests(directory):
-    """Names of the ctest tests that failed, by part."""
-    return {file.stem: [case.get("name") for case in xml.etree.ElementTree.parse(file).iter("testcase") if count_test(case).failed]
-            for file in sorted(directory.glob("*.xml"))}
-
-
-def print_parts(directory, totals):
-    """One line for each part: its times, its counts, the tests that failed."""
-    names = failed_tests(directory)
-    print(f"\n{'part':<12}{'build s':>8}{'tests s':>8}{'passed':>8}{'failed':>8}{'skipped':>9}")
-    for part in sorted({part for part, _ in totals}):
-        file = directory / f"{part}.times.json"
-        times = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {"build": 0, "tests": 0}
-        count = Count(*map(sum, zip(*(each for (of, _), each in totals.items() if of == part))))
-        print(f"{part:<12}{times['build']:>8.0f}{times['tests']:>8.0f}{count.passed:>8}{count.failed:>8}{count.skipped:>9}  "
-              f"{' '.join(names.get(part, []))}".rstrip())
+    """Returns {part: (Count, names of the ctest tests that failed)}."""
+    found = {file.stem: (Count(0, 1, 0), ["(build)"]) for file in directory.glob("*.not-built")}
+    for file in directory.glob("*.xml"):
+        counts = {case.get("name"): count_test(case) for case in xml.etree.ElementTree.parse(file).iter("testcase")}
+        total, failed = found.get(file.stem, (Count(0, 0, 0), []))
+        found[file.stem] = (Count(*map(sum, zip(total, *counts.values()))), failed + [name for name, count in counts.items() if count.failed])
+    return found
 
 
 def summarize_and_print(directory):
     """Returns the exit code."""
     totals = summarize(directory)
-    print(f"\n{'part':<12}{'suite':<16}{'passed':>8}{'failed':>8}{'skipped':>9}")
-    for (part, suite), count in sorted(totals.items()):
-        print(f"{part:<12}{suite:<16}{count.passed:>8}{count.failed:>8}{count.skipped:>9}")
-    print_parts(directory, totals)
-    passed, failed = (sum(count[i] for count in totals.values()) for i in (0, 1))
+    print(f"\n{'part':<12}{'build s':>8}{'tests s':>8}{'passed':>8}{'failed':>8}{'skipped':>9}")
+    for part, (count, names) in sorted(totals.items()):
+        file = directory / f"{part}.times.json"
+        times = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {"build": 0, "tests": 0}
+        print(f"{part:<12}{times['build']:>8.0f}{times['tests']:>8.0f}{count.passed:>8}{count.failed:>8}{count.skipped:>9}  {' '.join(names)}".rstrip())
+    passed, failed = (sum(count[i] for count, _ in totals.values()) for i in (0, 1))
     if passed == 0 and failed == 0:
         failed = 1  # a run without tests is a failure
     print(f"{passed} passed, {failed} failed", flush=True)
