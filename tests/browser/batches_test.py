@@ -1,7 +1,7 @@
 """Batches: the list, a new sweep, the contact sheet by axes, the animation, failed jobs, cancel and remove."""
+import itertools
 import json
 import pathlib
-import subprocess
 import tempfile
 import unittest
 
@@ -11,15 +11,12 @@ from selenium.webdriver.common.action_chains import ActionChains
 from tests.browser.browser import BrowserTest
 from tests.http.animation_test import frames
 from tests.http.daemon import json_of, scene, wait_until
-from tests.http.page_test import CACHE
 from tests.support.images import read_png
 
 LATER = {"run_after": "2099-01-01T00:00:00Z", "cache": "off"}
 
 
-class BatchesTest(BrowserTest):
-    """Tests of the views of batches."""
-
+class Batches(BrowserTest):
     def batch(self, batch_id):
         return json_of(self.daemon.get(f"/v1/batches/{batch_id}"))
 
@@ -36,8 +33,6 @@ class BatchesTest(BrowserTest):
         """{index: state} of the cells that have a job."""
         return {int(each.get_attribute("data-index")): each.get_attribute("data-state") for each in self.browser.all(".cell[data-id]")}
 
-
-class Batches(BatchesTest):
     def fill(self, placeholder, value, last=False):
         field = self.browser.until(lambda: self.browser.all(f'input[placeholder="{placeholder}"]'), placeholder)[-1 if last else 0]
         field.clear()
@@ -74,7 +69,7 @@ class Batches(BatchesTest):
         self.assertLessEqual(total, 400_000)
 
     def test_follows_retries_and_removes(self):
-        """A part of acceptance test 38: one failed cell is retried alone."""
+        """Acceptance test 38: one failed cell is retried alone."""
         late = {"deadline": "2020-01-01T00:00:00Z"}
         batch_id = self.ended(self.submitted(name="some late", frames=[{"job": late}, {"ambient": 0.1}, {"job": late}]))
         self.open("#/batches")
@@ -92,18 +87,11 @@ class Batches(BatchesTest):
         self.browser.until(lambda: self.browser.all("h1") and not self.browser.all(f'tr[data-id="{batch_id}"]'), "without it")
         self.assertEqual(self.daemon.get(f"/v1/batches/{batch_id}").status, 404)
 
-    def test_retries_one_cell_of_a_sweep_alone(self):
-        """Acceptance test 38: 3 x 4 cells, the row that is too late has failed."""
-        times = ["2020-01-01T00:00:00Z", "2098-01-01T00:00:00Z", "2099-01-01T00:00:00Z"]
-        batch_id = self.ended(self.submitted(sweep={"/job/deadline": times, "/camera/fov": [30, 40, 50, 60]}))
-        self.open(f"#/batches/{batch_id}")
-        self.browser.until(lambda: self.cells() == {index: "failed" if index < 4 else "succeeded" for index in range(12)}, "the cells")
-        self.browser.button("Retry", '.cell[data-index="2"]').click()
-        self.browser.until(lambda: self.cells() == {index: "failed" if index in (0, 1, 3) else "succeeded" for index in range(12)}, "the retry of one")
-        self.assertEqual(self.batch(batch_id)["jobs"]["failed"], 3)
+    def shown(self):
+        return int(self.browser.execute_script("return document.querySelector('.player canvas')?.dataset.shown ?? -1"))
 
-    def test_downloads_the_animation(self):
-        """Acceptance test 39 through the page; images of two sizes are refused in words."""
+    def test_plays_and_downloads_the_animation(self):
+        """Acceptance tests 39 and 40 through the page; images of two sizes are refused in words."""
         directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
         batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
@@ -113,14 +101,28 @@ class Batches(BatchesTest):
         self.browser.one(".player button[aria-label^=Next]").click()
         ActionChains(self.browser).send_keys(" ").perform()  # presses the button, which has the focus
         self.browser.until(lambda: self.browser.text(".player .number") == "3 / 24", "the third image")
-        self.browser.button("Play", ".player")
+        for label, place in (("Last", 23), ("First", 0), ("Middle", 11)):
+            self.browser.button(label, ".player").click()
+            self.browser.until(lambda place=place: self.shown() == place, label)
+        ActionChains(self.browser).send_keys(".").send_keys(".").send_keys(",").perform()
+        self.browser.until(lambda: self.shown() == 12, "steps by key")
+        self.browser.execute_script("window.seen = []; const canvas = document.querySelector('.player canvas');"
+                                    "new MutationObserver(() => seen.push(Number(canvas.dataset.shown))).observe(canvas, {attributeFilter: ['data-shown']})")
+        self.browser.button("Play", ".player").click()
+        self.browser.until(lambda: len(self.browser.execute_script("return seen")) >= 20, "a turn")
+        self.browser.button("Pause", ".player").click()
+        steps = [(b - a) % 24 for a, b in itertools.pairwise([12, *self.browser.execute_script("return seen")])]
+        self.assertGreaterEqual(min(steps), 1)
+        self.assertLessEqual(sum(step - 1 for step in steps), int(self.browser.one(".player canvas").get_attribute("data-dropped")))
         self.browser.button("Download animation").click()
         self.browser.until((directory / "turn.apng").exists, "the file")
         found = frames((directory / "turn.apng").read_bytes())
-        self.assertEqual(len(found), 24)
         jobs = json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}&limit=200"))["items"][::-1]
-        for (_, png), job in zip(found, jobs, strict=True):
-            numpy.testing.assert_array_equal(read_png(png), read_png(self.daemon.get(f"/v1/jobs/{job['id']}/image.png").body))
+        exact = [read_png(self.daemon.get(f"/v1/jobs/{job['id']}/image.png").body) for job in jobs]
+        for (_, png), image in zip(found, exact, strict=True):
+            numpy.testing.assert_array_equal(read_png(png), image)
+        place, drawn = self.browser.execute_script("const canvas = document.querySelector('.player canvas'); return [canvas.dataset.shown, [...canvas.getContext('2d').getImageData(0, 0, 64, 48).data]]")
+        numpy.testing.assert_array_equal(numpy.array(drawn).reshape(48, 64, 4)[:, :, :3], exact[int(place)])
         sizes = self.ended(self.submitted(sweep={"/image/width": [16, 24]}))
         self.open(f"#/batches/{sizes}")
         self.expected.append("409")
@@ -212,13 +214,19 @@ class Batches(BatchesTest):
         self.browser.button("Render 2").click()
         self.assertIn("fov", self.browser.text("form .needs"))
 
-    def test_reads_ranges_and_lists(self):
-        script = """import {indexOf, valuesOf} from './sweep.js';
-          const sweep = {a: [1, 2], b: [1, 2, 3], c: [1, 2, 3, 4]};
-          console.log(JSON.stringify([...['30..60:5', '1..0:0.25', '0..1:0.1', '1..3', '1, 2', '[0, 1], [2, 3]', '"a"', '', 'a', '1..2:0', '0..1:1e-9'].map(valuesOf), indexOf(sweep, [1, 2, 3])]));"""
-        done = subprocess.run(["node", "--input-type=module", "--eval", script], cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
-        self.assertEqual(json.loads(done.stdout), [[30, 35, 40, 45, 50, 55, 60], [1, 0.75, 0.5, 0.25, 0], [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1],
-                                                   [1, 2, 3], [1, 2], [[0, 1], [2, 3]], ["a"], None, None, None, None, 23])
+    def test_shows_few_cells_of_many_jobs(self):
+        """2,500 jobs in rows and columns, and 450 in sequence: what is in view exists."""
+        many = {"sweep": {"/camera/fov": list(range(20, 70)), "/image/width": list(range(8, 58))}}, {"frames": [{"ambient": index / 450} for index in range(450)]}
+        for changes, last in zip(many, (2499, 449), strict=True):
+            batch_id = self.submitted(scene=scene(job=LATER), **changes)
+            self.open(f"#/batches/{batch_id}")
+            self.browser.until(lambda: len(self.browser.all(".cell")) > 20, "cells")
+            self.assertLessEqual(len(self.browser.all(".cell")), 100)
+            self.browser.execute_script("const box = document.querySelector('.axes'), main = document.querySelector('main');"
+                                        "if (box) box.scrollLeft = box.scrollWidth; main.scrollTop = main.scrollHeight;")
+            self.browser.until(lambda last=last: self.cells().get(last) == "queued" and 0 not in self.cells(), "the last cell")
+            self.assertLessEqual(len(self.browser.all(".cell")), 100)
+            self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
 
 
 if __name__ == "__main__":

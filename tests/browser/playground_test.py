@@ -1,11 +1,10 @@
 """The playground: drafts while typing, completion, problems, orbit, dropped files."""
 import base64
+import contextlib
 import hashlib
-import itertools
 import json
 import math
-import statistics
-import time
+import sqlite3
 import unittest
 
 from selenium.webdriver.common.action_chains import ActionChains
@@ -14,9 +13,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
-from tests.browser.documents import CURSORS, is_plain, line_at
-from tests.http.daemon import json_of, scene
-from tests.reader import invalid_documents
+from tests.http.daemon import json_of, scene, wait_until
 from tests.support.sources import SOURCE, text
 
 SHAPES = text("scenes/shapes.json")
@@ -26,7 +23,7 @@ if (window.record) { record.shown = []; return; }
 window.record = {shown: [], inFlight: 0, most: 0, held: null, last: document.querySelector('.canvas img').src};
 new MutationObserver(() => {
   const image = document.querySelector('.canvas img');
-  if (image && image.src !== record.last) record.shown.push([performance.now(), record.last = image.src, image.dataset.kind]);
+  if (image && image.src !== record.last) record.shown.push([record.last = image.src, image.dataset.kind]);
 }).observe(document.querySelector('.stage'), {subtree: true, childList: true, attributes: true});
 const fetched = window.fetch;
 window.fetch = async (...request) => {
@@ -91,25 +88,18 @@ class Playground(BrowserTest):
 
 class Drafts(Playground):
     def test_follow_typing(self):
-        """Acceptance test 29: the times are printed; that no image is stale and that at most two requests run is asserted."""
+        """A part of acceptance test 29: at most two requests run, and each text has its draft."""
         self.set_document(SHAPES)
         self.browser.all("label.switch input")[1].click()  # no refinement
-        delays = []
-        for round_ in range(8):
+        for round_ in range(3):
             self.put_cursor_after('[-3.2,0.8,0],"radius":')
             self.type(*([Keys.DELETE] * 3 if round_ == 0 else [Keys.DELETE] * 4), pause_s=0)
             self.browser.execute_script(RECORD)
             self.type(*f"0.{50 + round_}")
-            last_key = self.browser.execute_script("return performance.now()")
-            before = self.browser.execute_script("return record.last || ''")
-            self.shown("draft", before)
-            images = self.browser.until(lambda: self.browser.execute_script(
-                "return record.inFlight === 0 && record.shown.length ? record : null"), "a draft")
-            self.assertLessEqual(images["most"], 2)
-            delays.append(images["shown"][-1][0] - last_key)
+            self.shown("draft", self.browser.execute_script("return record.last || ''"))
+            record = self.browser.until(lambda: self.browser.execute_script("return record.inFlight === 0 && record.shown.length ? record : null"), "a draft")
+            self.assertLessEqual(record["most"], 2)
             self.assertIn(f'"radius":0.{50 + round_}', self.document())
-        delays.sort()
-        print(f"key to draft: median {statistics.median(delays):.0f} ms, p95 {delays[-1]:.0f} ms")
         self.assertEqual(self.job_rows(), [], "drafts are in no list")
 
     def test_show_the_newest_text_only(self):
@@ -126,7 +116,7 @@ class Drafts(Playground):
         self.set_document(green)
         self.shown("refined", second)
         self.browser.until(lambda: run("return record.inFlight === 0"), "the end of all requests")
-        kinds = [kind for _, _, kind in run("return record.shown")]
+        kinds = [kind for _, kind in run("return record.shown")]
         self.assertEqual(kinds.count("draft"), 1, kinds)
         job = self.browser.one(".canvas img").get_attribute("data-job")
         self.assertEqual(json_of(self.daemon.get(f"/v1/jobs/{job}/scene"))["background"], green["background"])
@@ -138,11 +128,9 @@ class Drafts(Playground):
         self.assertIn("blob:", self.browser.one(".canvas img").get_attribute("style"))  # the draft, where nothing is rendered yet
         job = self.browser.one(".canvas img").get_attribute("data-job")
         self.assertEqual(self.daemon.job(job)["state"], "running")
-        begin = time.monotonic()
         self.put_cursor_after('"version": 1')
         self.type(" ", pause_s=0)
         self.daemon.wait_for_state(job, "cancelled")
-        print(f"key to cancelled: {1000 * (time.monotonic() - begin):.0f} ms")
 
     def test_set_a_target_error(self):
         self.set_document({**scene(64, 48), "accuracy": {"samples": [4, 4], "max_depth": 3}})
@@ -160,12 +148,18 @@ class Drafts(Playground):
         self.assertEqual(self.browser.all(".banner"), [])
 
     def test_leave_no_rows(self):
-        """Acceptance test 31, with fewer edits."""
+        """Acceptance test 31, with fewer edits: no job in the list, and no row in the store after the page is left."""
         for _ in range(12):
             self.put_cursor_after('"version": 1')
             self.type(" ", pause_s=0.2)
         self.shown("refined")
         self.assertEqual(self.job_rows(), [])
+        self.browser.get("about:blank")
+
+        def rows():
+            with contextlib.closing(sqlite3.connect(f"file:{self.daemon.data / 'whittle.db'}?mode=ro", uri=True)) as store:
+                return store.execute("SELECT count(*) FROM jobs WHERE id <> ?", [self.first]).fetchone()[0]
+        wait_until(lambda: rows() == 0, "a store without drafts")
 
     def test_check_each_text_also_if_none_is_drafted(self):
         self.browser.execute_script("""const fetched = window.fetch; window.fetch = async (...request) => {
@@ -190,23 +184,16 @@ class Drafts(Playground):
 
 class LargeDocuments(Playground):
     def test_are_opened_and_edited(self):
-        """Acceptance test 33: the times are printed; that no key waits for a draft, and that one is made on request, is asserted."""
+        """Acceptance test 33: no key waits for a draft, and one is made on request."""
         document = text("scenes/mountain.json").replace('"name": "mountain"', '"name": "mountain", "job": {"run_after": "2099-01-01T00:00:00Z"}')
         self.assertGreater(len(document), 5_700_000)
         job = json_of(self.daemon.request("POST", "/v1/jobs", document.encode()))["id"]
-        begin = time.monotonic()
         self.open(f"#/edit/{job}")
         self.browser.until(lambda: "on request" in self.browser.text(".banner"), "the banner")
-        print(f"{len(document) / 1e6:.1f} MB are open after {time.monotonic() - begin:.1f} s")
         self.put_cursor_after('"name": "mountain')
         self.browser.requests()
-        self.editor("window.keys = []; view.contentDOM.addEventListener('keydown', (event) => { const channel = new MessageChannel();"
-                    "channel.port1.onmessage = () => keys.push(performance.now() - event.timeStamp); requestAnimationFrame(() => channel.port2.postMessage(0)); }, true)")
         self.type(*"abcdefghijklmnopqrst")
-        self.browser.until(lambda: len(self.browser.execute_script("return keys")) == 20, "every key")
-        delays = sorted(self.browser.execute_script("return keys"))
-        print(f"key to glyph: median {delays[10]:.0f} ms, longest {delays[-1]:.0f} ms")
-        self.assertIn('"mountainabcdefghijklmnopqrst"', self.document())
+        self.browser.until(lambda: '"mountainabcdefghijklmnopqrst"' in self.document(), "every key")
         self.assertEqual([url for method, url in self.browser.requests() if method == "POST"], [])
         self.browser.button("Draft").click()
         images = ",".join(f".canvas img[data-kind={kind}]" for kind in ("draft", "refining", "refined"))
@@ -233,51 +220,6 @@ class Assistance(Playground):
             self.assertLessEqual(expected, found, document)
             self.type(Keys.ESCAPE)
 
-    def test_completes_at_each_cursor_position(self):
-        """Acceptance test 27, with the language service of the page; the longest time is printed."""
-        self.assertGreaterEqual(len(CURSORS), 60)
-        cases = [(before.format(key=""), sorted(expected)) for before, expected in CURSORS]
-        found = self.browser.execute_async_script("""
-          const [cases, done] = arguments, url = [...performance.getEntriesByType('resource')].map((each) => each.name).find((name) => name.includes('/ui/')).replace(/[^/]*$/, 'schema-worker.js');
-          const worker = new Worker(trustedTypes.createPolicy('test', {createScriptURL: (x) => x}).createScriptURL(url), {type: 'module'});
-          fetch('/schemas/scene.schema.json').then((reply) => reply.json()).then((schema) => {
-            worker.postMessage({schema});
-            const found = []; let begin;
-            const next = () => { begin = performance.now(); worker.postMessage({id: found.length, method: 'complete', text: cases[found.length], offset: cases[found.length].length}); };
-            worker.onmessage = ({data}) => {
-              found.push([performance.now() - begin, data.error ?? data.result.map((each) => each.label.replaceAll('"', ''))]);
-              found.length < cases.length ? next() : done(found);
-            };
-            next();
-          });""", [text for text, _ in cases])
-        for (document, expected), (_, labels) in zip(cases, found, strict=True):
-            with self.subTest(document):
-                self.assertLessEqual(set(expected), set(labels))
-        print(f"{len(cases)} positions, longest {max(time for time, _ in found[1:]):.0f} ms after the first one, which took {found[0][0]:.0f} ms")
-
-    def test_shows_the_problems_of_30_invalid_documents(self):
-        """Acceptance test 28: of each, pointers and codes are those of the service, at their lines."""
-        chosen = []
-        for table in sorted(invalid_documents.TABLES.glob("*.jsonl")):
-            texts = (case.text.decode("utf-8", "replace") for case in invalid_documents.cases_of(table) if case.is_read and len(case.text) < 1500)
-            chosen += itertools.islice(filter(is_plain, texts), 1)
-        checked = 0
-        self.browser.all("label.switch input")[1].click()  # no refinement
-        for document in map(json.loads, chosen):
-            errors = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))["errors"]
-            checked += bool(errors)
-            if not errors or checked > 30:  # some are refused under stricter limits only
-                continue
-            expected = [[each["pointer"], each["code"]] for each in errors]
-            with self.subTest(expected):
-                self.set_document(document)
-                self.browser.until(lambda expected=expected: self.browser.execute_script(
-                    "return [...document.querySelectorAll('.facts section:first-child li')].map((each) => [each.querySelector('code').textContent, each.querySelector('strong')?.textContent])")
-                    == [[pointer or "#", code] for pointer, code in expected[:20]], "the problems")
-                lines = {line_at(document, pointer) for pointer, _ in expected}
-                self.browser.until(lambda lines=lines: set(self.diagnostics()) == lines, f"marks at {lines}")
-        self.assertGreaterEqual(checked, 30)
-
     def test_leads_from_a_problem_to_its_line(self):
         """A part of acceptance test 28."""
         document = scene(32, 24)
@@ -287,8 +229,8 @@ class Assistance(Playground):
         reply = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))
         self.set_document(written)
         self.browser.until(lambda: len(self.browser.all(".facts section:first-child li")) == len(reply["errors"]), "problems")
-        pointers = [each.text for each in self.browser.all(".facts section:first-child li code")]
-        self.assertEqual(pointers, [issue["pointer"] for issue in reply["errors"]])
+        shown = [[each.text for each in self.browser.all(f".facts section:first-child li {part}")] for part in ("code", "strong")]
+        self.assertEqual(shown, [[issue[name] for issue in reply["errors"]] for name in ("pointer", "code")])
         lines = {number for number, line in enumerate(written.splitlines(), 1) if '"glas"' in line or '"normal"' in line}
         self.browser.until(lambda: set(self.diagnostics()) == lines, f"marks at {lines}")
         self.browser.all(".facts section:first-child li button")[0].click()
@@ -312,14 +254,6 @@ class Assistance(Playground):
             self.editor("view.dispatch({changes: {from: 0, insert: ' '}})")  # before the upload has ended
             self.browser.until(lambda: f'"file": "sha256:{digest}"' in self.document(), "the name of the file")
             self.assertEqual([method for method, url in self.browser.requests() if method == "PUT"], expected)
-
-    def test_copies_a_command(self):
-        self.browser.execute_script("window.copied = ''; document.addEventListener('copy', () => { copied = getSelection().toString(); });"
-                                    "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async (text) => { copied = text; }}})")
-        self.browser.execute_script("const menu = [...document.querySelectorAll('.bar select')].at(-1); menu.value = 'curl'; menu.dispatchEvent(new Event('change', {bubbles: true}))")
-        command = self.browser.until(lambda: self.browser.execute_script("return copied"), "the command")
-        self.assertTrue(command.startswith("curl "))
-        self.assertIn(f"http://127.0.0.1:{self.daemon.port}/v1/render", command)
 
 
 class ObjectsInTheImage(Playground):
@@ -363,18 +297,12 @@ class Orbit(Playground):
         return json.loads(self.document())["camera"]
 
     def test_turns_the_camera_and_is_one_step_of_the_history(self):
-        """Acceptance test 30; the rate is printed."""
-        before = self.browser.one(".canvas img").get_attribute("src")
+        """A part of acceptance test 30."""
         self.browser.all("label.switch input")[1].click()  # no refinement
-        self.set_document(text("scenes/sphereflake.json"))
-        self.shown("draft", before)
         before, camera = self.document(), self.camera()
         self.browser.execute_script(RECORD)
-        begin = time.monotonic()
         self.drag(200, 50, steps=20)
-        seconds = time.monotonic() - begin
-        shown = len(self.browser.execute_script("return record.shown"))
-        print(f"orbit: {shown / seconds:.1f} images/s")
+        self.browser.until(lambda: self.browser.execute_script("return record.shown.length"), "an image of another view")
         moved = self.camera()
         self.assertNotEqual(moved["position"], camera["position"])
         self.assertEqual(moved["look_at"], camera["look_at"])

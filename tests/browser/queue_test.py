@@ -91,16 +91,6 @@ class Queue(BrowserTest):
         self.browser.get(self.address("#/?q=nothing"))
         self.browser.until(lambda: "No job matches" in self.browser.text(".empty"), "the hint")
 
-    def test_takes_away_nothing_that_is_typed_as_jobs_arrive(self):
-        self.open("#/")
-        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        ActionChains(self.browser).send_keys("/").send_keys("fra").perform()
-        self.submit_many(3)
-        self.browser.until(lambda: len(self.names()) == 3, "rows")
-        ActionChains(self.browser).send_keys("me 1").send_keys(Keys.ENTER).perform()
-        self.browser.until(lambda: self.names() == ["frame 1"], "the found row")
-        self.assertIn("q=frame", self.browser.current_url)
-
     def test_cancels_what_is_selected(self):
         """Acceptance test 17 with fewer jobs: the dry run is shown, what ended meanwhile is counted."""
         self.submit_many(30)
@@ -126,7 +116,7 @@ class Queue(BrowserTest):
         return self.browser.execute_script("return [...document.querySelectorAll('.rows tr[aria-selected=true]')].map((each) => each.dataset.id)")
 
     def test_cancels_everything_that_matches(self):
-        """Acceptance test 17: 500 of 3,412 in one request, more than the page has read; the time is printed."""
+        """Acceptance test 17: 500 of 3,412 in one request, more than the page has read."""
         self.submit_many(2912)
         self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER), "frames": [{"name": f"needle {index}"} for index in range(500)]})
         self.open("#/?q=needle")
@@ -143,10 +133,8 @@ class Queue(BrowserTest):
         for job in ended:
             self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.browser.requests()
-        begin = time.monotonic()
         self.browser.button("Cancel them", "dialog[open]").click()
         self.browser.until(lambda: "497 done, 3 refused" in self.browser.text("[aria-live]"), "the outcome")
-        print(f"500 jobs were cancelled after {time.monotonic() - begin:.1f} s")
         self.assertEqual([method for method, url in self.browser.requests() if url.endswith("/bulk")], ["POST"])
         self.browser.until(lambda: set(self.selected()) == ended, "the refused ones, still selected")
         self.assertEqual(json_of(self.daemon.get("/v1/queue"))["jobs"]["queued"], 2912)
@@ -164,9 +152,7 @@ class Queue(BrowserTest):
                                     "new MutationObserver(() => announced.push(document.querySelector('[aria-live]').textContent))"
                                     ".observe(document.querySelector('[aria-live]'), {childList: true, characterData: true, subtree: true})")
         self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
-        begin = time.monotonic()
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 0: cancelled"), "the visible tab")
-        print(f"announced after {time.monotonic() - begin:.2f} s")
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/jobs/{jobs[0]}"))
         self.browser.one(".bell").click()
         self.browser.until(lambda: jobs[1] in self.browser.execute_script("return localStorage.getItem('whittle.bells')"), "the other bell")
@@ -179,53 +165,33 @@ class Queue(BrowserTest):
         self.browser.get(self.address("#/"))
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 1: cancelled"), "the end that was missed")
 
-    def test_works_by_keys_alone(self):
-        self.submit_many(3)
-        self.open("#/")
-        self.browser.until(lambda: len(self.names()) == 3, "rows")
-        ActionChains(self.browser).send_keys("j").send_keys("j").send_keys("x").perform()
-        self.browser.until(lambda: self.browser.all(".bulk"), "a selection")
-        chosen = self.browser.all(".rows tr[aria-selected=true] .c-name a")
-        self.assertEqual([each.text for each in chosen], ["frame 1"])
-        ActionChains(self.browser).send_keys("?").perform()
-        self.browser.until(lambda: self.browser.all("dialog[open] .key-list"), "the list of keys")
-        ActionChains(self.browser).send_keys(Keys.ESCAPE).perform()
-        ActionChains(self.browser).send_keys("g").send_keys("n").perform()
-        self.browser.until(lambda: self.browser.current_url.endswith("#/new"), "the playground")
-
 
 class Connection(BrowserTest):
     expected_errors = ("net::ERR_",)
 
     def test_shows_that_the_service_is_gone_and_returns(self):
-        """Acceptance test 15; the times are printed."""
+        """Acceptance test 15."""
         self.open("#/")
         self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        port, begin = self.daemon.port, time.monotonic()
+        port = self.daemon.port
         self.daemon.kill()
         self.browser.until(lambda: self.browser.text(".light") == "No connection", "the light")
-        print(f"noticed after {time.monotonic() - begin:.1f} s")
         self.assertTrue(self.browser.text(".service").startswith("Unreachable The service does not answer"))
         self.assertEqual(self.browser.all(".top dl"), [])
         self.daemon.listen = f"127.0.0.1:{port}"
         self.daemon.start()
-        begin = time.monotonic()
         job = self.daemon.submit(scene(name="after the restart"))
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"]'), "the new job")
-        print(f"list right after {time.monotonic() - begin:.1f} s")
         self.browser.until(lambda: self.browser.text(".service") == "Idle", "the word")
 
     def test_has_one_stream_for_all_tabs(self):
         """Acceptance test 16."""
         self.open("#/")
-        handle, longest = self.browser.current_window_handle, 0
+        handle = self.browser.current_window_handle
         for _ in range(7):
             self.browser.switch_to.new_window("tab")
-            begin = time.monotonic()
             self.browser.get(self.address("#/"))
             self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-            longest = max(longest, time.monotonic() - begin)
-        print(f"each of 8 tabs is ready after {longest:.1f} s at most")
         metrics = self.daemon.health("/metrics").body.decode()
         self.assertIn("whittle_event_listeners 1\n", metrics)
         for other in self.browser.window_handles:
@@ -242,14 +208,13 @@ class OwnStreams(BrowserTest):
         """Acceptance test 16."""
         self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "delete window.SharedWorker"})
         self.browser.get(self.address("#/"))
-        first, begin = self.browser.current_window_handle, time.monotonic()
+        first = self.browser.current_window_handle
         for _ in range(7):
             self.browser.switch_to.new_window("tab")
             self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "delete window.SharedWorker"})
             self.browser.get(self.address("#/"))
             self.assertEqual(self.browser.execute_script("return typeof SharedWorker"), "undefined")
             self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        print(f"7 tabs more after {time.monotonic() - begin:.1f} s")
         job = self.daemon.submit(scene(name="in the last tab"))
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"]'), "the job")
         self.browser.until(lambda: "whittle_event_listeners 1\n" in self.daemon.health("/metrics").body.decode(), "one stream, of the visible tab")
@@ -313,10 +278,8 @@ class ApiKeys(unittest.TestCase):
         before = self.browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent")
         self.file.unlink()
         other = new_key(self.file, "cy", "jobs:read,jobs:write")
-        begin = time.monotonic()
         self.daemon.process.send_signal(signal.SIGHUP)
         self.browser.until(lambda: self.browser.all("dialog[open] input[type=password]"), "the dialog")
-        print(f"dialog after {time.monotonic() - begin:.1f} s")
         self.enter(other)
         self.browser.until(lambda: "cy" in self.browser.text("header") and self.browser.text(".light") == "Live", "the new key")
         after = self.browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent")

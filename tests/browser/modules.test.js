@@ -1,0 +1,150 @@
+/** Modules of the page that need no browser. The working directory has their sources, $WHITTLE_PAGE those of the bundle; modules_test.py runs this file. */
+const assert = require('node:assert/strict');
+const {readFileSync} = require('node:fs');
+const {test} = require('node:test');
+
+const storage = {getItem: () => null, setItem: () => undefined};
+Object.assign(globalThis, {sessionStorage: storage, localStorage: storage, location: {hash: ''}, addEventListener: () => undefined, onmessage: null, window: globalThis});
+const load = (name) => import(`${process.cwd()}/${name}`);
+
+test('values of a sweep are ranges or JSON with commas', async () => {
+  const {indexOf, valuesOf} = await load('sweep.js');
+  const cases = [
+    ['30..60:5', [30, 35, 40, 45, 50, 55, 60]], ['1..0:0.25', [1, 0.75, 0.5, 0.25, 0]], ['0..1:0.1', [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1]],
+    ['1..3', [1, 2, 3]], ['1, 2', [1, 2]], ['[0, 1], [2, 3]', [[0, 1], [2, 3]]], ['"a"', ['a']], ['', null], ['a', null], ['1..2:0', null], ['0..1:1e-9', null],
+  ];
+  for (const [written, expected] of cases) assert.deepEqual(valuesOf(written), expected, written);
+  assert.equal(indexOf({a: [1, 2], b: [1, 2, 3], c: [1, 2, 3, 4]}, [1, 2, 3]), 23);
+});
+
+test('the service has a word for every state', async () => {
+  const {serviceState} = await load('service-state.js');
+  const waiting = {jobs: {running: 0, queued: 3}};
+  const health = {ready: true, reason: '', draining: false, disk: {free_bytes: 5e6, reserve_bytes: 6e7}, limits: {queued_jobs: 4}};
+  const notReady = (reason, draining = false) => ({...health, ready: false, reason, draining});
+  const cases = [
+    [null, null, '', false], [waiting, null, 'Waiting', false], [{jobs: {running: 1, queued: 3}}, health, 'Busy', false], [{jobs: {running: 0, queued: 0}}, health, 'Idle', false],
+    [{jobs: {running: 0, queued: 4}}, health, 'Queue full', true], [waiting, notReady('disk: 5 bytes are free'), 'Disk full', true], [waiting, notReady('store: locked'), 'Store down', true],
+    [waiting, notReady('worker: restarting'), 'Not ready', true], [waiting, notReady('draining', true), 'Stopping', true],
+  ];
+  for (const [queue, state, word, isBad] of cases) {
+    const found = serviceState(queue, state);
+    assert.deepEqual([found.word, found.isBad, found.help !== ''], [word, isBad, isBad]);
+  }
+});
+
+test('PNGs of two small jobs are compared by the page', async () => {
+  const {ownPng} = await load('compare-source.js');
+  const job = (width, height, ...names) => ({image: {width, height}, artifacts: names.map((name) => ({name}))});
+  const found = [ownPng(job(8000, 8000, 'image.png'), ''), ownPng(job(8000, 8001, 'image.png'), ''), ownPng(job(8, 8, 'image.exr'), ''),
+                 ownPng(job(8, 8, 'image.png', 'image.exr'), 'image.exr'), ownPng({image: null, artifacts: []}, '')];
+  assert.deepEqual(found.map((each) => !!each), [true, false, false, false, false]);
+});
+
+test('documents differ by pointer', async () => {
+  const {documentDifference} = await load('document-difference.js');
+  const a = {ambient: 1, 'a/b': {'~': [1, 2]}, objects: [{radius: 1}, {radius: 2}]}, b = {'a/b': {'~': [1, 3]}, objects: [{radius: 1}, {radius: 3}], lights: []};
+  assert.deepEqual(documentDifference(a, a), []);
+  assert.deepEqual(documentDifference(a, b), [{pointer: '/ambient', a: '1', b: ''}, {pointer: '/a~1b/~0', a: '[1,2]', b: '[1,3]'},
+                                              {pointer: '/objects/1/radius', a: '2', b: '3'}, {pointer: '/lights', a: '', b: '[]'}]);
+});
+
+test('a pointer leads to the value, or to what is around it', async () => {
+  const {applied, changesTo, pointerAt, rangeOf, wholeRangeOf} = await load('pointers.js');
+  const text = '{ "objects": [{"type": "box"}, {"a/b": 1, "~": [2, 30]}],  // kept\n "name": "x", "~1": 5 }';
+  const cases = [['', '{'], ['#/objects/0/type', '"box"'], ['/objects/1/a~1b', '1'], ['#/objects/1/~0/1', '30'], ['/objects/1/~0', '['], ['/objects/0/radius', '{'],
+                 ['/objects/7/radius', '['], ['/lights/0', '{'], ['#/objects/0/ty%70e', '"box"'], ['/~01', '5']];
+  for (const [pointer, expected] of cases) {
+    const {from, to} = rangeOf(text, pointer);
+    assert.equal(text.slice(from, to), expected, pointer);
+  }
+  assert.deepEqual(rangeOf('', '/a'), {from: 0, to: 0});
+  assert.equal(pointerAt(text, text.indexOf('30')), '/objects/1/~0/1');
+  assert.equal(wholeRangeOf(text, ['lights']), null);
+  assert.equal(applied(text, changesTo(text, ['objects', 1, '~'], [])), text.replace('[2, 30]', '[]'));
+});
+
+test('shares of the error are those of its square', async () => {
+  const {shares} = await load('error-tab.js');
+  const found = (estimate, sampling, approximation) => shares({estimate, parts: {sampling, approximation, depth: 9, cutoff: 9, tone: 0}}).map(({name, levels, share}) => [name, levels, share]);
+  assert.deepEqual(found(13, 3, 4), [['sampling', 3, 9 / 169], ['truncation', 12, 144 / 169], ['approximation', 4, 16 / 169]]);
+  assert.deepEqual(found(2.9999999, 3, 0), [['sampling', 3, 1], ['truncation', 0, 0], ['approximation', 0, 0]]);
+  assert.deepEqual(found(0, 0, 0).map(([, , share]) => share), [0, 0, 0]);
+});
+
+test('the cheapest point within a limit is of the front', async () => {
+  const {cheapest} = await load('measure.js');
+  const points = [{seconds: 1, claimed: 8}, {seconds: 2, claimed: 4}, {seconds: 3, claimed: 0.1}, {seconds: 8, claimed: 1}];
+  const measurement = {points, pareto_front: [0, 1, 3]};
+  const cases = [['claimed', 4, 1], ['claimed', 1, 3], ['claimed', 0.5, -1], ['seconds', 7, 1], ['seconds', 8, 3], ['seconds', 0.5, -1]];
+  for (const [limited, limit, expected] of cases) assert.equal(cheapest(measurement, limited, limit), expected, `${limited} ${limit}`);
+});
+
+test('a list that stays open forgets the jobs that it shows no longer', async () => {
+  Object.assign(globalThis, {requestAnimationFrame: () => 1, cancelAnimationFrame: () => undefined});
+  const {JobList} = await load('job-list.js');
+  let read = 0;
+  globalThis.fetch = async () => Response.json({items: Array.from({length: 200}, () => ({id: `job ${++read}`})), next_cursor: null});
+  const list = new JobList({});
+  for (let i = 0; i < 20; ++i) await list.reload();
+  list.close();
+  assert.equal(list.order.length, 200);
+  assert.ok(read > 4000 && list.jobs.size <= 600, `${list.jobs.size} of ${read} jobs`);
+});
+
+test('errors of models are upper limits, exact or unknown', async () => {
+  const {errorText} = await load('measure-plot.js');
+  const point = {model: 'whitted', error: 0.5, model_error: 34.6, total_error: null, upper_limits: ['error']};
+  assert.deepEqual(['error', 'model_error', 'total_error'].map((name) => errorText(point, name)), ['≤ 0.5', '35', '']);
+  assert.equal(errorText({...point, model: 'path'}, 'model_error'), '0');
+});
+
+const FIELDS = {
+  sphere: 'center radius', plane: 'point normal', disc: 'center inner_radius', cylinder: 'from to caps', cone: 'apex apex_radius', box: 'min max', torus: 'major_radius minor_radius',
+  triangle: 'vertices uvs', mesh: 'positions file', instance: 'of',
+};
+/** By the text around the cursor, where @ is what stands before it: labels that must be offered there. @type {[string, [string, string][]][]} */
+const CURSORS = [
+  ['@', [['{', 'version']]],
+  ['{"version": 1, @', [
+    ['"', 'camera objects lights materials accuracy output job'], ['"ca', 'camera'], ['"image": {"', 'width height crop'], ['"image": {"width": 8, "', 'height'],
+    ['"camera": {"', 'position look_at fov aperture'], ['"camera": {"type": "', 'orthographic panorama'], ['"camera": {"position": [0, 0, 1], "', 'look_at up'],
+    ['"background": {"', 'color'], ['"background": {"zenith": 1, "', 'nadir'], ['"depth_cue": {"', 'front back'], ['"lights": [{"', 'type'],
+    ['"lights": [{"type": "', 'point directional spot'], ['"lights": [{"type": "point", "', 'position intensity color'], ['"lights": [{"type": "directional", "', 'direction']]],
+  ['{"version": 1, "textures": {"a": {@', [
+    ['"', 'checker gradient noise file'], ['"file": "a.png", "wrap": "', 'repeat clamp mirror'], ['"file": "a.png", "filter": "', 'nearest bilinear mipmap'],
+    ['"file": "a.png", "color_space": "', 'srgb linear']]],
+  ['{"version": 1, "materials": {"a": {@', [
+    ['"', 'color diffuse specular reflection transmission ior emission'], ['"model": "', 'lambert phong blinn_phong'], ['"transparency": "', 'refract interpolated filtered'],
+    ['"shading": "', 'smooth flat gouraud flat_polygon'], ['"re', 'reflection reflection_color'], ['"fresnel": ', 'true false'], ['"color": {"', 'checker noise'],
+    ['"color": 1, "', 'shininess absorption normal_map bump']]],
+  ['{"version": 1, "objects": [{@', [
+    ['"', 'type'], ['"type": "', Object.keys(FIELDS).join(' ')], ['"type": "s', 'sphere'], ['"type": "t', 'torus triangle'],
+    ...Object.entries(FIELDS).map(([shape, fields]) => [`"type": "${shape}", "`, fields]), ['"type": "sphere", "material": {"', 'color ior'],
+    ['"type": "sphere", "material": {"model": "', 'phong'], ['"type": "sphere", "transform": [{"', 'translate rotate scale'],
+    ['"type": "sphere", "radius": 1, "', 'center material shadow'], ['"type": "mesh", "smooth": ', 'true false'], ['"type": "cylinder", "caps": ', 'true false']]],
+  ['{"version": 1, "accuracy": {@', [
+    ['"', 'preset target_error time_budget_ms samples max_depth cutoff approximate'], ['"preset": "', 'draft standard fine reference'], ['"approximate": {"', 'shadows reflections'],
+    ['"approximate": {"shadows": "', 'none'], ['"approximate": {"reflections": "', 'environment'], ['"target_error": 1, "', 'max_depth seed']]],
+  ['{"version": 1, "output": {@', [
+    ['"', 'formats exposure layers quality alpha'], ['"formats": ["', 'png exr jpg webp'], ['"formats": ["png", "', 'exr'],
+    ['"layers": ["', 'depth normal albedo error samples'], ['"alpha": ', 'true false'], ['"half": ', 'true false']]],
+  ['{"version": 1, "job": {@', [
+    ['"', 'name labels priority run_after deadline webhook'], ['"cache": "', 'off'], ['"keep": ', 'true false'], ['"webhook": {"', 'url'], ['"priority": 1, "', 'max_attempts']]],
+];
+
+test('fields and values are offered at each position of the cursor', async () => {
+  await import(`${process.env.WHITTLE_PAGE}/schema-worker.js`);
+  globalThis.onmessage({data: {schema: JSON.parse(readFileSync(process.env.WHITTLE_SCHEMA, 'utf8'))}});
+  const reply = (message) => new Promise((resolve) => { globalThis.postMessage = resolve; globalThis.onmessage({data: message}); });
+  let positions = 0;
+  for (const [around, cases] of CURSORS) {
+    for (const [before, expected] of cases) {
+      const text = around.replace('@', before), {result, error} = await reply({id: ++positions, method: 'complete', text, offset: text.length});
+      assert.equal(error, undefined);
+      const labels = result.map(({label}) => label.replaceAll('"', ''));
+      assert.deepEqual(expected.split(' ').filter((label) => !labels.includes(label)), [], text);
+    }
+  }
+  assert.ok(positions >= 60, `${positions}`);  // acceptance test 27
+});
