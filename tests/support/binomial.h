@@ -1,13 +1,26 @@
 #pragma once
 /// Exact binomial test of the coverage of confidence intervals.
 
+#include <cmath>
 #include <cstdint>
 
 namespace statistics {
 
 /// Probability of at least `failures` failures in `trials` independent trials, each of which fails with `probability`.
 /// Exact: the sum of the binomial's terms, in long double. 0 < probability < 1.
-long double binomial_tail(std::uint64_t trials, std::uint64_t failures, long double probability);
+inline long double binomial_tail(std::uint64_t trials, std::uint64_t failures, long double probability) {
+  if (failures == 0) return 1;
+  if (failures > trials) return 0;
+  const auto n = static_cast<long double>(trials), k0 = static_cast<long double>(failures);
+  long double term = std::exp(std::lgamma(n + 1) - std::lgamma(k0 + 1) - std::lgamma(n - k0 + 1) +
+                              k0 * std::log(probability) + (n - k0) * std::log1p(-probability));
+  long double sum = 0;
+  for (long double k = k0; k <= n; ++k) {
+    sum += term;
+    term *= probability / (1 - probability) * (n - k) / (k + 1);
+  }
+  return sum;
+}
 
 /// Level of significance of every test.
 inline constexpr long double significance = 1e-3L;
