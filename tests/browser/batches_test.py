@@ -154,44 +154,27 @@ class Batches(BrowserTest):
         """The number of reads of the batch over HTTP."""
         return sum(row["event"] == "request" and row["path"] == f"/v1/batches/{batch_id}" for row in self.daemon.log_rows())
 
-    def append_to_name(self, name):
-        """Types into the playground, behind the name of the document that is in it then."""
-        self.wait_for_name(name)
-        self.editor("view.dispatch({changes: {from: view.state.doc.toString().indexOf(arguments[0]) + arguments[0].length, insert: '!'}})", f'"name": "{name}')
-
     def wait_for_name(self, name):
         """Until the playground has a document of this name."""
         self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.canvas img') && document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')")
                            and f'"name": "{name}"' in self.editor("return view.state.doc.toString()"), name)
 
     def test_takes_the_text_of_the_playground(self):
-        """Each document has its own text in a tab; of no job, that of another tab is the first one."""
-        job = self.daemon.submit(json.dumps(scene(name="edited", job=LATER)).encode())
+        """A text stays as the page is left, and is the scene of a sweep and of one job, whose button is clicked twice."""
         self.open("#/new")
-        self.append_to_name("shapes")
-        for route in (f"#/edit/{job}", "#/", f"#/edit/{job}"):
-            self.browser.execute_script("location.hash = arguments[0]", route)
-            if route == "#/":
-                self.browser.one(".rows")
-                self.browser.back()
-                self.wait_for_name("edited!")
-            elif self.browser.execute_script(f"return sessionStorage.getItem('whittle.text.{job}')") is None:
-                self.append_to_name("edited")
-        self.browser.execute_script("localStorage.setItem('whittle.text', '{\"name\": \"of another tab\"}')")
-        for route, name in ((f"#/edit/{job}", "edited!"), ("#/new", "shapes!")):
-            self.browser.execute_script("location.hash = arguments[0]", route)
-            self.browser.refresh()
-            self.wait_for_name(name)
-            self.browser.button("Sweep").click()
-            self.browser.until(lambda name=name: self.browser.text(".batch-form strong") == name, "the scene of the sweep")
+        self.wait_for_name("shapes")
+        self.editor("view.dispatch({changes: {from: view.state.doc.toString().indexOf('shapes') + 6, insert: '!'}})")
+        self.browser.execute_script("location.hash = '#/'")
+        self.browser.one(".empty, .rows")
+        self.browser.back()
+        self.wait_for_name("shapes!")
+        self.browser.button("Sweep").click()
+        self.browser.until(lambda: self.browser.text(".batch-form strong") == "shapes!", "the scene of the sweep")
         self.browser.back()
         self.wait_for_name("shapes!")
         self.browser.execute_script("arguments[0].click(); arguments[0].click()", self.browser.button("Render"))
         self.browser.until(lambda: "#/jobs/" in self.browser.current_url, "the job")
         self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=shapes!"))["items"]), 1)
-        self.browser.execute_script("sessionStorage.clear()")
-        self.browser.get(self.address("#/batches/new"))
-        self.browser.until(lambda: self.browser.text(".batch-form strong") == "of another tab", "the text of another tab")
 
     def test_cancels_what_waits(self):
         batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})

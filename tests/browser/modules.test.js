@@ -92,6 +92,25 @@ test('a list that stays open forgets the jobs that it shows no longer', async ()
   assert.ok(read > 4000 && list.jobs.size <= 600, `${list.jobs.size} of ${read} jobs`);
 });
 
+test('each document keeps its own text in a tab, and that of no job is kept for others', async () => {
+  const storage = () => {
+    const texts = new Map();
+    return {getItem: (key) => texts.get(key) ?? null, setItem: (key, text) => { if (text === 'too large') throw new Error(); texts.set(key, text); }, removeItem: (key) => texts.delete(key)};
+  };
+  const {storedText, storeText} = await load('job-source.js');
+  Object.assign(globalThis, {sessionStorage: storage(), localStorage: storage()});
+  storeText('', 'mine');
+  storeText('a', 'of a');
+  assert.deepEqual(['', 'a', 'b'].map(storedText), ['mine', 'of a', null]);
+  globalThis.sessionStorage = storage();  // another tab
+  assert.deepEqual(['', 'a'].map(storedText), ['mine', null]);
+  storeText('', 'its own');
+  globalThis.localStorage.setItem('whittle.text', 'of another tab');
+  assert.equal(storedText(''), 'its own');
+  storeText('', 'too large');
+  assert.equal(storedText(''), null);
+});
+
 test('errors of models are upper limits, exact or unknown', async () => {
   const {errorText} = await load('measure-plot.js');
   const point = {model: 'whitted', error: 0.5, model_error: 34.6, total_error: null, upper_limits: ['error']};
