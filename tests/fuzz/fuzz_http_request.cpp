@@ -4,22 +4,15 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/http/header_text.h"
 #include "server/http/request_head.h"
+#include "tests/fuzz/require.h"
 
 namespace {
-
-void require(bool promise, const char* what) {
-  if (promise) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
 
 bool has_control(std::string_view text, bool tab_allowed) {
   return std::any_of(text.begin(), text.end(), [&](char c) {

@@ -4,20 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
+#include "tests/fuzz/require.h"
 #include "tracer/compare.h"
 #include "tracer/src/image_io/decode.h"
 
 namespace {
-
-void require(bool promise, const char* what) {
-  if (promise) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
 
 // Few pixels: AddressSanitizer turns milliseconds into seconds, for example for a TIFF of 5,000 strips.
 constexpr tracer::TextureImageLimits limits{.pixels = 1 << 16, .channels = 8, .bytes = 1 << 22};

@@ -3,25 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "api/src/gltf/gltf.h"
+#include "tests/fuzz/require.h"
 #include "tests/support/mesh_files.h"
 #include "tracer/mesh_file.h"
 
-namespace {
-
-void require(bool promise, const char* what) {
-  if (promise) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
-
-// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
 // NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<std::uint8_t> bytes(data, data + size);  // of exactly this size: reading beyond its end is seen

@@ -2,22 +2,15 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string_view>
 #include <vector>
 
 #include "api/document.h"
+#include "tests/fuzz/require.h"
 #include "tracer/requirements.h"
 #include "tracer/warnings.h"
 
 namespace {
-
-void require(bool promise, const char* what) {
-  if (promise) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
 
 /// Small limits, so that a fuzzer reaches them with small documents.
 api::Limits narrow_limits() {

@@ -11,8 +11,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -21,6 +19,7 @@
 
 #include "server/resources/resource_json.h"
 #include "server/worker/supervisor/message_check.h"
+#include "tests/fuzz/require.h"
 
 namespace {
 
@@ -30,12 +29,6 @@ const queue::Job job = [] {
   render.formats = "png 16.png exr jpg hdr webp tiff";
   return render;
 }();
-
-void require(bool promise, const char* what) {
-  if (promise) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
 
 std::vector<worker::Descriptor> make_files(unsigned flags) {
   constexpr unsigned count_bits = 31, large = 32, unsealed = 64;
