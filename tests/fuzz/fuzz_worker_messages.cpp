@@ -23,7 +23,7 @@
 
 namespace {
 
-const queue::Job job = [] {
+const queue::Job request = [] {
   queue::Job render;
   render.width = render.height = 16;
   render.formats = "png 16.png exr jpg hdr webp tiff";
@@ -72,7 +72,7 @@ void check(const worker::Message& message) {
     return use(std::move(job));
   }
   const auto* finished = std::get_if<worker::Finished>(&message);
-  if (finished == nullptr || !worker::check_result(*finished, job)) return;
+  if (finished == nullptr || !worker::check_result(*finished, request)) return;
   job.report = finished->report;
   for (const worker::Image& image : finished->images) {
     require(image.name.find_first_of("/\r\n\"\\") == std::string::npos && image.name[0] != '.', "names are plain");

@@ -170,7 +170,7 @@ TEST_F(SceneCacheOfAWorker, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
 }
 
 TEST_F(SceneCacheOfAWorker, IsClearedWhenIdle) {
-  with.cache_idle = std::chrono::milliseconds(100);
+  with.cache_idle_ms = 100;
   start(with);
   const auto built = [&] { return reports(frame(20, "1"), "\"geometry_reused\":false"); };
   EXPECT_TRUE(built());

@@ -76,6 +76,7 @@ struct JobRequest {
   CacheUse cache = CacheUse::use;
   bool keep = true;  ///< false: the job is not listed, and removed soon after its end
   std::optional<Webhook> webhook;
+  bool operator==(const JobRequest&) const = default;
 };
 
 struct Document {
