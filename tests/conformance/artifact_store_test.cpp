@@ -60,8 +60,7 @@ struct SharedObjects {
 };
 
 std::shared_ptr<ArtifactStore> make_shared_directory(const std::string& directory) {
-  const auto all = std::make_shared<SharedObjects>(
-      storage::objects::objects_in_directory(directory + "/artifacts"));
+  const auto all = std::make_shared<SharedObjects>(storage::objects::objects_in_directory(directory + "/artifacts"));
   return {all, &all->store};
 }
 
