@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "api/src/reader/cursor.h"
+#include "tracer/document_fields.h"
 
 namespace api {
 
@@ -35,6 +36,14 @@ struct Integer {
   std::int64_t most = integer_max<T>;
 };
 
+/// The integers of a field.
+template <class T>
+Integer<T> integer_in(const tracer::FieldRange& range, T& value) {
+  if (range.kind == tracer::FieldRange::interval)
+    return {value, static_cast<std::int64_t>(range.least), static_cast<std::int64_t>(range.most)};
+  return {value, std::is_signed_v<T> ? std::int64_t{std::numeric_limits<T>::min()} : 0};
+}
+
 /// A text for people: at most `name_bytes`, no control characters.
 struct Name {
   std::string& value;
@@ -46,21 +55,12 @@ struct Time {
   std::optional<std::int64_t>& value;
 };
 
-/// A word of a closed set and its value.
-template <class T>
-using Word = std::pair<std::string_view, T>;
+using tracer::in_order;
+using tracer::Word;
 
 /// The words of an enumeration. Specialised in the section that reads it.
 template <class Enum>
-inline constexpr auto words = nullptr;
-
-/// The words of the values of an enumeration in their order, from `first` on.
-template <class Enum, std::size_t size>
-constexpr std::array<Word<Enum>, size> in_order(Enum first, const std::string_view (&texts)[size]) {
-  std::array<Word<Enum>, size> all;
-  for (std::size_t i = 0; i < size; ++i) all[i] = {texts[i], static_cast<Enum>(static_cast<std::size_t>(first) + i)};
-  return all;
-}
+inline constexpr auto& words = tracer::words<Enum>;
 
 template <class T>
 struct OneOf {

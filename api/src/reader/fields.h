@@ -69,12 +69,12 @@ class Fields {
   std::string_view group_;  ///< the kind before set_kind()
   std::string_view kind_;
   bool is_object_;
-  std::array<std::string_view, 24> known_{};  ///< more than any object of the format has
+  std::array<std::string_view, 40> known_{};  ///< more than any object of the format has
   std::size_t known_count_ = 0;
   std::vector<std::string_view> missing_;  ///< required
 };
 
-// ---- alternatives of a variant (shapes, lights), by their lists of fields (tracer/document_fields.h)
+// ---- alternatives of a variant (shapes, lights)
 
 template <class... Types>
 constexpr auto make_type_words(const std::variant<Types...>* /*deduces Types*/) {
@@ -93,19 +93,35 @@ void read_alternative(std::variant<Types...>& variant, std::size_t index, const 
   (void)((i++ == index && (read(variant.template emplace<Types>()), true)) || ...);
 }
 
+// ---- parts of a scene that list their fields (tracer/document_fields.h)
+
+/// True if the field is present and valid.
 template <class Owner, class T>
-void read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
+bool read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
   constexpr bool is_optional_member = requires(T member) { member.has_value(); };
-  if (is_optional_member || field.presence == tracer::FieldPresence::optional) {
-    fields.optional(field.name, owner.*field.member);
-  } else {
-    fields.required(field.name, owner.*field.member);
-  }
+  const auto read_value = [&](auto&& value) {
+    if (is_optional_member || field.presence != tracer::FieldPresence::required)
+      return fields.optional(field.name, value);
+    return fields.required(field.name, value);
+  };
+  if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>)
+    return read_value(integer_in(field.range, owner.*field.member));
+  else
+    return read_value(owner.*field.member);
 }
 
 template <tracer::HasFields Owner>
 void read_all_fields(Fields& fields, Owner& owner) {
   tracer::for_each_field<Owner>([&](const auto& field) { read_field(fields, field, owner); });
+}
+
+/// An object that has the fields of Owner alone. True if it is an object.
+template <tracer::HasFields Owner>
+bool read(Reading& reading, const Cursor& at, Owner& owner) {
+  Fields fields(reading, at, Owner::noun);
+  read_all_fields(fields, owner);
+  fields.finish();
+  return static_cast<bool>(fields);
 }
 
 }  // namespace api

@@ -1,7 +1,6 @@
 /// Materials, textures (both named in their map, or written in place) and the names of files.
 
 #include <array>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,17 +27,6 @@ inline constexpr Word<ColorSpace> words<ColorSpace>[] = {{"srgb", ColorSpace::sr
 using Channel = tracer::ImageTexture::Channel;
 template <>
 inline constexpr auto words<Channel> = in_order(Channel::color, {"color", "alpha"});
-
-using Model = tracer::Material::Model;
-using Transparency = tracer::Material::Transparency;
-using Shading = tracer::Material::Shading;
-
-template <>
-inline constexpr auto words<Model> = in_order(Model::lambert, {"lambert", "phong", "blinn_phong"});
-template <>
-inline constexpr auto words<Transparency> = in_order(Transparency::refract, {"refract", "interpolated", "filtered"});
-template <>
-inline constexpr auto words<Shading> = in_order(Shading::smooth, {"smooth", "flat", "gouraud", "flat_polygon"});
 
 namespace {
 
@@ -136,22 +124,11 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   return id;
 }
 
-/// The default reflection depends on `fresnel`, whose default depends on the transmission.
-void read_reflection(Fields& fields, tracer::Material& material) {
-  fields.optional("transparency", material.transparency);
-  const bool transmits = fields.optional("transmission", material.transmission) && material.transmission > 0;
-  material.fresnel = transmits && material.transparency == Transparency::refract;
-  fields.optional("fresnel", material.fresnel);
-  if (material.fresnel) material.reflection = 1;
-  fields.optional("reflection", material.reflection);
-}
-
-void read_bump(Reading& reading, const Cursor& at, tracer::Bump& bump) {
-  set_invalid(bump.texture);
-  Fields fields(reading, at, "a bump");
-  fields.required("texture", bump.texture);
-  fields.optional("scale", bump.scale);
-  fields.finish();
+/// The default of `reflection` depends on `fresnel`, whose default depends on the transmission.
+void set_derived_fields(const Fields& fields, tracer::Material& material) {
+  if (!fields.has("fresnel"))
+    material.fresnel = material.transmission > 0 && material.transparency == tracer::Material::Transparency::refract;
+  if (!fields.has("reflection") && material.fresnel) material.reflection = 1;
 }
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
@@ -161,27 +138,8 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
   Fields fields(reading, at, "a material");
-  fields.optional("model", material.model);
-  fields.optional("color", material.color);
-  fields.optional("ambient", material.ambient);
-  fields.optional("diffuse", material.diffuse);
-  fields.optional("specular", material.specular);
-  fields.optional("shininess", material.shininess);
-  fields.optional("specular_color", material.specular_color);
-  fields.optional("diffuse_transmission", material.diffuse_transmission);
-  fields.optional("diffuse_transmission_color", material.diffuse_transmission_color);
-  fields.optional("specular_transmission", material.specular_transmission);
-  fields.optional("emission", material.emission);
-  read_reflection(fields, material);
-  fields.optional("reflection_color", material.reflection_color);
-  fields.optional("transmission_color", material.transmission_color);
-  fields.optional("opacity", material.opacity);
-  fields.optional("ior", material.ior);
-  fields.optional("priority", Integer<int>{material.priority, std::numeric_limits<int>::min()});
-  fields.optional("absorption", material.absorption);
-  fields.optional("shading", material.shading);
-  fields.optional("normal_map", material.normal_map);
-  if (const auto bump = fields.take("bump")) read_bump(reading, *bump, material.bump.emplace());
+  read_all_fields(fields, material);
+  set_derived_fields(fields, material);
   fields.finish();
   return id;
 }

@@ -38,8 +38,8 @@ struct SpotLight {
   static constexpr auto fields() {
     return std::tuple{Field{"position", &SpotLight::position, FieldRange::position},
                       Field{"direction", &SpotLight::direction, FieldRange::direction},
-                      Field{"inner_angle", &SpotLight::inner_angle_deg, FieldRange::angle_deg},
-                      Field{"outer_angle", &SpotLight::outer_angle_deg, FieldRange::angle_deg}};
+                      Field{"inner_angle", &SpotLight::inner_angle_deg, FieldRange::within(0, 180)},
+                      Field{"outer_angle", &SpotLight::outer_angle_deg, FieldRange::within(0, 180)}};
   }
 };
 

@@ -25,8 +25,8 @@ struct Sphere {
   static constexpr auto fields() {
     return std::tuple{Field{"center", &Sphere::center, FieldRange::position},
                       Field{"radius", &Sphere::radius, FieldRange::length},
-                      Field{"axis", &Sphere::axis, FieldRange::direction, FieldPresence::optional},
-                      Field{"meridian", &Sphere::meridian, FieldRange::direction, FieldPresence::optional}};
+                      optional_field("axis", &Sphere::axis, FieldRange::direction),
+                      optional_field("meridian", &Sphere::meridian, FieldRange::direction)};
   }
 };
 
@@ -58,7 +58,7 @@ struct Disc {
     return std::tuple{Field{"center", &Disc::center, FieldRange::position},
                       Field{"normal", &Disc::normal, FieldRange::direction},
                       Field{"radius", &Disc::radius, FieldRange::length},
-                      Field{"inner_radius", &Disc::inner_radius, FieldRange::length_or_0, FieldPresence::optional},
+                      optional_field("inner_radius", &Disc::inner_radius, FieldRange::length_or_0),
                       Field{"u_axis", &Disc::u_axis, FieldRange::direction}};
   }
 };
@@ -74,8 +74,7 @@ struct Cylinder {
   static constexpr auto fields() {
     return std::tuple{Field{"from", &Cylinder::from, FieldRange::position},
                       Field{"to", &Cylinder::to, FieldRange::position},
-                      Field{"radius", &Cylinder::radius, FieldRange::length},
-                      Field{"caps", &Cylinder::caps, FieldRange::any, FieldPresence::optional},
+                      Field{"radius", &Cylinder::radius, FieldRange::length}, optional_field("caps", &Cylinder::caps),
                       Field{"u_axis", &Cylinder::u_axis, FieldRange::direction}};
   }
 };
@@ -94,8 +93,8 @@ struct Cone {
     return std::tuple{Field{"apex", &Cone::apex, FieldRange::position},
                       Field{"base", &Cone::base, FieldRange::position},
                       Field{"radius", &Cone::radius, FieldRange::length},
-                      Field{"apex_radius", &Cone::apex_radius, FieldRange::length_or_0, FieldPresence::optional},
-                      Field{"caps", &Cone::caps, FieldRange::any, FieldPresence::optional},
+                      optional_field("apex_radius", &Cone::apex_radius, FieldRange::length_or_0),
+                      optional_field("caps", &Cone::caps),
                       Field{"u_axis", &Cone::u_axis, FieldRange::direction}};
   }
 };

@@ -110,6 +110,17 @@ bool Checks::not_negative(const DocumentPath& where, double value) {
          over(where, "value_max", text_of(limits.value_max), text_of(value));
 }
 
+bool Checks::ratio(const DocumentPath& where, double value) {
+  const double bound = limits.value_max;
+  return finite(where, value) && positive(where, value) &&
+         ((value <= bound && 1 / value <= bound) || over(where, "value_max", text_of(bound), text_of(value)));
+}
+
+bool Checks::texture(const DocumentPath& where, TextureId id) {
+  return id.index < scene_.textures.size() ||
+         add_issue(where, "unknown_reference", "there is no texture " + std::to_string(id.index));
+}
+
 bool Checks::color(const DocumentPath& where, const Color& value) {
   const double lowest = std::min({value.r, value.g, value.b});
   const double highest = std::max({value.r, value.g, value.b});
@@ -183,10 +194,25 @@ void FieldChecks::at_least(std::string_view field, double value, std::string_vie
                       "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
-bool FieldChecks::range(const DocumentPath& where, FieldRange range, double value) {
-  if (range == FieldRange::length) return checks_.length(where, value);
-  if (range == FieldRange::angle_deg) return checks_.within(where, value, 0, 180);
-  return checks_.coordinate(where, value) && checks_.at_least_0(where, value);
+bool FieldChecks::range(const DocumentPath& where, const FieldRange& range, double value) {
+  switch (range.kind) {
+    case FieldRange::position:
+      return checks_.coordinate(where, value);
+    case FieldRange::length:
+      return checks_.length(where, value);
+    case FieldRange::length_or_0:
+      return checks_.coordinate(where, value) && checks_.at_least_0(where, value);
+    case FieldRange::factor:
+      return checks_.not_negative(where, value);
+    case FieldRange::exponent:
+      return checks_.finite(where, value) && checks_.at_least_0(where, value);
+    case FieldRange::ratio:
+      return checks_.ratio(where, value);
+    case FieldRange::interval:
+      return checks_.within(where, value, range.least, range.most);
+    default:
+      return checks_.finite(where, value);
+  }
 }
 
 }  // namespace tracer

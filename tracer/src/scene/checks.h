@@ -10,7 +10,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "tracer/limits.h"
@@ -40,8 +42,8 @@ std::string text_of(double value);
 /// values that are valid themselves.
 class Checks {
  public:
-  Checks(const Limits& scene_limits, const std::function<bool(const Issue&)>& is_reported)
-      : limits(scene_limits), is_reported_(is_reported) {}
+  Checks(const Scene& scene, const Limits& scene_limits, const std::function<bool(const Issue&)>& is_reported)
+      : limits(scene_limits), scene_(scene), is_reported_(is_reported) {}
 
   bool finite(const DocumentPath& where, double value);
   bool coordinate(const DocumentPath& where, double value);                       ///< |value| <= coordinate_max
@@ -52,7 +54,9 @@ class Checks {
   bool at_least_0(const DocumentPath& where, double value);                       ///< >= 0
   bool within(const DocumentPath& where, double value, double low, double high);  ///< [low, high]
   bool not_negative(const DocumentPath& where, double value);                     ///< [0, value_max]
+  bool ratio(const DocumentPath& where, double value);  ///< > 0; it and its inverse at most value_max
   bool color(const DocumentPath& where, const Color& value);
+  bool texture(const DocumentPath& where, TextureId id);    ///< one of the scene's
   bool vec2(const DocumentPath& where, const Vec2& value);  ///< |components| <= value_max
   bool count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
 
@@ -63,6 +67,7 @@ class Checks {
   const Limits& limits;
 
  private:
+  const Scene& scene_;
   const std::function<bool(const Issue&)>& is_reported_;
   std::vector<Issue> issues_;
   std::uint64_t omitted_ = 0;
@@ -72,16 +77,18 @@ class Checks {
 /// Precondition: neither is zero.
 bool parallel(const Vec3& a, const Vec3& b);
 
-/// Rules between the fields of one shape or light. They apply to values within their own ranges only; other values have
-/// issues of their own.
+/// Ranges of the fields of one part of a scene, and rules between them. Rules apply to values within their own ranges
+/// only; other values have issues of their own.
 class FieldChecks {
  public:
   FieldChecks(Checks& checks, const DocumentPath& owner) : checks_(checks), owner_(owner) {}
 
-  /// Ranges of all fields.
+  /// Ranges of all fields but `except`.
   template <HasFields Owner>
-  void ranges(const Owner& owner) {
-    for_each_field<Owner>([&](const auto& field) { range({owner_, field.name}, field.range, owner.*field.member); });
+  void ranges(const Owner& owner, std::string_view except = {}) {
+    for_each_field<Owner>([&](const auto& field) {
+      if (field.name != except) range({owner_, field.name}, field.range, owner.*field.member);
+    });
   }
 
   void not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence);
@@ -97,18 +104,33 @@ class FieldChecks {
   void at_least(std::string_view field, double value, std::string_view bound_name, double bound);
 
  private:
-  bool range(const DocumentPath& where, FieldRange range, const Vec3& value) {
-    return range == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
+  bool range(const DocumentPath& where, const FieldRange& range, const Vec3& value) {
+    return range.kind == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
   }
-  bool range(const DocumentPath& where, FieldRange, const Vec2& value) { return checks_.vec2(where, value); }
-  bool range(const DocumentPath& where, FieldRange range, double value);
-  static bool range(const DocumentPath&, FieldRange, bool) { return true; }
+  bool range(const DocumentPath& where, const FieldRange&, const Vec2& value) { return checks_.vec2(where, value); }
+  bool range(const DocumentPath& where, const FieldRange&, const Color& value) { return checks_.color(where, value); }
+  bool range(const DocumentPath& where, const FieldRange&, TextureId id) { return checks_.texture(where, id); }
+  bool range(const DocumentPath& where, const FieldRange& kind, const ColorOrTexture& value) {
+    return std::visit([&](const auto& form) { return range(where, kind, form); }, value);
+  }
+  bool range(const DocumentPath& where, const FieldRange& range, double value);
   template <class T>
-  bool range(const DocumentPath& where, FieldRange kind, const std::optional<T>& value) {
+  requires std::is_enum_v<T> || std::is_integral_v<T>
+  bool range(const DocumentPath& where, const FieldRange& range, T value) {
+    return range.kind != FieldRange::interval ||
+           checks_.within(where, static_cast<double>(value), range.least, range.most);
+  }
+  template <HasFields T>
+  bool range(const DocumentPath& where, const FieldRange&, const T& value) {
+    FieldChecks(checks_, where).ranges(value);
+    return true;
+  }
+  template <class T>
+  bool range(const DocumentPath& where, const FieldRange& kind, const std::optional<T>& value) {
     return !value || range(where, kind, *value);
   }
   template <class T, std::size_t n>
-  bool range(const DocumentPath& where, FieldRange kind, const std::array<T, n>& values) {
+  bool range(const DocumentPath& where, const FieldRange& kind, const std::array<T, n>& values) {
     bool all_valid = true;
     for (std::size_t i = 0; i < n; ++i) all_valid &= range({where, i}, kind, values[i]);
     return all_valid;

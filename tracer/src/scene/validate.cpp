@@ -90,12 +90,7 @@ void check_layout(Checks& checks, const Scene& scene) {
                      "an anaglyph has two surfaces at each pixel: it has no \"depth_cue\", \"layers\" or \"alpha\"");
 }
 
-bool check_texture(Checks& checks, const DocumentPath& where, TextureId texture, std::size_t texture_count) {
-  return texture.index < texture_count ||
-         checks.add_issue(where, "unknown_reference", "there is no texture " + std::to_string(texture.index));
-}
-
-void check_background(Checks& checks, const Background& background, std::size_t texture_count) {
+void check_background(Checks& checks, const Background& background) {
   const DocumentPath where("/background");
   checks.color({where, "color"}, background.color);
   if (background.up) checks.direction({where, "up"}, *background.up);
@@ -104,14 +99,13 @@ void check_background(Checks& checks, const Background& background, std::size_t 
     checks.color({where, "nadir"}, background.gradient->nadir);
   }
   if (background.environment) {
-    check_texture(checks, {where, "environment"}, background.environment->texture, texture_count);
+    checks.texture({where, "environment"}, background.environment->texture);
     checks.finite({where, "rotation"}, background.environment->rotation_deg);
   }
   if (!background.cube) return;
   constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   const DocumentPath cube(where, "cube");
-  for (std::size_t face = 0; face < 6; ++face)
-    check_texture(checks, {cube, faces[face]}, background.cube->faces[face], texture_count);
+  for (std::size_t face = 0; face < 6; ++face) checks.texture({cube, faces[face]}, background.cube->faces[face]);
 }
 
 void check_depth_cue(Checks& checks, const DepthCue& cue) {
@@ -203,53 +197,20 @@ void check_opacity(Checks& checks, const DocumentPath& where, const Material& ma
             (refracts ? "the material refracts; \"transparency\": \"filtered\" does not" : "\"fresnel\" is true"));
 }
 
-void check_material(Checks& checks, const Material& material, std::size_t texture_count) {
+void check_material(Checks& checks, const Material& material) {
   const DocumentPath where(material.path);
-  const auto check_color = [&](std::string_view field, const ColorOrTexture& value) {
-    if (const auto* color = std::get_if<Color>(&value)) {
-      checks.color({where, field}, *color);
-    } else {
-      check_texture(checks, {where, field}, std::get<TextureId>(value), texture_count);
-    }
-  };
-  check_color("color", material.color);
-  if (material.normal_map) check_texture(checks, {where, "normal_map"}, *material.normal_map, texture_count);
-  if (material.bump) {
-    const DocumentPath bump(where, "bump");
-    check_texture(checks, {bump, "texture"}, material.bump->texture, texture_count);
-    checks.coordinate({bump, "scale"}, material.bump->scale);
-  }
-  checks.not_negative({where, "ambient"}, material.ambient);
-  checks.not_negative({where, "diffuse"}, material.diffuse);
-  checks.not_negative({where, "specular"}, material.specular);
-  const DocumentPath shininess(where, "shininess");  // no upper bound
-  if (checks.finite(shininess, material.shininess)) checks.at_least_0(shininess, material.shininess);
-  checks.within({where, "diffuse_transmission"}, material.diffuse_transmission, 0, 1);
-  check_color("diffuse_transmission_color", material.diffuse_transmission_color);
-  checks.not_negative({where, "specular_transmission"}, material.specular_transmission);
-  check_color("specular_color", material.specular_color);
-  check_color("emission", material.emission);
-  checks.within({where, "reflection"}, material.reflection, 0, 1);
-  check_color("reflection_color", material.reflection_color);
+  FieldChecks(checks, where).ranges(material, "transmission");
   if (material.transparency == Material::Transparency::filtered) {
     checks.not_negative({where, "transmission"}, material.transmission);
   } else {
     checks.within({where, "transmission"}, material.transmission, 0, 1);
   }
-  check_color("opacity", material.opacity);
   check_opacity(checks, {where, "opacity"}, material);
-  checks.color({where, "absorption"}, material.absorption);
-  check_color("transmission_color", material.transmission_color);
-  const DocumentPath ior(where, "ior");
-  const double bound = checks.limits.value_max;
-  if (checks.finite(ior, material.ior) && checks.positive(ior, material.ior) &&
-      (material.ior > bound || 1 / material.ior > bound))
-    checks.over(ior, "value_max", text_of(bound), text_of(material.ior));
 }
 
 void check_materials(Checks& checks, const Scene& scene) {
   checks.count(DocumentPath("/materials"), scene.materials.size(), checks.limits.materials, "materials");
-  for (const Material& material : scene.materials) check_material(checks, material, scene.textures.size());
+  for (const Material& material : scene.materials) check_material(checks, material);
 }
 
 /// Materials that an object or an instance names.
@@ -358,11 +319,11 @@ void check_output(Checks& checks, const Output& output, const PixelWindow& windo
 
 std::vector<Issue> validate(const Scene& scene, const Limits& limits,
                             const std::function<bool(const Issue&)>& is_reported) {
-  Checks checks(limits, is_reported);
+  Checks checks(scene, limits, is_reported);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
   check_layout(checks, scene);
-  check_background(checks, scene.background, scene.textures.size());
+  check_background(checks, scene.background);
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(DocumentPath("/medium/absorption"), scene.medium.absorption);
   checks.color(DocumentPath("/ambient"), scene.ambient);

@@ -1,0 +1,173 @@
+#pragma once
+/// Textures and materials of a scene document. Each lists its fields; tracer/src/textures and tracer/src/materials
+/// implement them.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "tracer/document_fields.h"
+#include "tracer/values.h"
+
+namespace tracer {
+
+/// Unit squares of the transformed coordinates: colors[0] where floor(u) + floor(v) is even.
+struct CheckerTexture {
+  std::array<Color, 2> colors{};
+};
+
+/// From colors[0] at v = 0 to colors[1] at v = 1, linearly.
+struct GradientTexture {
+  std::array<Color, 2> colors{};
+};
+
+/// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1. Sum
+/// of `octaves`, each with twice the frequency and half the amplitude of the previous one, divided by the root of the
+/// sum of their squares, so that the contrast does not depend on their number, and clamped.
+struct NoiseTexture {
+  std::array<Color, 2> colors{};
+  std::uint32_t octaves = 1;  ///< 1..32
+};
+
+enum class ColorSpace { linear, srgb };
+
+/// An image file over the unit square: v = 0 is the lower edge of its bottom row. The first three channels are red,
+/// green and blue; one or two channels are gray (and alpha).
+struct ImageTexture {
+  AssetId file{};
+  std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
+  /// color: without alpha. alpha: the last of two or four channels, as gray and linear; a file without it fails with
+  /// `bad_asset`.
+  enum class Channel { color, alpha };
+  Channel channel = Channel::color;
+};
+
+/// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
+struct Texture {
+  std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
+  Vec2 scale{1, 1};
+  Vec2 offset{0, 0};
+  std::string path;  ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
+  /// Continuation of gradients and images beyond [0, 1]. No effect on checkers and noise.
+  enum class Wrap { repeat, clamp, mirror };
+  Wrap wrap = Wrap::repeat;
+  /// nearest: the texel, or the pattern at the point. bilinear: between four texels; patterns as nearest. mipmap: the
+  /// mean over the sample's footprint on the surface. A sample covers 1 / sqrt(samples) of its pixel's width, so the
+  /// footprint shrinks with more samples and the converged image is unbiased.
+  enum class Filter { nearest, bilinear, mipmap };
+  Filter filter = Filter::mipmap;
+};
+
+using ColorOrTexture = std::variant<Color, TextureId>;
+
+/// Bump map (Blinn 1978, "Simulation of Wrinkled Surfaces"): perturbs normals, not the surface. The height above the
+/// front is `scale`, in scene units, times the mean of the texture's linear red, green and blue.
+struct Bump {
+  TextureId texture{};
+  double scale = 1;  ///< negative: inverted relief
+
+  static constexpr std::string_view noun = "a bump";
+  static constexpr auto fields() {
+    return std::tuple{Field{"texture", &Bump::texture}, optional_field("scale", &Bump::scale, FieldRange::position)};
+  }
+};
+
+/// Reflectance and transmittance of a surface (Whitted 1980; Phong 1975; Blinn 1977):
+///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
+///   I = I_local + K_r C_r I(reflected) + K_t C_t I(transmitted)
+/// N is on the side of the ray: a back-face hit uses -N. Lights on the other side, where N.L < 0, add (Hall & Greenberg
+/// 1983, "A Testbed for Realistic Image Synthesis")
+///   sum_i f_i S_i I_i [ K_dt C_dt |N.L| + K_st C_s max(0,T.V)^n' ]
+/// with the direction T of the light's ray after it is refracted at the point, from the index of refraction of the far
+/// side to that of the near side (none at total internal reflection; straight on unless the material refracts), and
+/// n' = n, or n/4 for blinn_phong, which has the same width. `lambert` has no K_st.
+struct Material {
+  enum class Model { lambert, phong, blinn_phong };
+  Model model = Model::phong;
+  ColorOrTexture color = Color{0.8, 0.8, 0.8};                 ///< C
+  double ambient = 1;                                          ///< K_a
+  double diffuse = 1;                                          ///< K_d
+  double specular = 0;                                         ///< K_s
+  double shininess = 32;                                       ///< n >= 0
+  ColorOrTexture specular_color = Color{1, 1, 1};              ///< C_s
+  double diffuse_transmission = 0;                             ///< K_dt in [0,1]
+  double specular_transmission = 0;                            ///< K_st
+  ColorOrTexture diffuse_transmission_color = Color{1, 1, 1};  ///< C_dt
+  ColorOrTexture emission = Color{};
+  double reflection = 0;                             ///< K_r in [0,1]
+  ColorOrTexture reflection_color = Color{1, 1, 1};  ///< C_r
+  double transmission = 0;                           ///< K_t in [0,1]; filtered transparency may have more
+  /// C_t. Shadow rays read a texture at the point where they cross the surface, without a footprint.
+  ColorOrTexture transmission_color = Color{1, 1, 1};
+  /// Transmission for K_t > 0. refract: Snell's law; total internal reflection adds K_t C_t to the reflected
+  /// throughput. interpolated: not refracted, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t C_t
+  /// I_behind. filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
+  enum class Transparency { refract, interpolated, filtered };
+  Transparency transparency = Transparency::refract;
+  /// Share of the surface that is there, by channel, in [0, 1]: I = opacity I_surface + (1 - opacity) I_behind, and
+  /// shadow rays pass likewise. Below 1 only where the surface neither refracts nor has `fresnel`.
+  ColorOrTexture opacity = Color{1, 1, 1};
+  double ior = 1.5;  ///< > 0; relative to the outside
+  /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals that of a closed
+  /// object before an open one, then that of the object with the smaller bounding box, by its diagonal; then that of
+  /// the later material.
+  int priority = 0;
+  Color absorption{};  ///< per scene unit: radiance is multiplied by exp(-absorption s) along a length s inside
+  /// smooth: interpolated normals if the mesh has them. flat: face normals. gouraud: local shading is evaluated at the
+  /// vertices of the mesh and interpolated, with highlights for an eye at the camera, or for an orthographic camera and
+  /// after a bounce at infinity along the ray; on other shapes the same as smooth. Shadow rays of smooth front faces
+  /// start at the surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator"); lights are evaluated
+  /// at the hit.
+  /// flat_polygon: face normals, and local shading is evaluated once for each polygon, at its centroid, with
+  /// highlights for the same eye as gouraud; on other shapes the same as smooth.
+  enum class Shading { smooth, flat, gouraud, flat_polygon };
+  Shading shading = Shading::smooth;
+  /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the
+  /// front. An image without an explicit color space is linear here, for every format.
+  std::optional<TextureId> normal_map{};
+  std::optional<Bump> bump{};  ///< applied after the normal map
+  /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarized dielectric reflectance. The document's default is
+  /// true if transmission > 0 is refracted; the reader resolves it, and reflection's default of 1 with fresnel.
+  bool fresnel = false;
+  std::string path;  ///< JSON pointer of its definition, e.g. "/materials/red"; prefix of issue pointers
+
+  static constexpr auto fields() {
+    constexpr FieldRange fraction = FieldRange::within(0, 1);
+    return std::tuple{optional_field("model", &Material::model),
+                      optional_field("color", &Material::color),
+                      optional_field("ambient", &Material::ambient, FieldRange::factor),
+                      optional_field("diffuse", &Material::diffuse, FieldRange::factor),
+                      optional_field("specular", &Material::specular, FieldRange::factor),
+                      optional_field("shininess", &Material::shininess, FieldRange::exponent),
+                      optional_field("specular_color", &Material::specular_color),
+                      optional_field("diffuse_transmission", &Material::diffuse_transmission, fraction),
+                      optional_field("diffuse_transmission_color", &Material::diffuse_transmission_color),
+                      optional_field("specular_transmission", &Material::specular_transmission, FieldRange::factor),
+                      optional_field("emission", &Material::emission),
+                      optional_field("transparency", &Material::transparency),
+                      optional_field("transmission", &Material::transmission, FieldRange::factor),
+                      derived_field("fresnel", &Material::fresnel),
+                      derived_field("reflection", &Material::reflection, fraction),
+                      optional_field("reflection_color", &Material::reflection_color),
+                      optional_field("transmission_color", &Material::transmission_color),
+                      optional_field("opacity", &Material::opacity),
+                      optional_field("ior", &Material::ior, FieldRange::ratio),
+                      optional_field("priority", &Material::priority),
+                      optional_field("absorption", &Material::absorption),
+                      optional_field("shading", &Material::shading),
+                      optional_field("normal_map", &Material::normal_map),
+                      optional_field("bump", &Material::bump)};
+  }
+};
+template <>
+inline constexpr auto words<Material::Model> = in_order(Material::Model::lambert, {"lambert", "phong", "blinn_phong"});
+template <>
+inline constexpr auto words<Material::Transparency> = in_order(Material::Transparency::refract,
+                                                               {"refract", "interpolated", "filtered"});
+template <>
+inline constexpr auto words<Material::Shading> = in_order(Material::Shading::smooth,
+                                                          {"smooth", "flat", "gouraud", "flat_polygon"});
+
+}  // namespace tracer
