@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <variant>
 #include <vector>
 
 #include "api/src/reader/color_names.h"
@@ -12,21 +14,6 @@
 #include "tracer/sha256.h"
 
 namespace api {
-
-using Wrap = tracer::Texture::Wrap;
-using Filter = tracer::Texture::Filter;
-using ColorSpace = tracer::ColorSpace;
-
-template <>
-inline constexpr auto words<Wrap> = in_order(Wrap::repeat, {"repeat", "clamp", "mirror"});
-template <>
-inline constexpr auto words<Filter> = in_order(Filter::nearest, {"nearest", "bilinear", "mipmap"});
-template <>
-inline constexpr Word<ColorSpace> words<ColorSpace>[] = {{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}};
-
-using Channel = tracer::ImageTexture::Channel;
-template <>
-inline constexpr auto words<Channel> = in_order(Channel::color, {"color", "alpha"});
 
 namespace {
 
@@ -70,33 +57,16 @@ bool is_asset_name(Reading& reading, const Cursor& at, std::string_view name) {
   return true;
 }
 
-constexpr std::array<std::string_view, 4> patterns{"checker", "gradient", "noise", "file"};
-
-template <class Pattern>
-Pattern& read_pattern(Fields& fields, tracer::Texture& texture, std::string_view name) {
-  auto& pattern = texture.pattern.emplace<Pattern>();
-  fields.optional(name, pattern.colors);
-  return pattern;
-}
-
-/// The texture's kind follows from the field that is present, and its other fields from the kind.
-void read_pattern(Fields& fields, tracer::Texture& texture) {
-  if (fields.has("checker")) {
-    read_pattern<tracer::CheckerTexture>(fields, texture, "checker");
-  } else if (fields.has("gradient")) {
-    read_pattern<tracer::GradientTexture>(fields, texture, "gradient");
-  } else if (fields.has("noise")) {
-    auto& noise = read_pattern<tracer::NoiseTexture>(fields, texture, "noise");
-    fields.optional("octaves", Integer<std::uint32_t>{noise.octaves, 1});
-  } else if (fields.has("file")) {
-    auto& image = texture.pattern.emplace<tracer::ImageTexture>();
-    fields.optional("file", image.file);
-    fields.optional("channel", image.channel);
-    fields.optional("color_space", image.color_space);
-  } else {
-    fields.report_missing_one_of(patterns);
-    for (const std::string_view name : patterns) fields.take(name);
-  }
+/// The texture's pattern follows from the first of its fields, and its other fields from the pattern.
+template <class... Patterns>
+void read_pattern(Fields& fields, std::variant<Patterns...>& pattern) {
+  constexpr std::array names{std::get<0>(Patterns::fields()).name...};
+  std::size_t kind = 0;
+  while (kind < names.size() && !fields.has(names[kind])) ++kind;
+  read_alternative(pattern, kind, [&](auto& present) { read_all_fields(fields, present); });
+  if (kind < names.size()) return;
+  fields.report_missing_one_of(names);
+  for (const std::string_view name : names) fields.take(name);
 }
 
 /// `s` stands for `[s, s]`.
@@ -115,11 +85,11 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
   Fields fields(reading, at, "a texture");
-  read_pattern(fields, texture);
+  read_pattern(fields, texture.pattern);
   if (const auto scale = fields.take("scale")) read_scale(reading, *scale, texture.scale);
-  fields.optional("offset", texture.offset);
-  fields.optional("wrap", texture.wrap);
-  fields.optional("filter", texture.filter);
+  tracer::for_each_field<tracer::Texture>([&](const auto& field) {
+    if (field.name != "scale") read_field(fields, field, texture);
+  });
   fields.finish();
   return id;
 }

@@ -34,6 +34,8 @@ struct FieldRange {
     range.most = high;
     return range;
   }
+  /// An integer from 1 to 2^32 - 1.
+  static constexpr FieldRange count() { return within(1, 4294967295); }
 };
 
 enum class FieldPresence {

@@ -16,11 +16,15 @@ namespace tracer {
 /// Unit squares of the transformed coordinates: colors[0] where floor(u) + floor(v) is even.
 struct CheckerTexture {
   std::array<Color, 2> colors{};
+
+  static constexpr auto fields() { return std::tuple{Field{"checker", &CheckerTexture::colors}}; }
 };
 
 /// From colors[0] at v = 0 to colors[1] at v = 1, linearly.
 struct GradientTexture {
   std::array<Color, 2> colors{};
+
+  static constexpr auto fields() { return std::tuple{Field{"gradient", &GradientTexture::colors}}; }
 };
 
 /// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1. Sum
@@ -28,10 +32,17 @@ struct GradientTexture {
 /// sum of their squares, so that the contrast does not depend on their number, and clamped.
 struct NoiseTexture {
   std::array<Color, 2> colors{};
-  std::uint32_t octaves = 1;  ///< 1..32
+  std::uint32_t octaves = 1;  ///< up to Limits::octaves
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"noise", &NoiseTexture::colors},
+                      optional_field("octaves", &NoiseTexture::octaves, FieldRange::count())};
+  }
 };
 
-enum class ColorSpace { linear, srgb };
+enum class ColorSpace { srgb, linear };
+template <>
+inline constexpr auto words<ColorSpace> = in_order(ColorSpace::srgb, {"srgb", "linear"});
 
 /// An image file over the unit square: v = 0 is the lower edge of its bottom row. The first three channels are red,
 /// green and blue; one or two channels are gray (and alpha).
@@ -42,7 +53,14 @@ struct ImageTexture {
   /// `bad_asset`.
   enum class Channel { color, alpha };
   Channel channel = Channel::color;
+
+  static constexpr auto fields() {
+    return std::tuple{Field{"file", &ImageTexture::file}, optional_field("channel", &ImageTexture::channel),
+                      Field{"color_space", &ImageTexture::color_space}};
+  }
 };
+template <>
+inline constexpr auto words<ImageTexture::Channel> = in_order(ImageTexture::Channel::color, {"color", "alpha"});
 
 /// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
@@ -58,7 +76,16 @@ struct Texture {
   /// footprint shrinks with more samples and the converged image is unbiased.
   enum class Filter { nearest, bilinear, mipmap };
   Filter filter = Filter::mipmap;
+
+  static constexpr auto fields() {
+    return std::tuple{optional_field("scale", &Texture::scale), optional_field("offset", &Texture::offset),
+                      optional_field("wrap", &Texture::wrap), optional_field("filter", &Texture::filter)};
+  }
 };
+template <>
+inline constexpr auto words<Texture::Wrap> = in_order(Texture::Wrap::repeat, {"repeat", "clamp", "mirror"});
+template <>
+inline constexpr auto words<Texture::Filter> = in_order(Texture::Filter::nearest, {"nearest", "bilinear", "mipmap"});
 
 using ColorOrTexture = std::variant<Color, TextureId>;
 

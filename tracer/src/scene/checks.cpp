@@ -121,6 +121,11 @@ bool Checks::texture(const DocumentPath& where, TextureId id) {
          add_issue(where, "unknown_reference", "there is no texture " + std::to_string(id.index));
 }
 
+bool Checks::asset(const DocumentPath& where, AssetId id) {
+  return id.index < scene_.assets.size() ||
+         add_issue(where, "unknown_reference", "there is no asset " + std::to_string(id.index));
+}
+
 bool Checks::color(const DocumentPath& where, const Color& value) {
   const double lowest = std::min({value.r, value.g, value.b});
   const double highest = std::max({value.r, value.g, value.b});

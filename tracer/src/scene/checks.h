@@ -110,6 +110,7 @@ class FieldChecks {
   bool range(const DocumentPath& where, const FieldRange&, const Vec2& value) { return checks_.vec2(where, value); }
   bool range(const DocumentPath& where, const FieldRange&, const Color& value) { return checks_.color(where, value); }
   bool range(const DocumentPath& where, const FieldRange&, TextureId id) { return checks_.texture(where, id); }
+  bool range(const DocumentPath& where, const FieldRange&, AssetId id) { return checks_.asset(where, id); }
   bool range(const DocumentPath& where, const FieldRange& kind, const ColorOrTexture& value) {
     return std::visit([&](const auto& form) { return range(where, kind, form); }, value);
   }

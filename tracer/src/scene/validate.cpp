@@ -146,31 +146,6 @@ void check_lights(Checks& checks, const std::vector<Light>& lights) {
   }
 }
 
-void check_pair(Checks& checks, const DocumentPath& where, const std::array<Color, 2>& colors) {
-  checks.color({where, std::size_t{0}}, colors[0]);
-  checks.color({where, std::size_t{1}}, colors[1]);
-}
-
-void check_pattern(Checks& checks, const DocumentPath& where, const CheckerTexture& checker, std::size_t) {
-  check_pair(checks, {where, "checker"}, checker.colors);
-}
-
-void check_pattern(Checks& checks, const DocumentPath& where, const GradientTexture& gradient, std::size_t) {
-  check_pair(checks, {where, "gradient"}, gradient.colors);
-}
-
-void check_pattern(Checks& checks, const DocumentPath& where, const NoiseTexture& noise, std::size_t) {
-  check_pair(checks, {where, "noise"}, noise.colors);
-  const DocumentPath octaves(where, "octaves");
-  if (noise.octaves == 0) checks.add_issue(octaves, "out_of_range", "must be >= 1, got 0");
-  checks.count(octaves, noise.octaves, checks.limits.octaves, "octaves");
-}
-
-void check_pattern(Checks& checks, const DocumentPath& where, const ImageTexture& image, std::size_t asset_count) {
-  if (image.file.index >= asset_count)
-    checks.add_issue({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
-}
-
 void check_textures(Checks& checks, const Scene& scene) {
   if (scene.assets.size() > checks.limits.assets)
     checks.count(DocumentPath(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets,
@@ -178,10 +153,11 @@ void check_textures(Checks& checks, const Scene& scene) {
   checks.count(DocumentPath("/textures"), scene.textures.size(), checks.limits.textures, "textures");
   for (const Texture& texture : scene.textures) {
     const DocumentPath where(texture.path);
-    std::visit([&](const auto& pattern) { check_pattern(checks, where, pattern, scene.assets.size()); },
-               texture.pattern);
-    checks.vec2({where, "scale"}, texture.scale);
-    checks.vec2({where, "offset"}, texture.offset);
+    FieldChecks fields(checks, where);
+    std::visit([&](const auto& pattern) { fields.ranges(pattern); }, texture.pattern);
+    fields.ranges(texture);
+    if (const auto* noise = std::get_if<NoiseTexture>(&texture.pattern))
+      checks.count({where, "octaves"}, noise->octaves, checks.limits.octaves, "octaves");
   }
 }
 
