@@ -56,8 +56,8 @@ bool read_document(Reading& reading, const Cursor& at) {
   fields.optional("name", Name{scene.name});
   section("image", read_image);
   if (const auto camera = fields.take_required("camera", camera_form)) read_camera(reading, *camera);
-  section("depth_cue", read_depth_cue);
-  section("medium", read_medium);
+  fields.optional("depth_cue", scene.depth_cue);
+  fields.optional("medium", scene.medium);
   fields.optional("ambient", scene.ambient);
   section("lights", read_lights);
   section("textures", read_textures);
@@ -65,7 +65,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("materials", read_materials);
   section("prototypes", read_prototypes);
   section("objects", read_objects);
-  section("output", read_output);
+  fields.optional("output", scene.output);
   read_accuracy(reading, fields.take("accuracy"));  // depends on the image's size
   check_visible_lights(reading);
   reading.document.job.name = scene.name;

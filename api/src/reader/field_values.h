@@ -163,6 +163,16 @@ bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
   return all_valid;
 }
 
+/// Replaces the default by the words of the list.
+template <class Enum>
+bool read(Reading& reading, const Cursor& at, std::vector<Enum>& values) {
+  values.clear();
+  const auto read_word = [&](const Cursor& element) {
+    if (Enum value{}; read(reading, element, value)) values.push_back(value);
+  };
+  return for_each_element(reading, at, read_word, "a list of words in brackets");
+}
+
 /// Sets the optional even if the value is invalid, because the field is present.
 template <class T>
 bool read(Reading& reading, const Cursor& at, std::optional<T>& value) {

@@ -24,9 +24,6 @@ tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape
 void read_image(Reading& reading, const Cursor& at);
 void read_camera(Reading& reading, const Cursor& at);
 void read_background(Reading& reading, const Cursor& at);
-void read_depth_cue(Reading& reading, const Cursor& at);
-void read_medium(Reading& reading, const Cursor& at);
-void read_output(Reading& reading, const Cursor& at);
 /// Without the section: the standard accuracy.
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at);
 void read_lights(Reading& reading, const Cursor& at);

@@ -8,30 +8,19 @@
 
 namespace api {
 
-using tracer::Camera;
-using Format = tracer::Format;
-using Layer = tracer::Layer;
-using Overflow = tracer::Output::Overflow;
-
-template <>
-inline constexpr auto words<Camera::Type> = in_order(Camera::Type::perspective,
-                                                     {"perspective", "orthographic", "panorama"});
-using Layout = tracer::Camera::Layout;
-template <>
-inline constexpr auto words<Layout> = in_order(Layout::side_by_side, {"side_by_side", "anaglyph"});
-template <>
-inline constexpr auto words<Overflow> = in_order(Overflow::clamp, {"clamp", "scale", "reinhard"});
-template <>
-inline constexpr auto words<Format> = in_order(Format::png, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"});
-template <>
-inline constexpr auto words<Layer> = in_order(Layer::depth,
-                                              {"depth", "normal", "albedo", "object_id", "samples", "error"});
-
 using AttenuationKind = tracer::Attenuation::Kind;
 
 template <>
 inline constexpr Word<AttenuationKind> words<AttenuationKind>[] = {{"none", AttenuationKind::none},
                                                                    {"inverse_square", AttenuationKind::inverse_square}};
+
+bool read(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
+  if (at.node->kind == json::Kind::string) return read(reading, at, attenuation.kind);
+  if (at.node->kind != json::Kind::array)
+    return add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
+  attenuation.kind = AttenuationKind::polynomial;
+  return read(reading, at, attenuation.coefficients);
+}
 
 namespace {
 
@@ -46,28 +35,6 @@ void read_cube(Reading& reading, const Cursor& at, tracer::CubeMap& cube) {
   Fields fields(reading, at, "a cube");
   for (std::size_t face = 0; face < 6; ++face) fields.required(names[face], cube.faces[face]);
   fields.finish();
-}
-
-/// Replaces the default by the words of the list.
-template <class Enum>
-void read_words(Reading& reading, const std::optional<Cursor>& at, std::vector<Enum>& values) {
-  if (!at) return;
-  values.clear();
-  for_each_element(
-      reading, *at,
-      [&](const Cursor& element) {
-        Enum value{};
-        if (read(reading, element, value)) values.push_back(value);
-      },
-      "a list of words in brackets");
-}
-
-bool read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
-  if (at.node->kind == json::Kind::string) return read(reading, at, attenuation.kind);
-  if (at.node->kind != json::Kind::array)
-    return add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
-  attenuation.kind = AttenuationKind::polynomial;
-  return read(reading, at, attenuation.coefficients);
 }
 
 /// Sets a spot light's axis by a point on it. If the point is invalid, the axis keeps its default.
@@ -126,10 +93,7 @@ void read_light(Reading& reading, const Cursor& at) {
   Fields fields(reading, at, "a light");
   std::size_t type = 0;
   const bool type_known = fields.required("type", OneOf<std::size_t>{type, type_words<tracer::LightSource>});
-  fields.optional("color", light.color);
-  fields.optional("intensity", light.intensity);
-  fields.optional("shadows", light.shadows);
-  if (const auto attenuation = fields.take("attenuation")) read_attenuation(reading, *attenuation, light.attenuation);
+  read_all_fields(fields, light);
   if (!fields) add_wrong_type(reading, at, R"(an object such as {"type": "point", "position": [x, y, z]})");
   if (!type_known) return;  // its other fields depend on the type
   read_alternative(light.source, type, [&](auto& source) {
@@ -156,23 +120,15 @@ void read_image(Reading& reading, const Cursor& at) {
 
 /// The fields of other types are allowed and have no effect: a type is changed by changing one word.
 void read_camera(Reading& reading, const Cursor& at) {
-  Camera& camera = reading.scene().camera;
+  tracer::Camera& camera = reading.scene().camera;
   Fields fields(reading, at, "the camera");
-  fields.optional("type", camera.type);
-  fields.required("position", camera.position);
-  fields.required("look_at", camera.look_at);
-  fields.optional("up", camera.up);
-  fields.optional("fov", camera.fov_deg);
-  if (camera.type == Camera::Type::orthographic) {
-    fields.required("height", camera.height);
-  } else {
-    fields.optional("height", camera.height);
-  }
-  fields.optional("aperture", camera.aperture);
-  fields.optional("focus_distance", camera.focus_distance);
-  if (fields.optional("eye_separation", camera.eye_separation) && camera.eye_separation > 0)
-    camera.layout = Layout::side_by_side;
-  fields.optional("layout", camera.layout);
+  tracer::for_each_field<tracer::Camera>([&](auto field) {
+    if (field.name == "height" && camera.type == tracer::Camera::Type::orthographic)
+      field.presence = tracer::FieldPresence::required;
+    read_field(fields, field, camera);
+  });
+  if (camera.layout == tracer::Camera::Layout::single && camera.eye_separation > 0)
+    camera.layout = tracer::Camera::Layout::side_by_side;
   fields.finish();
 }
 
@@ -209,37 +165,6 @@ void read_background(Reading& reading, const Cursor& at) {
   } else if (up) {
     read(reading, *up, background.up);
   }
-  fields.finish();
-}
-
-void read_depth_cue(Reading& reading, const Cursor& at) {
-  tracer::DepthCue& cue = reading.scene().depth_cue.emplace();
-  Fields fields(reading, at, "the depth cue");
-  fields.required("front", cue.front);
-  fields.required("back", cue.back);
-  fields.optional("front_scale", cue.front_scale);
-  fields.optional("back_scale", cue.back_scale);
-  fields.optional("color", cue.color);
-  fields.finish();
-}
-
-void read_medium(Reading& reading, const Cursor& at) {
-  Fields fields(reading, at, "the medium");
-  fields.optional("absorption", reading.scene().medium.absorption);
-  fields.finish();
-}
-
-void read_output(Reading& reading, const Cursor& at) {
-  tracer::Output& output = reading.scene().output;
-  Fields fields(reading, at, "the output");
-  read_words(reading, fields.take("formats"), output.formats);
-  fields.optional("exposure", output.exposure);
-  fields.optional("overflow", output.overflow);
-  fields.optional("palette", Integer<std::uint32_t>{output.palette, 2, 256});
-  fields.optional("quality", Integer<std::uint32_t>{output.quality, 1, 100});
-  fields.optional("half", output.half);
-  read_words(reading, fields.take("layers"), output.layers);
-  fields.optional("alpha", output.alpha);
   fields.finish();
 }
 

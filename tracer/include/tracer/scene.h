@@ -70,7 +70,25 @@ struct Camera {
   enum class Layout { single, side_by_side, anaglyph };
   Layout layout = Layout::single;  ///< perspective and orthographic, without crop; anaglyph without layers or depth cue
   double eye_separation = 0;       ///< world, >= 0; without effect on a single eye
+
+  static constexpr auto fields() {
+    return std::tuple{optional_field("type", &Camera::type),
+                      Field{"position", &Camera::position, FieldRange::position},
+                      Field{"look_at", &Camera::look_at, FieldRange::position},
+                      optional_field("up", &Camera::up, FieldRange::direction),
+                      optional_field("fov", &Camera::fov_deg),
+                      derived_field("height", &Camera::height, FieldRange::length),
+                      optional_field("aperture", &Camera::aperture, FieldRange::length_or_0),
+                      Field{"focus_distance", &Camera::focus_distance, FieldRange::length},
+                      optional_field("eye_separation", &Camera::eye_separation, FieldRange::length_or_0),
+                      derived_field("layout", &Camera::layout)};
+  }
 };
+template <>
+inline constexpr auto words<Camera::Type> = in_order(Camera::Type::perspective,
+                                                     {"perspective", "orthographic", "panorama"});
+template <>
+inline constexpr auto words<Camera::Layout> = in_order(Camera::Layout::side_by_side, {"side_by_side", "anaglyph"});
 
 /// nadir for directions opposite to the background's `up`, zenith along it, linear in the cosine between.
 struct Gradient {
@@ -108,11 +126,23 @@ struct DepthCue {
   double front = 0, back = 0;              ///< world, front <= back
   double front_scale = 1, back_scale = 0;  ///< [0, 1]
   Color color{};
+
+  static constexpr std::string_view noun = "the depth cue";
+  static constexpr auto fields() {
+    return std::tuple{Field{"front", &DepthCue::front, FieldRange::position},
+                      Field{"back", &DepthCue::back, FieldRange::position},
+                      optional_field("front_scale", &DepthCue::front_scale, FieldRange::within(0, 1)),
+                      optional_field("back_scale", &DepthCue::back_scale, FieldRange::within(0, 1)),
+                      optional_field("color", &DepthCue::color)};
+  }
 };
 
 /// The medium outside of all solids.
 struct Medium {
   Color absorption{};  ///< per scene unit, as that of a Material; light from infinitely far does not arrive through it
+
+  static constexpr std::string_view noun = "the medium";
+  static constexpr auto fields() { return std::tuple{optional_field("absorption", &Medium::absorption)}; }
 };
 
 // ---- lights --------------------------------------------------------------------------------------------------------
@@ -131,6 +161,12 @@ struct Light {
   double intensity = 1;
   bool shadows = true;
   Attenuation attenuation{};  ///< ignored by directional lights (f = 1)
+
+  static constexpr auto fields() {
+    return std::tuple{optional_field("color", &Light::color),
+                      optional_field("intensity", &Light::intensity, FieldRange::factor),
+                      optional_field("shadows", &Light::shadows), optional_field("attenuation", &Light::attenuation)};
+  }
 };
 
 // ---- objects -------------------------------------------------------------------------------------------------------
@@ -158,9 +194,14 @@ struct Prototype {
 // ---- output --------------------------------------------------------------------------------------------------------
 
 enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
+template <>
+inline constexpr auto words<Format> = in_order(Format::png, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"});
 
 /// Properties of the first hit of camera rays: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples, error };
+template <>
+inline constexpr auto words<Layer> = in_order(Layer::depth,
+                                              {"depth", "normal", "albedo", "object_id", "samples", "error"});
 
 /// Exposure, overflow and palette apply to formats for display; exr and hdr store linear radiance.
 struct Output {
@@ -176,7 +217,21 @@ struct Output {
   bool half = false;            ///< exr: colors and alpha as 16-bit floats, layers as without
   std::vector<Layer> layers{};  ///< additional channels of an EXR
   bool alpha = false;           ///< camera rays that hit nothing are transparent
+
+  static constexpr std::string_view noun = "the output";
+  static constexpr auto fields() {
+    return std::tuple{optional_field("formats", &Output::formats),
+                      // 2^100 is Limits::value_max, so the darkest and brightest images can be displayed.
+                      optional_field("exposure", &Output::exposure, FieldRange::within(-100, 100)),
+                      optional_field("overflow", &Output::overflow),
+                      derived_field("palette", &Output::palette, FieldRange::within(2, 256)),
+                      optional_field("quality", &Output::quality, FieldRange::within(1, 100)),
+                      optional_field("half", &Output::half), optional_field("layers", &Output::layers),
+                      optional_field("alpha", &Output::alpha)};
+  }
 };
+template <>
+inline constexpr auto words<Output::Overflow> = in_order(Output::Overflow::clamp, {"clamp", "scale", "reinhard"});
 
 struct Scene {
   std::string name;

@@ -199,6 +199,17 @@ void FieldChecks::at_least(std::string_view field, double value, std::string_vie
                       "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
+bool FieldChecks::range(const DocumentPath& where, const FieldRange&, const Attenuation& attenuation) {
+  if (attenuation.kind != Attenuation::Kind::polynomial) return true;
+  const auto& [c0, c1, c2] = attenuation.coefficients;
+  bool all_valid = true;
+  for (std::size_t i = 0; i < 3; ++i) all_valid &= checks_.not_negative({where, i}, attenuation.coefficients[i]);
+  const double sum = c0 + c1 + c2;
+  return all_valid &&
+         (sum >= 1 / checks_.limits.value_max ||
+          checks_.add_issue(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum)));
+}
+
 bool FieldChecks::range(const DocumentPath& where, const FieldRange& range, double value) {
   switch (range.kind) {
     case FieldRange::position:

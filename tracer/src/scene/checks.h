@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -57,6 +58,7 @@ class Checks {
   bool ratio(const DocumentPath& where, double value);  ///< > 0; it and its inverse at most value_max
   bool color(const DocumentPath& where, const Color& value);
   bool texture(const DocumentPath& where, TextureId id);    ///< one of the scene's
+  bool asset(const DocumentPath& where, AssetId id);        ///< one of the scene's
   bool vec2(const DocumentPath& where, const Vec2& value);  ///< |components| <= value_max
   bool count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
 
@@ -102,6 +104,9 @@ class FieldChecks {
                 std::string_view sentence);
   void less(std::string_view field, double value, std::string_view bound_name, double bound);
   void at_least(std::string_view field, double value, std::string_view bound_name, double bound);
+  [[nodiscard]] bool is_direction(const Vec3& v) const {
+    return is_position(v) && largest_component(v) >= checks_.limits.length_min;
+  }
 
  private:
   bool range(const DocumentPath& where, const FieldRange& range, const Vec3& value) {
@@ -114,6 +119,7 @@ class FieldChecks {
   bool range(const DocumentPath& where, const FieldRange& kind, const ColorOrTexture& value) {
     return std::visit([&](const auto& form) { return range(where, kind, form); }, value);
   }
+  bool range(const DocumentPath& where, const FieldRange&, const Attenuation& attenuation);
   bool range(const DocumentPath& where, const FieldRange& range, double value);
   template <class T>
   requires std::is_enum_v<T> || std::is_integral_v<T>
@@ -136,11 +142,16 @@ class FieldChecks {
     for (std::size_t i = 0; i < n; ++i) all_valid &= range({where, i}, kind, values[i]);
     return all_valid;
   }
+  template <class T>
+  bool range(const DocumentPath& where, const FieldRange&, const std::vector<T>& words) {
+    bool all_valid = true;
+    std::set<T> named;
+    for (std::size_t i = 0; i < words.size(); ++i)
+      all_valid &= named.insert(words[i]).second || checks_.add_issue({where, i}, "duplicate_value", "is named twice");
+    return all_valid;
+  }
   [[nodiscard]] bool is_position(const Vec3& v) const {
     return largest_component(v) <= checks_.limits.coordinate_max && !std::isnan(v.x + v.y + v.z);
-  }
-  [[nodiscard]] bool is_direction(const Vec3& v) const {
-    return is_position(v) && largest_component(v) >= checks_.limits.length_min;
   }
 
   Checks& checks_;

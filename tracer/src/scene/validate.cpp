@@ -17,8 +17,6 @@
 namespace tracer {
 namespace {
 
-constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest images can be displayed
-
 bool check_crop(Checks& checks, const DocumentPath& where, const ImageSize& image) {
   const PixelWindow& crop = *image.crop;
   const auto span = [&](std::size_t first, std::uint32_t begin, std::uint32_t end, std::uint32_t side) {
@@ -50,26 +48,16 @@ void check_image(Checks& checks, const ImageSize& image) {
 
 void check_camera(Checks& checks, const Camera& camera) {
   const DocumentPath where("/camera");
-  const bool position = checks.position({where, "position"}, camera.position);
-  const bool look_at = checks.position({where, "look_at"}, camera.look_at);
-  const bool up = checks.direction({where, "up"}, camera.up);
+  FieldChecks fields(checks, where);
+  fields.ranges(camera, "fov");
   const Vec3 view = camera.look_at - camera.position;
-  if (position && look_at) {
-    if (largest_component(view) < checks.limits.length_min) {
-      checks.add_issue({where, "look_at"}, "degenerate", "must not be the position: the camera has no direction");
-    } else if (up && parallel(view, camera.up)) {
-      checks.add_issue({where, "up"}, "degenerate", "must not be parallel to the view from position to look_at");
-    }
-  }
+  if (fields.apart("look_at", camera.look_at, camera.position,
+                   "must not be the position: the camera has no direction") &&
+      fields.is_direction(camera.up) && parallel(view, camera.up))
+    checks.add_issue({where, "up"}, "degenerate", "must not be parallel to the view from position to look_at");
   const DocumentPath fov(where, "fov");
   if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180))
     checks.add_issue(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
-  checks.length({where, "height"}, camera.height);
-  const DocumentPath aperture(where, "aperture");
-  if (checks.coordinate(aperture, camera.aperture)) checks.at_least_0(aperture, camera.aperture);
-  if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
-  const DocumentPath separation(where, "eye_separation");
-  if (checks.coordinate(separation, camera.eye_separation)) checks.at_least_0(separation, camera.eye_separation);
 }
 
 /// Rules of stereo pairs with other parts of the scene.
@@ -110,22 +98,10 @@ void check_background(Checks& checks, const Background& background) {
 
 void check_depth_cue(Checks& checks, const DepthCue& cue) {
   const DocumentPath where("/depth_cue");
-  const DocumentPath back(where, "back");
-  const bool front_well = checks.coordinate({where, "front"}, cue.front);
-  if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front)
-    checks.add_issue(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
-  checks.within({where, "front_scale"}, cue.front_scale, 0, 1);
-  checks.within({where, "back_scale"}, cue.back_scale, 0, 1);
-  checks.color({where, "color"}, cue.color);
-}
-
-void check_attenuation(Checks& checks, const DocumentPath& where, const Attenuation& attenuation) {
-  if (attenuation.kind != Attenuation::Kind::polynomial) return;
-  bool all_well = true;
-  for (std::size_t i = 0; i < 3; ++i) all_well &= checks.not_negative({where, i}, attenuation.coefficients[i]);
-  const double sum = attenuation.coefficients[0] + attenuation.coefficients[1] + attenuation.coefficients[2];
-  if (all_well && sum < 1 / checks.limits.value_max)
-    checks.add_issue(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum));
+  FieldChecks(checks, where).ranges(cue);
+  if (cue.back < cue.front && cue.back >= -checks.limits.coordinate_max && cue.front <= checks.limits.coordinate_max)
+    checks.add_issue({where, "back"}, "out_of_range",
+                     "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
 }
 
 void check_lights(Checks& checks, const std::vector<Light>& lights) {
@@ -140,9 +116,7 @@ void check_lights(Checks& checks, const std::vector<Light>& lights) {
           LightTraits<std::decay_t<decltype(source)>>::check(fields, source);
         },
         lights[i].source);
-    checks.color({light, "color"}, lights[i].color);
-    checks.not_negative({light, "intensity"}, lights[i].intensity);
-    check_attenuation(checks, {light, "attenuation"}, lights[i].attenuation);
+    fields.ranges(lights[i]);
   }
 }
 
@@ -260,19 +234,11 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
         "must be at most nearest-" + std::to_string(nearest_lights_max) + ", got " + std::to_string(nearest));
 }
 
-template <class T>
-void check_named_once(Checks& checks, const DocumentPath& where, const std::vector<T>& values) {
-  std::set<T> named;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!named.insert(values[i]).second) checks.add_issue({where, i}, "duplicate_value", "is named twice");
-  }
-}
-
 void check_output(Checks& checks, const Output& output, const PixelWindow& window) {
   const DocumentPath where("/output");
   const DocumentPath formats(where, "formats");
   if (output.formats.empty()) checks.add_issue(formats, "wrong_length", "must name at least one format");
-  check_named_once(checks, formats, output.formats);
+  FieldChecks(checks, where).ranges(output, output.palette == 0 ? "palette" : "");
   const std::uint32_t side = std::max(window.width(), window.height());
   for (std::size_t i = 0; i < output.formats.size(); ++i) {
     const Format format = output.formats[i];
@@ -281,14 +247,6 @@ void check_output(Checks& checks, const Output& output, const PixelWindow& windo
                        "a " + std::string(name(format)) + " file has at most " + std::to_string(side_max(format)) +
                            " pixels on a side, the image " + std::to_string(side));
   }
-  checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
-  if (output.palette != 0 && (output.palette < 2 || output.palette > 256))
-    checks.add_issue({where, "palette"}, "out_of_range",
-                     "must be from 2 to 256, got " + std::to_string(output.palette));
-  if (output.quality < 1 || output.quality > 100)
-    checks.add_issue({where, "quality"}, "out_of_range",
-                     "must be from 1 to 100, got " + std::to_string(output.quality));
-  check_named_once(checks, {where, "layers"}, output.layers);
 }
 
 }  // namespace
@@ -301,7 +259,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits,
   check_layout(checks, scene);
   check_background(checks, scene.background);
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
-  checks.color(DocumentPath("/medium/absorption"), scene.medium.absorption);
+  FieldChecks(checks, DocumentPath("/medium")).ranges(scene.medium);
   checks.color(DocumentPath("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
   check_energy(checks, scene);
