@@ -17,9 +17,9 @@
 
 namespace api {
 
-template <>
-inline constexpr auto words<BulkRequest::Action> = in_order(BulkRequest::Action::cancel,
-                                                            {"cancel", "retry", "remove", "priority"});
+constexpr auto words_of(BulkRequest::Action first) {
+  return tracer::in_order(first, {"cancel", "retry", "remove", "priority"});
+}
 
 namespace {
 

@@ -14,21 +14,6 @@ using tracer::Accuracy;
 using tracer::Approximations;
 using tracer::Preset;
 
-template <>
-inline constexpr auto words<Preset> = in_order(Preset::draft, {"draft", "standard", "fine", "reference"});
-template <>
-inline constexpr auto words<Accuracy::Model> = in_order(Accuracy::Model::whitted, {"whitted", "global"});
-template <>
-inline constexpr auto words<Approximations::Shadows> = in_order(Approximations::Shadows::none, {"none", "map"});
-template <>
-inline constexpr auto words<Approximations::Reflections> = in_order(Approximations::Reflections::environment,
-                                                                    {"environment", "none"});
-template <>
-inline constexpr auto words<Approximations::Shading> = in_order(Approximations::Shading::gouraud, {"gouraud", "flat"});
-template <>
-inline constexpr auto words<Approximations::Interreflection> = in_order(Approximations::Interreflection::gather,
-                                                                        {"gather", "radiosity", "ambient", "none"});
-
 namespace {
 
 /// The fields as written; unset, or the default, if they are absent or invalid.

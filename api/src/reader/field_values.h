@@ -55,12 +55,8 @@ struct Time {
   std::optional<std::int64_t>& value;
 };
 
-using tracer::in_order;
 using tracer::Word;
-
-/// The words of an enumeration. Specialised in the section that reads it.
-template <class Enum>
-inline constexpr auto& words = tracer::words<Enum>;
+using tracer::words;
 
 template <class T>
 struct OneOf {

@@ -95,19 +95,22 @@ void read_alternative(std::variant<Types...>& variant, std::size_t index, const 
 
 // ---- parts of a scene that list their fields (tracer/document_fields.h)
 
-/// True if the field is present and valid.
 template <class Owner, class T>
-bool read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
+void read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
   constexpr bool is_optional_member = requires(T member) { member.has_value(); };
+  constexpr bool is_integer = std::is_integral_v<T> && !std::is_same_v<T, bool>;
   const auto read_value = [&](auto&& value) {
-    if (is_optional_member || field.presence != tracer::FieldPresence::required)
-      return fields.optional(field.name, value);
-    return fields.required(field.name, value);
+    if (is_optional_member || field.presence != tracer::FieldPresence::required) {
+      fields.optional(field.name, value);
+    } else {
+      fields.required(field.name, value);
+    }
   };
-  if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>)
-    return read_value(integer_in(field.range, owner.*field.member));
-  else
-    return read_value(owner.*field.member);
+  if constexpr (is_integer) {
+    read_value(integer_in(field.range, owner.*field.member));
+  } else {
+    read_value(owner.*field.member);
+  }
 }
 
 template <tracer::HasFields Owner>

@@ -10,8 +10,7 @@
 
 namespace api {
 
-template <>
-inline constexpr auto words<CacheUse> = in_order(CacheUse::use, {"use", "refresh", "off"});
+constexpr auto words_of(CacheUse first) { return tracer::in_order(first, {"use", "refresh", "off"}); }
 
 namespace {
 

@@ -160,14 +160,13 @@ bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
 }
 
 void read_textures(Reading& reading, const Cursor& at) {
-  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
-  if (reading.textures.complete) reading.textures.complete = read_names(reading, at, reading.textures.ids, add_texture);
+  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures) &&
+                              read_names(reading, at, reading.textures.ids, add_texture);
 }
 
 void read_materials(Reading& reading, const Cursor& at) {
-  reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);
-  if (reading.materials.complete)
-    reading.materials.complete = read_names(reading, at, reading.materials.ids, add_material);
+  reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials) &&
+                               read_names(reading, at, reading.materials.ids, add_material);
 }
 
 bool read(Reading& reading, const Cursor& at, tracer::MaterialId& material) {

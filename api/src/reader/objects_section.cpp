@@ -286,9 +286,8 @@ void read_objects(Reading& reading, const Cursor& at) { read_object_list(reading
 
 void read_prototypes(Reading& reading, const Cursor& at) {
   // All names first, because an instance may stand before the prototype that it places; then the lists.
-  reading.prototypes.complete = within_limit(reading, at, "objects", reading.limits.scene.objects);
-  if (!reading.prototypes.complete) return;
-  reading.prototypes.complete = read_names(reading, at, reading.prototypes.ids, add_prototype);
+  reading.prototypes.complete = within_limit(reading, at, "objects", reading.limits.scene.objects) &&
+                                read_names(reading, at, reading.prototypes.ids, add_prototype);
   if (!reading.prototypes.complete) return;
   std::vector<tracer::Prototype>& prototypes = reading.scene().prototypes;
   for_each_member(reading, at, [&](const Cursor& member) {

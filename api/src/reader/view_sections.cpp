@@ -8,17 +8,11 @@
 
 namespace api {
 
-using AttenuationKind = tracer::Attenuation::Kind;
-
-template <>
-inline constexpr Word<AttenuationKind> words<AttenuationKind>[] = {{"none", AttenuationKind::none},
-                                                                   {"inverse_square", AttenuationKind::inverse_square}};
-
 bool read(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
   if (at.node->kind == json::Kind::string) return read(reading, at, attenuation.kind);
   if (at.node->kind != json::Kind::array)
     return add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
-  attenuation.kind = AttenuationKind::polynomial;
+  attenuation.kind = tracer::Attenuation::Kind::polynomial;
   return read(reading, at, attenuation.coefficients);
 }
 

@@ -11,6 +11,8 @@
 #include <limits>
 #include <optional>
 
+#include "tracer/document_fields.h"
+
 namespace tracer {
 
 /// Larger than the number of lights of any accepted scene.
@@ -40,6 +42,16 @@ struct Approximations {
   bool operator==(const Approximations&) const = default;
   [[nodiscard]] bool any() const { return *this != Approximations{}; }
 };
+constexpr auto words_of(Approximations::Shadows) { return in_order(Approximations::Shadows::none, {"none", "map"}); }
+constexpr auto words_of(Approximations::Reflections) {
+  return in_order(Approximations::Reflections::environment, {"environment", "none"});
+}
+constexpr auto words_of(Approximations::Shading) {
+  return in_order(Approximations::Shading::gouraud, {"gouraud", "flat"});
+}
+constexpr auto words_of(Approximations::Interreflection) {
+  return in_order(Approximations::Interreflection::gather, {"gather", "radiosity", "ambient", "none"});
+}
 
 /// Adaptive sampling: samples go to the pixels where they reduce the error most, until the estimates are at most
 /// `target_error` and `tile_error`, as far as given, or `time_budget_ms` is over, whichever comes first. With none of
@@ -61,6 +73,7 @@ struct Adaptive {
 
 /// Named target errors.
 enum class Preset { draft, standard, fine, reference };
+constexpr auto words_of(Preset first) { return in_order(first, {"draft", "standard", "fine", "reference"}); }
 
 /// Target error of a preset, in levels. draft: for layout. standard: within one 8-bit step. fine: within 8-bit
 /// rounding. reference: for comparison with other images.
@@ -116,6 +129,7 @@ struct Accuracy {
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
   [[nodiscard]] std::optional<double> tile_target() const { return adaptive ? adaptive->tile_error : tile_error; }
 };
+constexpr auto words_of(Accuracy::Model first) { return in_order(first, {"whitted", "global"}); }
 
 /// Default depth of a document. With adaptive sampling, Russian roulette ends paths and the depth is a safety net: a
 /// path between two mirrors of 95 % reaches it with probability 0.95^(1000 - 135) = 5e-20 (135 bounces to the default

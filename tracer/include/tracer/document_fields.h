@@ -1,9 +1,9 @@
 #pragma once
-/// Tables of document fields. A part of a scene lists its fields once: the reader, validation, the geometry hash and
-/// the JSON schema follow from the list, and the tables of api/docs/scene.md are compared with it.
+/// Tables of the fields of documents. A part of a scene lists its fields once: the reader, validation, the geometry
+/// hash and the JSON schema follow from the list, and the tables of api/docs/scene.md are compared with it.
 
 #include <array>
-#include <optional>
+#include <cstddef>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -24,16 +24,12 @@ struct FieldRange {
     ratio,          ///< > 0; the number and its inverse are at most `value_max`
     interval        ///< [least, most]
   };
-  Kind kind = any;
-  double least = 0, most = 0;
+  Kind kind;
+  double least, most;
 
-  constexpr FieldRange(Kind range = any) : kind(range) {}  // a kind stands for the range of that kind
-  static constexpr FieldRange within(double low, double high) {
-    FieldRange range(interval);
-    range.least = low;
-    range.most = high;
-    return range;
-  }
+  constexpr FieldRange(Kind range = any, double low = 0, double high = 0) : kind(range), least(low), most(high) {}
+  static constexpr FieldRange within(double low, double high) { return {interval, low, high}; }
+  static constexpr FieldRange fraction() { return within(0, 1); }
   /// An integer from 1 to 2^32 - 1.
   static constexpr FieldRange count() { return within(1, 4294967295); }
 };
@@ -56,14 +52,10 @@ struct Field {
 template <class Owner, class T>
 Field(std::string_view name, T Owner::*member, FieldRange range = {}, FieldPresence presence = {}) -> Field<Owner, T>;
 
+/// A field whose default is that of the member.
 template <class Owner, class T>
 constexpr Field<Owner, T> optional_field(std::string_view name, T Owner::*member, FieldRange range = {}) {
   return {name, member, range, FieldPresence::optional};
-}
-
-template <class Owner, class T>
-constexpr Field<Owner, T> derived_field(std::string_view name, T Owner::*member, FieldRange range = {}) {
-  return {name, member, range, FieldPresence::derived};
 }
 
 /// Calls visit(field) for each field of Owner, in the document's order.
@@ -82,10 +74,6 @@ concept HasFields = requires {
 template <class T>
 using Word = std::pair<std::string_view, T>;
 
-/// The words of an enumeration in documents. Specialised beside the enumeration.
-template <class Enum>
-inline constexpr auto words = nullptr;
-
 /// The words of the values of an enumeration in their order, from `first` on.
 template <class Enum, std::size_t size>
 constexpr std::array<Word<Enum>, size> in_order(Enum first, const std::string_view (&texts)[size]) {
@@ -93,5 +81,9 @@ constexpr std::array<Word<Enum>, size> in_order(Enum first, const std::string_vi
   for (std::size_t i = 0; i < size; ++i) all[i] = {texts[i], static_cast<Enum>(static_cast<std::size_t>(first) + i)};
   return all;
 }
+
+/// The words of an enumeration in documents. A function words_of() beside it lists them; its argument is the value 0.
+template <class Enum>
+inline constexpr auto words = words_of(Enum{});
 
 }  // namespace tracer

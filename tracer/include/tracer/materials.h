@@ -41,8 +41,7 @@ struct NoiseTexture {
 };
 
 enum class ColorSpace { srgb, linear };
-template <>
-inline constexpr auto words<ColorSpace> = in_order(ColorSpace::srgb, {"srgb", "linear"});
+constexpr auto words_of(ColorSpace first) { return in_order(first, {"srgb", "linear"}); }
 
 /// An image file over the unit square: v = 0 is the lower edge of its bottom row. The first three channels are red,
 /// green and blue; one or two channels are gray (and alpha).
@@ -59,8 +58,7 @@ struct ImageTexture {
                       Field{"color_space", &ImageTexture::color_space}};
   }
 };
-template <>
-inline constexpr auto words<ImageTexture::Channel> = in_order(ImageTexture::Channel::color, {"color", "alpha"});
+constexpr auto words_of(ImageTexture::Channel first) { return in_order(first, {"color", "alpha"}); }
 
 /// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
@@ -82,10 +80,8 @@ struct Texture {
                       optional_field("wrap", &Texture::wrap), optional_field("filter", &Texture::filter)};
   }
 };
-template <>
-inline constexpr auto words<Texture::Wrap> = in_order(Texture::Wrap::repeat, {"repeat", "clamp", "mirror"});
-template <>
-inline constexpr auto words<Texture::Filter> = in_order(Texture::Filter::nearest, {"nearest", "bilinear", "mipmap"});
+constexpr auto words_of(Texture::Wrap first) { return in_order(first, {"repeat", "clamp", "mirror"}); }
+constexpr auto words_of(Texture::Filter first) { return in_order(first, {"nearest", "bilinear", "mipmap"}); }
 
 using ColorOrTexture = std::variant<Color, TextureId>;
 
@@ -161,7 +157,6 @@ struct Material {
   std::string path;  ///< JSON pointer of its definition, e.g. "/materials/red"; prefix of issue pointers
 
   static constexpr auto fields() {
-    constexpr FieldRange fraction = FieldRange::within(0, 1);
     return std::tuple{optional_field("model", &Material::model),
                       optional_field("color", &Material::color),
                       optional_field("ambient", &Material::ambient, FieldRange::factor),
@@ -169,14 +164,14 @@ struct Material {
                       optional_field("specular", &Material::specular, FieldRange::factor),
                       optional_field("shininess", &Material::shininess, FieldRange::exponent),
                       optional_field("specular_color", &Material::specular_color),
-                      optional_field("diffuse_transmission", &Material::diffuse_transmission, fraction),
+                      optional_field("diffuse_transmission", &Material::diffuse_transmission, FieldRange::fraction()),
                       optional_field("diffuse_transmission_color", &Material::diffuse_transmission_color),
                       optional_field("specular_transmission", &Material::specular_transmission, FieldRange::factor),
                       optional_field("emission", &Material::emission),
                       optional_field("transparency", &Material::transparency),
                       optional_field("transmission", &Material::transmission, FieldRange::factor),
-                      derived_field("fresnel", &Material::fresnel),
-                      derived_field("reflection", &Material::reflection, fraction),
+                      Field{"fresnel", &Material::fresnel, FieldRange::any, FieldPresence::derived},
+                      Field{"reflection", &Material::reflection, FieldRange::fraction(), FieldPresence::derived},
                       optional_field("reflection_color", &Material::reflection_color),
                       optional_field("transmission_color", &Material::transmission_color),
                       optional_field("opacity", &Material::opacity),
@@ -188,13 +183,12 @@ struct Material {
                       optional_field("bump", &Material::bump)};
   }
 };
-template <>
-inline constexpr auto words<Material::Model> = in_order(Material::Model::lambert, {"lambert", "phong", "blinn_phong"});
-template <>
-inline constexpr auto words<Material::Transparency> = in_order(Material::Transparency::refract,
-                                                               {"refract", "interpolated", "filtered"});
-template <>
-inline constexpr auto words<Material::Shading> = in_order(Material::Shading::smooth,
-                                                          {"smooth", "flat", "gouraud", "flat_polygon"});
+constexpr auto words_of(Material::Model first) { return in_order(first, {"lambert", "phong", "blinn_phong"}); }
+constexpr auto words_of(Material::Transparency first) {
+  return in_order(first, {"refract", "interpolated", "filtered"});
+}
+constexpr auto words_of(Material::Shading first) {
+  return in_order(first, {"smooth", "flat", "gouraud", "flat_polygon"});
+}
 
 }  // namespace tracer

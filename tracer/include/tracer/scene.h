@@ -77,18 +77,15 @@ struct Camera {
                       Field{"look_at", &Camera::look_at, FieldRange::position},
                       optional_field("up", &Camera::up, FieldRange::direction),
                       optional_field("fov", &Camera::fov_deg),
-                      derived_field("height", &Camera::height, FieldRange::length),
+                      Field{"height", &Camera::height, FieldRange::length, FieldPresence::derived},
                       optional_field("aperture", &Camera::aperture, FieldRange::length_or_0),
                       Field{"focus_distance", &Camera::focus_distance, FieldRange::length},
                       optional_field("eye_separation", &Camera::eye_separation, FieldRange::length_or_0),
-                      derived_field("layout", &Camera::layout)};
+                      Field{"layout", &Camera::layout, FieldRange::any, FieldPresence::derived}};
   }
 };
-template <>
-inline constexpr auto words<Camera::Type> = in_order(Camera::Type::perspective,
-                                                     {"perspective", "orthographic", "panorama"});
-template <>
-inline constexpr auto words<Camera::Layout> = in_order(Camera::Layout::side_by_side, {"side_by_side", "anaglyph"});
+constexpr auto words_of(Camera::Type first) { return in_order(first, {"perspective", "orthographic", "panorama"}); }
+constexpr auto words_of(Camera::Layout) { return in_order(Camera::Layout::side_by_side, {"side_by_side", "anaglyph"}); }
 
 /// nadir for directions opposite to the background's `up`, zenith along it, linear in the cosine between.
 struct Gradient {
@@ -131,8 +128,8 @@ struct DepthCue {
   static constexpr auto fields() {
     return std::tuple{Field{"front", &DepthCue::front, FieldRange::position},
                       Field{"back", &DepthCue::back, FieldRange::position},
-                      optional_field("front_scale", &DepthCue::front_scale, FieldRange::within(0, 1)),
-                      optional_field("back_scale", &DepthCue::back_scale, FieldRange::within(0, 1)),
+                      optional_field("front_scale", &DepthCue::front_scale, FieldRange::fraction()),
+                      optional_field("back_scale", &DepthCue::back_scale, FieldRange::fraction()),
                       optional_field("color", &DepthCue::color)};
   }
 };
@@ -150,10 +147,11 @@ struct Medium {
 /// f(d) for the distance d from light to surface. `none`: 1. `polynomial`: min(1/(c0 + c1 d + c2 d^2), 1), c_i >= 0
 /// with a positive sum. `inverse_square`: 1/d^2, unclamped. (Foley, van Dam et al. 1990, eq. 16.8.)
 struct Attenuation {
-  enum class Kind { none, polynomial, inverse_square };
+  enum class Kind { none, inverse_square, polynomial };
   Kind kind = Kind::none;
   std::array<double, 3> coefficients{1, 0, 0};
 };
+constexpr auto words_of(Attenuation::Kind first) { return in_order(first, {"none", "inverse_square"}); }
 
 struct Light {
   LightSource source{};
@@ -194,14 +192,13 @@ struct Prototype {
 // ---- output --------------------------------------------------------------------------------------------------------
 
 enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
-template <>
-inline constexpr auto words<Format> = in_order(Format::png, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"});
+constexpr auto words_of(Format first) { return in_order(first, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"}); }
 
 /// Properties of the first hit of camera rays: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples, error };
-template <>
-inline constexpr auto words<Layer> = in_order(Layer::depth,
-                                              {"depth", "normal", "albedo", "object_id", "samples", "error"});
+constexpr auto words_of(Layer first) {
+  return in_order(first, {"depth", "normal", "albedo", "object_id", "samples", "error"});
+}
 
 /// Exposure, overflow and palette apply to formats for display; exr and hdr store linear radiance.
 struct Output {
@@ -224,14 +221,13 @@ struct Output {
                       // 2^100 is Limits::value_max, so the darkest and brightest images can be displayed.
                       optional_field("exposure", &Output::exposure, FieldRange::within(-100, 100)),
                       optional_field("overflow", &Output::overflow),
-                      derived_field("palette", &Output::palette, FieldRange::within(2, 256)),
+                      Field{"palette", &Output::palette, FieldRange::within(2, 256), FieldPresence::derived},
                       optional_field("quality", &Output::quality, FieldRange::within(1, 100)),
                       optional_field("half", &Output::half), optional_field("layers", &Output::layers),
                       optional_field("alpha", &Output::alpha)};
   }
 };
-template <>
-inline constexpr auto words<Output::Overflow> = in_order(Output::Overflow::clamp, {"clamp", "scale", "reinhard"});
+constexpr auto words_of(Output::Overflow first) { return in_order(first, {"clamp", "scale", "reinhard"}); }
 
 struct Scene {
   std::string name;

@@ -26,7 +26,7 @@ struct Sphere {
     return std::tuple{Field{"center", &Sphere::center, FieldRange::position},
                       Field{"radius", &Sphere::radius, FieldRange::length},
                       optional_field("axis", &Sphere::axis, FieldRange::direction),
-                      optional_field("meridian", &Sphere::meridian, FieldRange::direction)};
+                      Field{"meridian", &Sphere::meridian, FieldRange::direction, FieldPresence::derived}};
   }
 };
 

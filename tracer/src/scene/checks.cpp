@@ -116,14 +116,9 @@ bool Checks::ratio(const DocumentPath& where, double value) {
          ((value <= bound && 1 / value <= bound) || over(where, "value_max", text_of(bound), text_of(value)));
 }
 
-bool Checks::texture(const DocumentPath& where, TextureId id) {
-  return id.index < scene_.textures.size() ||
-         add_issue(where, "unknown_reference", "there is no texture " + std::to_string(id.index));
-}
-
-bool Checks::asset(const DocumentPath& where, AssetId id) {
-  return id.index < scene_.assets.size() ||
-         add_issue(where, "unknown_reference", "there is no asset " + std::to_string(id.index));
+bool Checks::reference(const DocumentPath& where, std::string_view kind, std::size_t index, std::size_t count) {
+  return index < count ||
+         add_issue(where, "unknown_reference", "there is no " + std::string(kind) + " " + std::to_string(index));
 }
 
 bool Checks::color(const DocumentPath& where, const Color& value) {
@@ -211,24 +206,15 @@ bool FieldChecks::range(const DocumentPath& where, const FieldRange&, const Atte
 }
 
 bool FieldChecks::range(const DocumentPath& where, const FieldRange& range, double value) {
-  switch (range.kind) {
-    case FieldRange::position:
-      return checks_.coordinate(where, value);
-    case FieldRange::length:
-      return checks_.length(where, value);
-    case FieldRange::length_or_0:
-      return checks_.coordinate(where, value) && checks_.at_least_0(where, value);
-    case FieldRange::factor:
-      return checks_.not_negative(where, value);
-    case FieldRange::exponent:
-      return checks_.finite(where, value) && checks_.at_least_0(where, value);
-    case FieldRange::ratio:
-      return checks_.ratio(where, value);
-    case FieldRange::interval:
-      return checks_.within(where, value, range.least, range.most);
-    default:
-      return checks_.finite(where, value);
-  }
+  const FieldRange::Kind kind = range.kind;
+  if (kind == FieldRange::interval) return checks_.within(where, value, range.least, range.most);
+  if (kind == FieldRange::length) return checks_.length(where, value);
+  if (kind == FieldRange::factor) return checks_.not_negative(where, value);
+  if (kind == FieldRange::ratio) return checks_.ratio(where, value);
+  const bool is_coordinate = kind == FieldRange::position || kind == FieldRange::length_or_0;
+  const bool is_signed = kind == FieldRange::position || kind == FieldRange::any;
+  return (is_coordinate ? checks_.coordinate(where, value) : checks_.finite(where, value)) &&
+         (is_signed || checks_.at_least_0(where, value));
 }
 
 }  // namespace tracer

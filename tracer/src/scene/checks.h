@@ -43,8 +43,8 @@ std::string text_of(double value);
 /// values that are valid themselves.
 class Checks {
  public:
-  Checks(const Scene& scene, const Limits& scene_limits, const std::function<bool(const Issue&)>& is_reported)
-      : limits(scene_limits), scene_(scene), is_reported_(is_reported) {}
+  Checks(const Scene& checked, const Limits& scene_limits, const std::function<bool(const Issue&)>& is_reported)
+      : scene(checked), limits(scene_limits), is_reported_(is_reported) {}
 
   bool finite(const DocumentPath& where, double value);
   bool coordinate(const DocumentPath& where, double value);                       ///< |value| <= coordinate_max
@@ -57,8 +57,11 @@ class Checks {
   bool not_negative(const DocumentPath& where, double value);                     ///< [0, value_max]
   bool ratio(const DocumentPath& where, double value);  ///< > 0; it and its inverse at most value_max
   bool color(const DocumentPath& where, const Color& value);
-  bool texture(const DocumentPath& where, TextureId id);    ///< one of the scene's
-  bool asset(const DocumentPath& where, AssetId id);        ///< one of the scene's
+  bool reference(const DocumentPath& where, std::string_view kind, std::size_t index,
+                 std::size_t count);  ///< index < count
+  bool texture(const DocumentPath& where, TextureId id) {
+    return reference(where, "texture", id.index, scene.textures.size());
+  }
   bool vec2(const DocumentPath& where, const Vec2& value);  ///< |components| <= value_max
   bool count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
 
@@ -66,10 +69,10 @@ class Checks {
   bool over(const DocumentPath& where, std::string_view limit, const std::string& bound, const std::string& seen);
   std::vector<Issue> take();
 
+  const Scene& scene;
   const Limits& limits;
 
  private:
-  const Scene& scene_;
   const std::function<bool(const Issue&)>& is_reported_;
   std::vector<Issue> issues_;
   std::uint64_t omitted_ = 0;
@@ -115,7 +118,9 @@ class FieldChecks {
   bool range(const DocumentPath& where, const FieldRange&, const Vec2& value) { return checks_.vec2(where, value); }
   bool range(const DocumentPath& where, const FieldRange&, const Color& value) { return checks_.color(where, value); }
   bool range(const DocumentPath& where, const FieldRange&, TextureId id) { return checks_.texture(where, id); }
-  bool range(const DocumentPath& where, const FieldRange&, AssetId id) { return checks_.asset(where, id); }
+  bool range(const DocumentPath& where, const FieldRange&, AssetId id) {
+    return checks_.reference(where, "asset", id.index, checks_.scene.assets.size());
+  }
   bool range(const DocumentPath& where, const FieldRange& kind, const ColorOrTexture& value) {
     return std::visit([&](const auto& form) { return range(where, kind, form); }, value);
   }

@@ -84,21 +84,16 @@ bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& w
     const DocumentPath place = object_path(where, i, are_parts);
     const Object& object = objects[i];
     std::visit([&](const auto& any) { check_shape(checks, place, any); }, object.shape);
-    const auto* mesh = std::get_if<Mesh>(&object.shape);
-    if (mesh != nullptr && mesh->file && mesh->file->index >= scene.assets.size())
-      checks.add_issue({place, "file"}, "unknown_reference", "there is no asset " + std::to_string(mesh->file->index));
-    if (mesh != nullptr) {
+    if (const auto* mesh = std::get_if<Mesh>(&object.shape)) {
       const DocumentPath materials(place, "materials");
+      if (mesh->file) checks.reference({place, "file"}, "asset", mesh->file->index, scene.assets.size());
       for (const auto& [name, id] : mesh->part_materials)
-        if (id.index >= scene.materials.size())
-          checks.add_issue({materials, name}, "unknown_reference", "there is no material " + std::to_string(id.index));
+        checks.reference({materials, name}, "material", id.index, scene.materials.size());
     }
     if (object.transform) transforms_well &= check_transform(checks, place, *object.transform);
     const auto* instance = std::get_if<Instance>(&object.shape);
     const std::optional<MaterialId> material = instance != nullptr ? instance->material : object.material;
-    if (material && material->index >= scene.materials.size())
-      checks.add_issue({place, "material"}, "unknown_reference",
-                       "there is no material " + std::to_string(material->index));
+    if (material) checks.reference({place, "material"}, "material", material->index, scene.materials.size());
   }
   return transforms_well;
 }
@@ -196,8 +191,7 @@ class Counting {
   }
 
   bool count_prototype(std::uint32_t index, const DocumentPath& of, std::uint32_t depth, Extent& extent) {
-    if (index >= extents_.size())
-      return checks_.add_issue(of, "unknown_reference", "there is no prototype " + std::to_string(index));
+    if (!checks_.reference(of, "prototype", index, extents_.size())) return false;
     if (states_[index] == State::open)
       return checks_.add_issue(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
     if (states_[index] == State::bad) return false;
