@@ -41,9 +41,7 @@ SceneBounds::SceneBounds(const CompiledScene& compiled, const Approximations& ap
     const double missing = is_cut_out(material) ? 1 : 0;
     const Color& through = largest.transmittance;
     secondary_max.push_back(
-        {compiled.needs_of(approximate).global_light
-             ? largest.diffuse + largest.diffuse_transmission + largest.reflectance
-             : largest.reflectance,
+        {compiled.needs_of(approximate).global_light ? largest.scattered() + largest.reflectance : largest.reflectance,
          {std::max(through.r, missing), std::max(through.g, missing), std::max(through.b, missing)}});
     if (max_component(through) > 1) transmittance_max = infinity;
   }

@@ -13,7 +13,7 @@
 #include "tracer/src/image_io/decode.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/lights/light_registry.h"
-#include "tracer/src/materials/energy_balance.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {

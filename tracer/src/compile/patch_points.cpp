@@ -20,10 +20,6 @@ Vec3 on_unit_sphere(const Vec2& xi) {
   return {across * std::cos(angle), across * std::sin(angle), z};
 }
 
-bool reflects_diffusely(const CompiledMaterial& material) {
-  return max_component(material.diffuse) > 0 || max_component(material.diffuse_transmission) > 0;
-}
-
 bool is_emissive(const Material& material) {
   const auto* plain = std::get_if<Color>(&material.emission);
   return plain == nullptr || !is_black(*plain);
@@ -83,7 +79,7 @@ std::vector<T> PatchPoints::from_lines(std::uint32_t lines, std::uint64_t stream
         if (length(at.point.position - region_.center) > region_.radius * (1 + 0x1p-20)) continue;
         const Vec3 outward = at.back ? -at.geometric_normal : at.geometric_normal;
         const PatchPoint point{at.point, at.normal, outward, at.object, hits.primitive[i]};
-        found.push_back({point, rays.sample(i), at.back, reflects_diffusely(scene_.terms[at.material])});
+        found.push_back({point, rays.sample(i), at.back, max_component(scene_.terms[at.material].scattered()) > 0});
         next.push(offset_origin(at.point, at.geometric_normal, rays.direction(i)), rays.direction(i), {},
                   rays.sample(i), hits.primitive[i], 0, 0);
       }

@@ -1,9 +1,14 @@
 #pragma once
-/// Material coefficients that are constant over the scene, computed once by compile(), and the specular terms of the
-/// local illumination models.
+/// Material coefficients that are constant over the scene, computed once by compile(), the light that a surface gives
+/// back, and the specular terms of the local illumination models.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tracer/src/math/lanes.h"
@@ -51,6 +56,17 @@ inline bool transmits_light(const Material& material) {
   return material.diffuse_transmission > 0 || has_specular_transmission(material);
 }
 
+inline bool may_be_bright(const ColorOrTexture& color) {
+  const auto* plain = std::get_if<Color>(&color);
+  return plain == nullptr || max_component(*plain) > 0;
+}
+
+/// True if the surface scatters light to one of its sides.
+inline bool scatters_light(const Material& material) {
+  return (material.diffuse > 0 && may_be_bright(material.color)) ||
+         (material.diffuse_transmission > 0 && may_be_bright(material.diffuse_transmission_color));
+}
+
 /// True if a part of the surface may be missing.
 inline bool is_cut_out(const Material& material) {
   const auto* plain = std::get_if<Color>(&material.opacity);
@@ -69,6 +85,9 @@ struct Coefficients {
   Color specular_transmission;  ///< factor of their specular term
   Color reflectance;            ///< K_r C_r
   Color transmittance;          ///< K_t C_t, and the share of the surface that is missing
+
+  [[nodiscard]] Color scattered() const { return diffuse + diffuse_transmission; }     ///< to either side
+  [[nodiscard]] Color highlights() const { return specular + specular_transmission; }  ///< on either side
 };
 
 /// Share of the surface that is there.
@@ -123,6 +142,45 @@ Coefficients coefficients(const Material& material, const Color& ambient, const 
         &Coefficients::diffuse_transmission, &Coefficients::specular_transmission, &Coefficients::reflectance})
     surface.*factor = surface.*factor * there;
   return surface;
+}
+
+// ---- Light that a surface gives back. Under the rendering equation it must not exceed what it receives: light between
+// such surfaces would grow without end.
+
+/// Upper bound, by channel, of the share of the arriving light that the surface sends on, highlights of lights left
+/// out. `bound_of` returns an upper bound of a ColorOrTexture.
+template <class BoundOf>
+Color returned_share(const Material& material, const BoundOf& bound_of) {
+  const Coefficients most = coefficients(material, {}, bound_of);
+  const Color &reflected = most.reflectance, &transmitted = most.transmittance;
+  // Fresnel's reflectance and transmittance add up to one.
+  const Color diffuse = most.scattered();
+  if (!material.fresnel) return diffuse + reflected + transmitted;
+  return diffuse + Color{std::max(reflected.r, transmitted.r), std::max(reflected.g, transmitted.g),
+                         std::max(reflected.b, transmitted.b)};
+}
+
+/// The sentence for a surface that gives back more light than it receives; none if it does not.
+template <class BoundOf>
+std::optional<std::string> excess_of_light(const Material& material, const BoundOf& bound_of) {
+  constexpr double rounding = 0x1p-40;
+  const Color share = returned_share(material, bound_of);
+  const double most = max_component(share);
+  if (!(most > 1 + rounding)) return std::nullopt;
+  const auto text = [](double value) {
+    std::array<char, 32> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%.4g", value);
+    return std::string(buffer.data());
+  };
+  std::string parts;
+  for (const auto& [name, factor] :
+       {std::pair{"diffuse ", material.diffuse * opaque_share(material)},
+        std::pair{"diffuse_transmission ", material.diffuse_transmission},
+        std::pair{"reflection ", material.reflection}, std::pair{"transmission ", material.transmission}})
+    if (factor > 0) parts += (parts.empty() ? "" : " + ") + (name + text(factor));
+  const char* const channel = most == share.r ? "red" : most == share.g ? "green" : "blue";
+  return "gives back " + text(most) + " of the light that it receives (" + parts + ", " + channel +
+         "): must be <= 1 where /accuracy/model is global";
 }
 
 /// Calls visit(texture) for the textures of the colors that have an effect.

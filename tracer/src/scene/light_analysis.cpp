@@ -10,7 +10,7 @@
 
 #include "tracer/requirements.h"
 #include "tracer/src/lights/light_registry.h"
-#include "tracer/src/materials/energy_balance.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/color_bound.h"
 #include "tracer/src/scene/enclosure.h"
@@ -39,7 +39,7 @@ void add(const Scene& scene, const Material& material, SurfaceLight& found) {
     found.excess = material.path + " " + *excess;
   if (excess_of_light(material, bound_of) && !found.white_excess) found.white_excess = material.path;
   const Coefficients most = coefficients(material, {}, bound_of);
-  const Color diffuse = most.diffuse + most.diffuse_transmission;
+  const Color diffuse = most.scattered();
   if (!(max_component(diffuse) > 0)) return;
   const auto* texture = std::get_if<TextureId>(&material.color);
   found.colors.insert({{diffuse.r, diffuse.g, diffuse.b}, texture == nullptr ? 0 : texture->index + 1});
@@ -118,9 +118,9 @@ class LightWarningFinder {
           [&scene = scene_, image](const ColorOrTexture& color) { return bound_before_reading(scene, color, image); };
     };
     const Coefficients most = coefficients(material, {}, bound_of(1));
-    const Color highlight = most.specular + most.specular_transmission;
-    surfaces_.push_back({max_component(most.diffuse + most.diffuse_transmission + highlight),
-                         max_component(most.emitted_ambient) * exposure_, !is_black(highlight)});
+    const Color highlight = most.highlights();
+    surfaces_.push_back({max_component(most.scattered() + highlight), max_component(most.emitted_ambient) * exposure_,
+                         !is_black(highlight)});
     if (!(material.transmission > 0 && material.diffuse == Material().diffuse)) return;
     if (const auto excess = excess_of_light(material, bound_of(0)))
       found_.push_back({material.path + "/diffuse", "energy_gain",

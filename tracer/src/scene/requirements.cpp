@@ -17,17 +17,6 @@ bool has_normals(const Shape& shape) {
   return false;
 }
 
-bool may_be_bright(const ColorOrTexture& color) {
-  const auto* plain = std::get_if<Color>(&color);
-  return plain == nullptr || max_component(*plain) > 0;
-}
-
-/// Or transmits.
-bool reflects_diffusely(const Material& material) {
-  return (material.diffuse > 0 && may_be_bright(material.color)) ||
-         (material.diffuse_transmission > 0 && may_be_bright(material.diffuse_transmission_color));
-}
-
 /// Collects needs and the first reason for each.
 class Finder {
  public:
@@ -112,7 +101,7 @@ class Finder {
     if (material.bump) add(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
-    const bool global = scene_.accuracy.has_interreflection(approximate_) && reflects_diffusely(material);
+    const bool global = scene_.accuracy.has_interreflection(approximate_) && scatters_light(material);
     need(&Requirements::global_light, global, "/accuracy/model");
     const bool from_behind = transmits_light(material) && (global || !scene_.lights.empty());
     need(&Requirements::transmitted_light, from_behind, where);

@@ -9,7 +9,6 @@
 #include "tracer/encode.h"
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/materials/compiled_material.h"
-#include "tracer/src/materials/energy_balance.h"
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/color_bound.h"
 #include "tracer/src/textures/texture.h"

@@ -136,8 +136,7 @@ void gather_far_side(const std::vector<CompiledMaterial>& materials, HitPacket& 
   for (int i = 0; i < lanes; ++i) {
     const CompiledMaterial& material = materials[packet.material[i]];
     gathered.transmits_light |= lane_bit(i, material.transmits_light);
-    gathered.diffuse_transmission.set(i, material.diffuse_transmission);
-    gathered.specular_transmission.set(i, material.specular_transmission);
+    gathered.set_far_side(i, material);
   }
 }
 
@@ -171,9 +170,7 @@ void set_textured_coefficients(const Coefficients& coefficients, int lane, HitPa
   gathered.reflects &= ~lane_bit(lane);
   gathered.reflects |= lane_bit(lane, !is_black(coefficients.reflectance));
   if (gathered.splits != 0) gathered.transmittance.set(lane, coefficients.transmittance);
-  if (gathered.transmits_light == 0) return;
-  gathered.diffuse_transmission.set(lane, coefficients.diffuse_transmission);
-  gathered.specular_transmission.set(lane, coefficients.specular_transmission);
+  if (gathered.transmits_light != 0) gathered.set_far_side(lane, coefficients);
 }
 
 }  // namespace tracer

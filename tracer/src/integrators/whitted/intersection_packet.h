@@ -129,6 +129,11 @@ struct alignas(64) CoefficientPacket {
 
   CoefficientPacket() { std::fill_n(material, lanes, none); }
 
+  void set_far_side(int lane, const Coefficients& coefficients) {
+    diffuse_transmission.set(lane, coefficients.diffuse_transmission);
+    specular_transmission.set(lane, coefficients.specular_transmission);
+  }
+
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
 };
