@@ -1,10 +1,12 @@
-"""Turns openapi.yaml, the schema of scenes and the table of problems into C++ source that holds them as JSON and as pages:
-embed_openapi.py openapi.yaml scene.schema.json CONTRACT openapi.cpp"""
+"""Writes the contract, the schema of scenes and pages of both: openapi.json, schemas/scene.schema.json, and C++ source that holds all:
+embed_openapi.py DIRECTORY"""
 
 import json
+import pathlib
 import sys
 
 import docs_page
+import scene_schema
 import yaml
 
 
@@ -17,19 +19,20 @@ def function(name, text):
 
 
 def main():
-    yaml_path, schema_path, contract_path, cpp_path = sys.argv[1:]
-    with open(yaml_path, encoding="utf-8") as file:
-        document = yaml.safe_load(file)
-    with open(schema_path, encoding="utf-8") as file:
-        schema = json.load(file)
-    with open(contract_path, encoding="utf-8") as file:
-        contract = file.read()
+    directory = pathlib.Path(sys.argv[1])
+    document = yaml.safe_load(pathlib.Path("openapi.yaml").read_text("utf-8"))
+    schema = scene_schema.load()
+    contract = pathlib.Path("docs/http.md").read_text("utf-8")
     # Aliases in the YAML become copies: JSON has none.
-    text = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
-    with open(cpp_path, "w", encoding="utf-8") as file:
+    document_json = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
+    schema_json = json.dumps(schema, ensure_ascii=True, indent=1)
+    (directory / "schemas").mkdir(exist_ok=True)
+    (directory / "openapi.json").write_text(document_json)
+    (directory / "schemas/scene.schema.json").write_text(schema_json)
+    with open(directory / "openapi.cpp", "w", encoding="utf-8") as file:
         file.write('#include "api/openapi.h"\n\nnamespace api {\n')
-        file.write(function("openapi_json", text.encode()))
-        file.write(function("scene_schema_json", json.dumps(schema, ensure_ascii=True, indent=1).encode()))
+        file.write(function("openapi_json", document_json.encode()))
+        file.write(function("scene_schema_json", schema_json.encode()))
         # As references: bytes beyond ASCII are no char everywhere.
         file.write(function("docs_html", docs_page.page(document, contract).encode("ascii", "xmlcharrefreplace")))
         file.write(function("scene_docs_html", docs_page.scene(schema).encode("ascii", "xmlcharrefreplace")))

@@ -29,7 +29,7 @@ console.log(JSON.stringify(found));"""
 
 def node(*arguments):
     return subprocess.run(["node", *map(str, arguments)], cwd=CACHE / "sources", check=False, capture_output=True, text=True, timeout=300,
-                          env={**os.environ, "WHITTLE_PAGE": str(BIN.parent / "server/web/files"), "WHITTLE_SCHEMA": str(SOURCE / "api/schemas/scene.schema.json")})
+                          env={**os.environ, "WHITTLE_PAGE": str(BIN.parent / "server/web/files"), "WHITTLE_SCHEMA": str(BIN.parent / "api/schemas/scene.schema.json")})
 
 
 class Modules(unittest.TestCase):

@@ -1,6 +1,5 @@
 """The images of the scene format's page: valid scenes, small files, equal to a new render, and one for each type."""
 import importlib.util
-import json
 import pathlib
 import re
 import tempfile
@@ -8,6 +7,7 @@ import unittest
 
 import numpy
 
+from api import scene_schema
 from tests.support import images
 from tests.support.sources import SOURCE
 from tests.support.whittle import BIN
@@ -29,7 +29,7 @@ SCENES = RENDERING.scenes()
 
 def types(definition):
     """The values of `type` of a definition of the schema."""
-    schema = json.loads((SOURCE / "api/schemas/scene.schema.json").read_text(encoding="utf-8"))["$defs"]
+    schema = scene_schema.load()["$defs"]
     kinds = [schema[kind["$ref"].rsplit("/", 1)[1]] if "$ref" in kind else kind for kind in schema[definition]["oneOf"]]
     return {kind["properties"]["type"]["const"] for kind in kinds}
 

@@ -8,8 +8,11 @@ import unittest
 
 import jsonschema
 
+from api import scene_schema
 from tests.http.daemon import OneDaemon, json_of, scene
 from tests.support.sources import text
+
+SCHEMA = scene_schema.load()
 
 
 class ScenePage(html.parser.HTMLParser):
@@ -65,7 +68,7 @@ class Documentation(OneDaemon):
         reply = self.daemon.get("/schemas/scene.schema.json")
         self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "application/schema+json"))
         schema = json_of(reply)
-        self.assertEqual(schema, json.loads(text("api/schemas/scene.schema.json")))
+        self.assertEqual(schema, SCHEMA)
         document = {"$schema": f"http://127.0.0.1:{self.daemon.port}/schemas/scene.schema.json", **scene(job={"cache": "use"})}
         jsonschema.Draft202012Validator(schema).validate(document)
         first = self.daemon.wait_for_end(self.daemon.submit(document))
@@ -80,10 +83,9 @@ class Documentation(OneDaemon):
         self.assertIn('href="/docs/scene"', page)
 
     def test_documents_every_field_of_scenes_as_the_schema_does(self):
-        schema = json.loads(text("api/schemas/scene.schema.json"))
         page = ScenePage()
         page.feed(self.daemon.get("/docs/scene").body.decode())
-        expected, shown = (collections.Counter(map(json.dumps, fields)) for fields in (schema_fields(schema, schema), page.fields))
+        expected, shown = (collections.Counter(map(json.dumps, fields)) for fields in (schema_fields(SCHEMA, SCHEMA), page.fields))
         self.assertEqual(shown, expected)
         self.assertEqual(page.links - page.anchors, {"/schemas/scene.schema.json", "/docs"})
         for anchor in ("#camera", "#accuracy.approximate", "#light-spot", "#camera.fov-field"):
