@@ -6,11 +6,13 @@ import unittest
 
 import yaml
 
+from api import scene_schema
 from tests.docs.documents import PAGES, anchors, blocks, code_words, links, section
 from tests.http.daemon import Daemon, wait_until
-from tests.support.sources import SOURCE, text
+from tests.support.sources import SOURCE, text, tracked
 
 SCENE, HTTP, SERVER = "api/docs/scene.md", "api/docs/http.md", "server/README.md"
+SCHEMA = scene_schema.load()
 MAX_COMMANDS_NOT_RUN = 12
 
 
@@ -23,6 +25,52 @@ def property_names(schema):
     if isinstance(schema, list):
         names |= set().union(*map(property_names, schema))
     return names
+
+
+def values(schema):
+    """Words of all enumerations and constants in a JSON schema, at any depth, without CSS colours."""
+    found = set()
+    for key, value in schema.items() if isinstance(schema, dict) else ():
+        if key in ("enum", "const"):
+            found |= {word for word in (value if isinstance(value, list) else [value]) if isinstance(word, str)}
+        elif key != "color_name":
+            found |= values(value)
+    return found.union(*map(values, schema)) if isinstance(schema, list) else found
+
+
+# Beginnings of the cell `type`, by the definitions and types of the schema.
+TYPES = {"color": "colour", "color_or_texture": "colour or texture", "texture_or_name": "texture", "asset": "string", "name": "string",
+         "time": "time", "attenuation": "string or array", "array": ("array", "`["), "vec2": "`[", "vec3": ("point", "direction")}
+SIGNS = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="), ("exclusiveMaximum", "<"))
+
+
+def range_cell(field):
+    """The beginning of the cell `range`."""
+    if words := field.get("enum") or field.get("items", {}).get("enum"):
+        return ", ".join(f"`{word}`" for word in words)
+    low, high = field.get("minimum"), field.get("maximum")
+    if field.get("type") == "integer":
+        return "" if low < 0 else f"{low} .. " + (f"{high:,}" if high < 2**31 else "")  # a limit may be lower
+    if None not in (low, high):
+        return f"[{low}, {high}]"
+    return ", ".join(f"{sign} {field[key]}" for key, sign in SIGNS if key in field)
+
+
+def default_cell(field):
+    """The beginning of the cell `default`."""
+    default = field.get("default", "")
+    text = default if isinstance(default, str) else json.dumps(default)
+    return f"`{text}`" if isinstance(default, (str, list)) and "default" in field else text
+
+
+def row_of(name, place):
+    """The beginnings of the cells after the name."""
+    own = place["properties"][name]
+    definition = own.get("$ref", "").rsplit("/", 1)[-1]
+    field = {**SCHEMA["$defs"].get(definition, {}), **own}
+    kind = TYPES.get(definition) or ("string" if "enum" in field else TYPES.get(field.get("type"), field.get("type", "")))
+    is_required = name in place.get("required", [])
+    return kind, range_cell(field), "required" if is_required else default_cell(field)
 
 
 class EveryPage(unittest.TestCase):
@@ -75,12 +123,33 @@ class Readme(unittest.TestCase):
 
 class SceneFormat(unittest.TestCase):
     def test_describes_every_field_and_value_of_the_schema(self):
-        schema = text("api/schemas/scene.schema.json")
-        schema = re.sub(r'"color_name": {.*?\]\s*},', "", schema, flags=re.S)  # the page refers to CSS
-        values = {value for enum in re.findall(r'"(?:enum|const)": (\[[^]]*\]|"\w+")', schema)
-                  for value in re.findall(r'"([\w+-]+)"', enum)}
-        names = {name.removeprefix("$") for name in property_names(json.loads(schema))}
-        self.assertEqual((names | values) - code_words(text(SCENE)), set())
+        names = {name.removeprefix("$") for name in property_names(SCHEMA)}
+        self.assertEqual((names | values(SCHEMA)) - code_words(text(SCENE)), set())
+
+    def test_has_a_row_for_each_field_with_its_type_range_and_default(self):
+        sections, definitions = SCHEMA["properties"], SCHEMA["$defs"]
+        objects = {"ImageSize": sections["image"], "Camera": sections["camera"], "DepthCue": sections["depth_cue"],
+                   "Accuracy": sections["accuracy"], "Output": sections["output"], "JobRequest": sections["job"],
+                   "Texture": definitions["texture"], "Material": definitions["material"], "Light": definitions["light"]["oneOf"][-1]}
+        tables = scene_schema.tables(text(SCENE))
+        self.assertEqual(set(tables), set(objects))
+        for struct, rows in tables.items():
+            fields = objects[struct]["properties"]
+            if struct != "Light":
+                self.assertEqual([name for name in rows if "." not in name], list(fields), struct)
+            for name, row in rows.items():
+                parent, _, inner = name.partition(".")
+                with self.subTest(struct=struct, field=name):
+                    for cell, beginning in zip(row, row_of(inner or name, fields[parent] if inner else objects[struct])):
+                        self.assertTrue(cell.startswith(beginning), f"{cell} instead of {beginning}")
+
+    def test_of_an_example_parameter_is_in_the_files_that_the_page_for_contributors_names(self):
+        page = section("CONTRIBUTING.md", "Add a material parameter")
+        having = {str(path) for path in tracked(".h", ".cpp", ".json") if path.parts[0] in ("tracer", "api", "server")
+                  and re.search(r"\bdiffuse_transmission\b", text(path))} | {SCENE}
+        self.assertEqual(having - {path for path, _ in links("CONTRIBUTING.md")}, set())
+        self.assertEqual(len(having), 8)
+        self.assertIn("in eight files", page)
 
     def test_lists_every_code_of_an_issue(self):
         sources = [path for directory in ("api/src", "tracer/src/scene", "tracer/src/mesh_io", "server/http")
