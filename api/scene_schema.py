@@ -8,7 +8,7 @@ import pathlib
 import re
 
 TOP = pathlib.Path(__file__).parent.parent
-HEADERS = [TOP / f"tracer/include/tracer/{name}.h" for name in ("accuracy", "lights", "materials", "scene", "shapes")]
+HEADERS = [TOP / f"tracer/include/tracer/{name}.h" for name in ("accuracy", "format", "lights", "materials", "scene", "shapes")]
 STRUCT = re.compile(r"^struct (\w+) \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 MEMBERS = re.compile(r"^  ((?:std::)?\w+(?:<.*>)?) (\w+(?:(?: =|\{|,)[^;]*)?);", re.MULTILINE)
 MEMBER = re.compile(r"(\w+)(?: = ([^,{]+(?:\{[^}]*\})?)|\{([^}]*)\})?(?:, |$)")
@@ -27,6 +27,7 @@ TYPE = ("type", "$ref", "anyOf", "enum")
 SOURCE = "".join(path.read_text("utf-8") for path in HEADERS)
 STRUCTS = {name: body for name, body in STRUCT.findall(SOURCE) if " fields() {" in body}
 ENUMS = {name: re.findall(r'"(\w+)"', words) for name, _, words in WORDS.findall(SOURCE)}
+ENUMS["Format"] = re.findall(r'\{"(\w+)", "[\w.]+", "[\w./-]+", ImageFormat::', SOURCE)
 
 
 def number(text):

@@ -33,7 +33,7 @@ void print_pixel(const tracer::PixelDifference& pixel) {
 void print_metrics(const tracer::Comparison& found, const std::array<std::string, 2>& names,
                    const std::array<tracer::ImageFormat, 2>& kinds) {
   for (std::size_t i = 0; i < 2; ++i)
-    std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::name(kinds[i]),
+    std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::row(kinds[i]).name,
                 tracer::is_linear(kinds[i]) ? "linear: exposure 0, clamped, encoded as sRGB" : "sRGB");
   std::printf("size       %u x %u\n", found.width, found.height);
   std::printf("rmse       %.4f levels (red %.4f, green %.4f, blue %.4f)\n", found.rmse, found.rmse_channel[0],
@@ -74,10 +74,10 @@ ExitCode run(const DiffOptions& options) {
   const bool differ = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {
     const auto heat_white = options.heat_path ? std::optional(white) : std::nullopt;
-    std::fputs(
-        api::write_comparison(*found, {{tracer::name(a->kind), tracer::name(b->kind)}, options.tolerance, heat_white})
-            .c_str(),
-        stdout);
+    std::fputs(api::write_comparison(
+                   *found, {{tracer::row(a->kind).name, tracer::row(b->kind).name}, options.tolerance, heat_white})
+                   .c_str(),
+               stdout);
   } else {
     print_metrics(*found, options.images, {a->kind, b->kind});
     if (options.heat_path) std::printf("heat map   %s: black 0, white %g levels\n", options.heat_path->c_str(), white);

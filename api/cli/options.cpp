@@ -13,7 +13,8 @@
 namespace cli {
 namespace {
 
-constexpr const char* extensions = ".png, .16.png, .exr, .jpg, .hdr, .webp or .tiff";
+std::string extensions() { return tracer::alternatives(tracer::format_rows, &tracer::FormatRow::extension, "."); }
+
 constexpr std::uint32_t threads_max = 1024;
 constexpr std::size_t worst_max = 100'000;  // lines of output
 constexpr std::uint32_t reference_samples_max = 10'000'000;
@@ -80,9 +81,9 @@ void add_threads(CLI::App& command, std::uint32_t& threads) {
 std::optional<tracer::Format> format_of(std::string_view path) {
   std::optional<tracer::Format> best;
   for (const tracer::Format format : tracer::all_formats) {
-    const std::string_view extension = tracer::extension(format);
+    const std::string_view extension = tracer::row(format).extension;
     if (!path.ends_with("." + std::string(extension))) continue;
-    if (!best || extension.size() > tracer::extension(*best).size()) best = format;
+    if (!best || extension.size() > tracer::row(*best).extension.size()) best = format;
   }
   return best;
 }
@@ -91,7 +92,7 @@ std::vector<RenderOptions::Output> outputs_of(const std::vector<std::string>& pa
   std::vector<RenderOptions::Output> outputs;
   for (const std::string& path : paths) {
     const auto format = format_of(path);
-    if (!format) reject("-o", path + ": the name must end in " + extensions);
+    if (!format) reject("-o", path + ": the name must end in " + extensions());
     if (std::count(paths.begin(), paths.end(), path) > 1) reject("-o", path + " is given twice");
     outputs.push_back({path, *format});
   }
@@ -104,7 +105,7 @@ CLI::App* add_render(CLI::App& app, RenderOptions& options) {
   command
       ->add_option_function<std::vector<std::string>>(
           "-o", [&](const std::vector<std::string>& paths) { options.outputs = outputs_of(paths); },
-          std::string("Image file, may be repeated; its extension is ") + extensions)
+          "Image file, may be repeated; its extension is " + extensions())
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
@@ -127,7 +128,7 @@ CLI::App* add_diff(CLI::App& app, DiffOptions& options) {
   CLI::App* command = app.add_subcommand(
       "diff",
       "Compare two images as displayed, in levels (1/255 of the range from black to white).\n"
-      "Reads PNG, JPEG, TIFF and WebP as sRGB, and OpenEXR and Radiance HDR as linear. Alpha is ignored.");
+      "Reads OpenEXR and Radiance HDR as linear, and the other formats that render writes as sRGB. Alpha is ignored.");
   add_path(*command, "A", options.images[0], "Reference image");
   add_path(*command, "B", options.images[1], "Image to compare");
   add_real(

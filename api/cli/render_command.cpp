@@ -134,7 +134,7 @@ ExitCode run(const RenderOptions& options) {
   if (!options.quiet) print_warnings(stderr, scene);
   const tracer::PixelWindow window = scene.image.window();
   for (const RenderOptions::Output& output : options.outputs) {
-    const std::uint32_t side_max = tracer::side_max(output.format);
+    const std::uint32_t side_max = tracer::row(output.format).side_max;
     if (std::max(window.width(), window.height()) > side_max)
       return fail(output.path + ": a " + std::string(tracer::name(output.format)) + " file has at most " +
                   std::to_string(side_max) + " pixels on a side");

@@ -97,6 +97,7 @@ class FieldTables(unittest.TestCase):
         scopes = [("", tables.SOURCE)] + [(f"{struct}::", body) for struct, body in tables.STRUCT.findall(tables.SOURCE)]
         values = {scope + name: re.findall(r"\w+", re.sub(r"///.*", "", listed)) for scope, body in scopes for name, listed in enum.findall(body)}
         self.assertGreater(len(tables.ENUMS), 15)
+        self.assertEqual(tables.ENUMS["Format"], values["Format"])
         for name, first, words in tables.WORDS.findall(tables.SOURCE):
             with self.subTest(name):
                 words = re.findall(r"\w+", words)

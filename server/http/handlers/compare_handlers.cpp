@@ -39,7 +39,7 @@ void choose_formats(std::array<NamedImage, 2>& images) {
   const auto is_open = [](const NamedImage& image) { return image.job && image.name.empty(); };
   for (const bool common : {true, false}) {
     for (const tracer::Format format : tracer::all_formats) {
-      const std::string name = "image." + std::string(tracer::extension(format));
+      const std::string name = tracer::file_name(format);
       const auto has = [&](const NamedImage& image) { return image.job && find_artifact(*image.job, name) != nullptr; };
       const bool both = std::all_of(images.begin(), images.end(), [&](const auto& i) { return !is_open(i) || has(i); });
       for (NamedImage& image : images)

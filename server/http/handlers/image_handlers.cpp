@@ -42,11 +42,11 @@ std::optional<tracer::Format> accepted_format(const Request& request, const trac
   const tracer::PixelWindow window = scene.image.window();
   std::vector<tracer::Format> formats = scene.output.formats;
   for (const tracer::Format format : tracer::all_formats) {
-    const bool holds_image = std::max(window.width(), window.height()) <= tracer::side_max(format);
+    const bool holds_image = std::max(window.width(), window.height()) <= tracer::row(format).side_max;
     if (holds_image && std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
   }
   std::vector<std::string_view> types;
-  for (const tracer::Format format : formats) types.push_back(tracer::media_type(format));
+  for (const tracer::Format format : formats) types.push_back(tracer::row(format).media_type);
   const auto best = best_offer(request.head.header("accept"), types);
   return best ? std::optional(formats[*best]) : std::nullopt;
 }
@@ -60,7 +60,7 @@ void add_format(Scene& scene, tracer::Format format) {
 }
 
 tracer::Result<Reply, Problem> rendered_image(const queue::Job& job, tracer::Format format, const ApiContext& context) {
-  const std::string name = "image." + std::string(tracer::extension(format));
+  const std::string name = tracer::file_name(format);
   const queue::Artifact* const artifact = find_artifact(job, name);
   if (artifact == nullptr) throw std::runtime_error("job " + job.id + " has no " + name);
   auto reply = image_reply(job, *artifact, context);

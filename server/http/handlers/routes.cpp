@@ -131,8 +131,7 @@ Handler bound(BatchHandler* handler, const Context& context) {
 void add_artifact_routes(std::vector<Route>& routes, const Context& context) {
   std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
                                  "measure.svg", "measure.png",  "reference.exr"};
-  for (const tracer::Format format : tracer::all_formats)
-    names.push_back("image." + std::string(tracer::extension(format)));
+  for (const tracer::Format format : tracer::all_formats) names.push_back(tracer::file_name(format));
   for (const std::string& name : names) {
     const auto handler = [context, name](Request& request) { return get_image(request, *context, name); };
     routes.push_back({"GET", "/v1/jobs/{id}/" + name, handler, {}});

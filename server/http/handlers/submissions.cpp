@@ -94,7 +94,7 @@ queue::Submission submission_of(const Request& request, Scene scene, const ApiCo
   job.content_key = content_key_of(scene);
   job.formats.clear();
   for (const tracer::Format format : parsed.output.formats)
-    job.formats.append(job.formats.empty() ? "" : " ").append(tracer::extension(format));
+    job.formats.append(job.formats.empty() ? "" : " ").append(tracer::row(format).extension);
   job.large = api::is_large(parsed, scene.content);
   const std::optional<double> seconds_per_work = context.queue.queries.seconds_per_work();
   job.work = queue::work_of(api::estimated_work(parsed, scene.content, seconds_per_work).value_or(0));

@@ -110,7 +110,7 @@ const queue::Artifact* source_of_layer(const queue::Job& job, tracer::ViewedLaye
   const queue::Artifact* artifact = find_artifact(job, "image.exr");
   if (layer != tracer::ViewedLayer::color) return artifact;
   for (const tracer::Format format : tracer::all_formats)
-    if (artifact == nullptr) artifact = find_artifact(job, "image." + std::string(tracer::extension(format)));
+    if (artifact == nullptr) artifact = find_artifact(job, tracer::file_name(format));
   return artifact;
 }
 

@@ -51,7 +51,7 @@ ImageTaskResult compare(const ImageTask& task, const tracer::TextureImageLimits&
   const auto& [a, b] = files;
   const auto found = tracer::compare(a.image, b.image);
   if (!found) return refusal(queue::images_differ, found.error());
-  api::ComparisonInfo info{{tracer::name(a.kind), tracer::name(b.kind)}, {}, {}};
+  api::ComparisonInfo info{{tracer::row(a.kind).name, tracer::row(b.kind).name}, {}, {}};
   if (!task.work.tolerance.empty()) info.tolerance = task.work.tolerance.front();
   ImageTaskResult result;
   if (task.work.heat) {

@@ -160,9 +160,9 @@ Finished render(Assign job, const JobFiles& files, JobControl& control, tracer::
   Finished finished{job.job_id, job.fence, {}, {}};
   for (const tracer::Format format : output.formats) {
     stop_if_cancelled(control.tracing);
-    const std::string name = "image." + std::string(tracer::extension(format));
+    const std::string name = tracer::file_name(format);
     const std::vector<std::uint8_t> bytes = value_of(render.encode(format, name));
-    finished.images.push_back({name, std::string(tracer::media_type(format)), sealed_memory(text_of(bytes))});
+    finished.images.push_back({name, std::string(tracer::row(format).media_type), sealed_memory(text_of(bytes))});
   }
   finished.report = render.report(exchange != nullptr ? exchange->division() : api::Division{});
   return finished;

@@ -45,9 +45,9 @@ std::string_view media_type_of(const std::string& name, const queue::Job& job) {
     return {};
   }
   for (const tracer::Format format : tracer::all_formats) {
-    const std::string extension(tracer::extension(format));
+    const std::string extension(tracer::row(format).extension);
     const bool requested = (" " + job.formats + " ").find(" " + extension + " ") != std::string::npos;
-    if (requested && name == "image." + extension) return tracer::media_type(format);
+    if (requested && name == tracer::file_name(format)) return tracer::row(format).media_type;
   }
   return {};
 }

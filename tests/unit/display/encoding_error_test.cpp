@@ -211,9 +211,9 @@ WrongImage wrong_image(double noise, double difference) {
 
 TEST(Encode, RefusesSidesThatAFormatCannotHold) {
   for (const Format format : all_formats) {
-    const std::uint32_t longest = std::min(side_max(format), std::uint32_t{65'536});
+    const std::uint32_t longest = std::min(row(format).side_max, std::uint32_t{65'536});
     EXPECT_TRUE(encode(Image{longest, 1, std::vector<float>(3 * longest)}, format)) << name(format);
-    if (longest < side_max(format)) continue;
+    if (longest < row(format).side_max) continue;
     const std::uint32_t longer = longest + 1;
     EXPECT_FALSE(encode(Image{longer, 1, std::vector<float>(3 * longer)}, format)) << name(format);
     EXPECT_FALSE(encode(Image{1, longer, std::vector<float>(3 * longer)}, format)) << name(format);

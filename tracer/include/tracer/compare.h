@@ -39,8 +39,8 @@ struct ImageFile {
 inline constexpr TextureImageLimits compared_file_limits{
     .pixels = Limits{}.pixels, .channels = 16, .bytes = 16 * sizeof(float) * Limits{}.pixels};
 
-/// Decodes a PNG, JPEG, TIFF or WebP file (codes are taken as sRGB) or an OpenEXR or Radiance HDR file (exposure 0,
-/// clamped, sRGB curve applied). Ignores alpha, layers and all images of a file but the first. Fails with a sentence
+/// Decodes a file of any ImageFormat: codes are taken as sRGB, linear radiance with exposure 0, clamped, sRGB curve
+/// applied. Ignores alpha, layers and all images of a file but the first. Fails with a sentence
 /// for other formats, truncated or malformed files, and files whose header exceeds `limits`.
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes,
                                           const TextureImageLimits& limits = compared_file_limits);

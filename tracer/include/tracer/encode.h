@@ -3,9 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "tracer/accuracy.h"
@@ -28,19 +26,10 @@ struct EncodedImage {
 };
 
 /// Formats for display, after exposure, overflow and palette: sRGB (IEC 61966-2-1), clamped to [0,1], rounded to
-/// nearest.
-///   png: 8 bits, no dithering, `sRGB` chunk; indexed with a palette, unless there is alpha. png16: 16 bits, no
-///   palette. tiff: as png16, not compressed. jpg: 8 bits, no palette, composited over black. webp: as jpg, with chroma
-///   at half the resolution.
-/// Formats of linear, unclamped radiance:
-///   exr: 32-bit float, with `half` 16-bit up to 65504, ZIP compressed; layers are channels Z, normal.X .Y .Z,
-///   albedo.R .G .B, object_id and samples (both 32-bit integers). hdr: 8-bit mantissas with a common exponent,
-///   composited over black.
-/// Alpha is straight, except in EXR, whose colors are premultiplied.
-/// Equal images give equal bytes for any number of threads: no time stamp, no machine name. Runs on the calling
-/// thread's oneTBB arena. Fails with a sentence if the encoder does.
+/// nearest. Others store linear, unclamped radiance. Equal images give equal bytes for any number of threads: no time
+/// stamp, no machine name. Runs on the calling thread's oneTBB arena. Fails with a sentence if the encoder does.
 ///
-/// The error is computed from the codes that are written; for jpg, webp and hdr by decoding the file. That of exr is 0
+/// The error is computed from the codes that are written; for lossy formats by decoding the file. That of exr is 0
 /// without `half`: its floats are those of the image. Formats of linear radiance are displayed with the exposure and
 /// overflow of `output`.
 Result<EncodedImage, std::string> encode(const Image& image, Format format, const Output& output = {});
@@ -64,34 +53,5 @@ struct FileError {
 /// A plain area whose every value is halfway between two codes has correlated noise; `proven` and `worst_tile` hold for
 /// it too, since they are sums (triangle inequality).
 FileError file_error(const ErrorEstimate& image, const EncodingError& encoding);
-
-/// Every format, most common first.
-inline constexpr Format all_formats[] = {Format::png,   Format::exr,  Format::jpg, Format::hdr,
-                                         Format::png16, Format::webp, Format::tiff};
-
-/// Names of a format.
-struct FormatNames {
-  std::string_view name;       ///< in documents: "png16"
-  std::string_view extension;  ///< without a dot in front: "png", "16.png"
-  std::string_view media_type;
-};
-
-/// In the order of Format.
-inline constexpr FormatNames format_names[] = {{"png", "png", "image/png"},          {"png16", "16.png", "image/png"},
-                                               {"exr", "exr", "image/x-exr"},        {"jpg", "jpg", "image/jpeg"},
-                                               {"hdr", "hdr", "image/vnd.radiance"}, {"webp", "webp", "image/webp"},
-                                               {"tiff", "tiff", "image/tiff"}};
-
-constexpr std::string_view name(Format format) { return format_names[static_cast<std::size_t>(format)].name; }
-constexpr std::string_view extension(Format format) { return format_names[static_cast<std::size_t>(format)].extension; }
-constexpr std::string_view media_type(Format format) {
-  return format_names[static_cast<std::size_t>(format)].media_type;
-}
-
-/// The most pixels on a side of a file: 65,500 for jpg (JPEG_MAX_DIMENSION of libjpeg), 16,383 for webp, whose frames
-/// have 14 bits for a side (RFC 6386, section 9.1). The others hold all images.
-constexpr std::uint32_t side_max(Format format) {
-  return format == Format::jpg ? 65'500 : format == Format::webp ? 16'383 : std::numeric_limits<std::uint32_t>::max();
-}
 
 }  // namespace tracer

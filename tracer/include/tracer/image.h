@@ -1,6 +1,5 @@
 #pragma once
-/// A rendered image: linear RGB, 32-bit float, and the layers that the scene's output requests; and the formats of
-/// image files.
+/// A rendered image: linear RGB, 32-bit float, and the layers that the scene's output requests.
 
 #include <cstddef>
 #include <cstdint>
@@ -32,15 +31,5 @@ struct Image {
     return rgb.data() + 3 * (static_cast<std::size_t>(y) * width + x);
   }
 };
-
-/// Formats that can be read; see tracer/encode.h for those that can be written.
-enum class ImageFormat { png, jpeg, openexr, hdr, tiff, webp };
-/// Name for people: "PNG", "OpenEXR".
-constexpr const char* name(ImageFormat kind) {
-  constexpr const char* names[] = {"PNG", "JPEG", "OpenEXR", "Radiance HDR", "TIFF", "WebP"};
-  return names[static_cast<std::size_t>(kind)];
-}
-/// True if files of this format store linear radiance instead of sRGB codes.
-constexpr bool is_linear(ImageFormat kind) { return kind == ImageFormat::openexr || kind == ImageFormat::hdr; }
 
 }  // namespace tracer

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tracer/accuracy.h"
+#include "tracer/format.h"
 #include "tracer/lights.h"
 #include "tracer/materials.h"
 #include "tracer/shapes.h"
@@ -191,16 +192,13 @@ struct Prototype {
 
 // ---- output --------------------------------------------------------------------------------------------------------
 
-enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
-constexpr auto words_of(Format first) { return in_order(first, {"png", "png16", "exr", "jpg", "hdr", "webp", "tiff"}); }
-
 /// Properties of the first hit of camera rays: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples, error };
 constexpr auto words_of(Layer first) {
   return in_order(first, {"depth", "normal", "albedo", "object_id", "samples", "error"});
 }
 
-/// Exposure, overflow and palette apply to formats for display; exr and hdr store linear radiance.
+/// Exposure, overflow and palette apply to formats for display; the others store linear radiance.
 struct Output {
   std::vector<Format> formats{Format::png};
   double exposure = 0;  ///< stops: the image times 2^exposure
@@ -210,7 +208,7 @@ struct Output {
   enum class Overflow { clamp, scale, reinhard };
   Overflow overflow = Overflow::clamp;
   std::uint32_t palette = 0;    ///< png: maximum number of colors, 2 .. 256; 0: no palette
-  std::uint32_t quality = 95;   ///< jpg and webp: 1 .. 100
+  std::uint32_t quality = 95;   ///< lossy formats for display: 1 .. 100
   bool half = false;            ///< exr: colors and alpha as 16-bit floats, layers as without
   std::vector<Layer> layers{};  ///< additional channels of an EXR
   bool alpha = false;           ///< camera rays that hit nothing are transparent

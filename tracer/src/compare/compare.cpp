@@ -204,7 +204,7 @@ DisplayImage to_display(const Image& image, const Output& output) {
 
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {
   const auto kind = image_kind(bytes);
-  if (!kind) return std::string("is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file");
+  if (!kind) return "is no " + alternatives(image_format_rows, &ImageFormatRow::name) + " file";
   auto image = decode_as(*kind, bytes, ColorSpace::linear, limits);  // linear: values as they are in the file
   if (!image) return std::move(image.error());
   ImageFile file{{image->width, image->height, std::move(image->rgb)}, *kind};

@@ -161,61 +161,64 @@ std::uint64_t webp_pixels(std::span<const std::uint8_t> bytes) {
   return ((sizes & 0x3fffU) + 1) * ((sizes >> 14U & 0x3fffU) + 1);
 }
 
+/// The result of `read`; failures of the library as sentences.
+template <class Value, class Read>
+Result<Value, std::string> call_library(const Read& read) try {
+  const auto library = open_image_io();
+  if (!library) return library.error();
+  return read(**library);
+} catch (const HeaderError& error) {
+  return std::string(error.what());
+} catch (const std::bad_alloc&) {
+  return std::string("takes more memory than there is");
+} catch (const std::exception& failure) {
+  return std::string("cannot be read: ") + failure.what();
+}
+
 }  // namespace
 
 std::optional<ImageFormat> image_kind(std::span<const std::uint8_t> bytes) {
-  using namespace std::string_view_literals;
-  const std::string_view text = text_of(bytes);
-  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::png;
-  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::jpeg;
-  if (text.starts_with("\x76\x2f\x31\x01")) return ImageFormat::openexr;
-  if (text.starts_with("#?RADIANCE") || text.starts_with("#?RGBE")) return ImageFormat::hdr;
-  if (text.starts_with("II*\0"sv) || text.starts_with("MM\0*"sv)) return ImageFormat::tiff;
-  if (text.starts_with("RIFF") && text.substr(0, 12).ends_with("WEBP")) return ImageFormat::webp;
+  const auto begins_with = [text = text_of(bytes)](std::string_view magic) {
+    return magic.size() <= text.size() &&
+           std::equal(magic.begin(), magic.end(), text.begin(), [](char a, char b) { return a == '.' || a == b; });
+  };
+  for (std::size_t kind = 0; kind < std::size(image_format_rows); ++kind) {
+    const ImageFormatRow& row = image_format_rows[kind];
+    if (begins_with(row.magic) || begins_with(row.other_magic)) return static_cast<ImageFormat>(kind);
+  }
   return std::nullopt;
 }
 
 Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
-                  const TextureImageLimits& limits, ImageTexture::Channel channel) try {
+                  const TextureImageLimits& limits, ImageTexture::Channel channel) {
   if (kind == ImageFormat::jpeg && !ends_as_jpeg(bytes))
     return std::string("is truncated: it does not end as a JPEG does");
   if (kind == ImageFormat::png && !has_png_trailer(bytes))
     return std::string("is truncated: its last chunk is not within the file");
   if (kind == ImageFormat::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
-  if (kind == ImageFormat::openexr) ExrHeader(bytes, limits).check();
-  const auto library = open_image_io();
-  if (!library) return library.error();
-  return (*library)->read(kind, bytes, color_space, limits, channel);
-} catch (const HeaderError& error) {
-  return std::string(error.what());
-} catch (const std::bad_alloc&) {
-  return std::string("takes more memory than there is");
-} catch (const std::exception& failure) {
-  return std::string("cannot be read: ") + failure.what();
+  return call_library<Image>([&](const OpenImageIo& library) {
+    if (kind == ImageFormat::openexr) ExrHeader(bytes, limits).check();
+    return library.read(kind, bytes, color_space, limits, channel);
+  });
 }
 
 Result<ChannelValues, std::string> decode_channels(std::span<const std::uint8_t> bytes,
                                                    const std::vector<std::string>& names,
-                                                   const TextureImageLimits& limits) try {
+                                                   const TextureImageLimits& limits) {
   if (image_kind(bytes) != ImageFormat::openexr) return std::string("is no OpenEXR file");
-  ExrHeader(bytes, limits).check();
-  const auto library = open_image_io();
-  if (!library) return library.error();
-  return (*library)->read_channels(bytes, names, limits);
-} catch (const HeaderError& error) {
-  return std::string(error.what());
-} catch (const std::bad_alloc&) {
-  return std::string("takes more memory than there is");
-} catch (const std::exception& failure) {
-  return std::string("cannot be read: ") + failure.what();
+  return call_library<ChannelValues>([&](const OpenImageIo& library) {
+    ExrHeader(bytes, limits).check();
+    return library.read_channels(bytes, names, limits);
+  });
 }
 
 Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
                const TextureImageLimits& limits, ImageTexture::Channel channel) {
   if (bytes.empty()) return std::string("is empty");
   const std::optional<ImageFormat> kind = image_kind(bytes);
-  if (!kind || *kind == ImageFormat::tiff || *kind == ImageFormat::webp)
+  constexpr ImageFormat known[] = {ImageFormat::png, ImageFormat::jpeg, ImageFormat::openexr, ImageFormat::hdr};
+  if (!kind || std::find(std::begin(known), std::end(known), *kind) == std::end(known))
     return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
   return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb), limits,
                    channel);

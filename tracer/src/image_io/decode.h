@@ -1,5 +1,5 @@
 #pragma once
-/// Decodes image files: PNG, JPEG, OpenEXR, Radiance HDR, and for comparisons TIFF and WebP.
+/// Decodes image files of every ImageFormat.
 
 #include <cstdint>
 #include <optional>

@@ -14,7 +14,6 @@
 #include "tracer/src/image_io/encoding_error.h"
 #include "tracer/src/image_io/oiio_loader.h"
 #include "tracer/src/image_io/png_file.h"
-#include "tracer/src/image_io/tiff_file.h"
 #include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
@@ -107,10 +106,62 @@ EncodedFile encode_png(const Image& image, const Output& output, std::uint32_t c
   return with_error(std::move(file), error_of(display, image, output));
 }
 
+/// Appends an integer, the lowest byte first.
+template <class Integer>
+void put(std::vector<std::uint8_t>& bytes, Integer value) {
+  for (std::size_t i = 0; i < sizeof value; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> 8 * i));
+}
+
+/// Baseline TIFF (Adobe 1992, "TIFF Revision 6.0", part 1), uncompressed, in one strip. That of OpenImageIO 2.4 depends
+/// on the time it takes: it writes the directory again after 5 s.
 EncodedFile encode_tiff(const Image& image, const Output& output) {
   const auto display = to_display<std::uint16_t>(image, output);
-  return with_error(tiff_file(image.width, image.height, static_cast<std::uint16_t>(display.channels), display.codes),
-                    error_of(display, image, output));
+  const auto channels = static_cast<std::uint32_t>(display.channels);
+  const std::uint16_t entries = channels == 4 ? 14 : 13;
+  constexpr std::uint32_t header = 8;
+  const std::uint32_t bits = header + 2 + 12 * entries + 4;  // after the directory: bits of each channel,
+  const std::uint32_t resolution = bits + 2 * channels;      // one pixel per unit,
+  const std::uint32_t strip = resolution + 8;                // and the pixels
+  const auto strip_bytes = static_cast<std::uint32_t>(2 * display.codes.size());
+  enum Type : std::uint16_t { type_short = 3, type_long = 4, type_rational = 5 };
+  /// `value` is the offset of values that take more than four bytes.
+  struct Entry {
+    std::uint16_t tag;
+    Type type;
+    std::uint32_t count, value;
+  };
+  const Entry directory[] = {
+      {256, type_long, 1, image.width},
+      {257, type_long, 1, image.height},
+      {258, type_short, channels, bits},
+      {259, type_short, 1, 1},  // not compressed
+      {262, type_short, 1, 2},  // RGB
+      {273, type_long, 1, strip},
+      {277, type_short, 1, channels},
+      {278, type_long, 1, image.height},  // rows in the strip
+      {279, type_long, 1, strip_bytes},
+      {282, type_rational, 1, resolution},
+      {283, type_rational, 1, resolution},
+      {284, type_short, 1, 1},  // channels side by side
+      {296, type_short, 1, 1},  // no unit of length
+      {338, type_short, 1, 2},  // straight alpha
+  };
+  std::vector<std::uint8_t> file{'I', 'I', 42, 0};
+  file.reserve(strip + std::size_t{strip_bytes});
+  put(file, header);  // offset of the directory
+  put(file, entries);
+  for (const Entry& entry : std::span(directory).first(entries)) {
+    put(file, entry.tag);
+    put(file, static_cast<std::uint16_t>(entry.type));
+    put(file, entry.count);
+    put(file, entry.value);
+  }
+  put(file, std::uint32_t{0});  // no further image
+  for (std::uint32_t channel = 0; channel < channels; ++channel) put(file, std::uint16_t{16});
+  put(file, std::uint32_t{1});
+  put(file, std::uint32_t{1});
+  for (const std::uint16_t code : display.codes) put(file, code);
+  return with_error(std::move(file), error_of(display, image, output));
 }
 
 /// `linear`: radiance of the file, three values per pixel.
@@ -142,25 +193,16 @@ EncodedFile encode_exr(const Image& image, const Output& output, const OpenImage
   return with_error(library.exr(rounded, true), error_of(rounded.rgb, image, output));
 }
 
-/// The lossy formats are decoded again to measure their error.
 EncodedFile encode_hdr(const Image& image, const Output& output, const OpenImageIo& library) {
-  Encoded file = library.hdr(image);
-  if (!file) return std::move(file.error());
-  std::vector<float> decoded(image.rgb.size());
-  if (const auto error = library.read_floats(ImageFormat::hdr, *file, decoded); !error.empty())
-    return "hdr encoder: the file " + error;
-  return with_error(std::move(file), error_of(decoded, image, output));
+  std::vector<float> linear = image.rgb;
+  Encoded file = library.write_floats(ImageFormat::hdr, image, linear, output.quality);
+  return with_error(std::move(file), error_of(linear, image, output));
 }
 
-/// jpg or webp.
-EncodedFile encode_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
-  const bool jpg = format == Format::jpg;
+/// 8-bit codes over black, in any other format.
+EncodedFile encode_codes(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
   auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
-  Encoded file = (jpg ? library.jpeg : library.webp)(image, display.codes, output.quality);
-  if (!file) return std::move(file.error());
-  const ImageFormat kind = jpg ? ImageFormat::jpeg : ImageFormat::webp;
-  if (const auto error = library.read_codes(kind, *file, display.codes); !error.empty())
-    return std::string(name(format)) + " encoder: the file " + error;
+  Encoded file = library.write_codes(row(format).kind, image, display.codes, output.quality);
   return with_error(std::move(file), error_of(display, image, output));
 }
 
@@ -168,9 +210,11 @@ EncodedFile encode_lossy(const Image& image, Format format, const Output& output
 
 EncodedFile encode(const Image& image, Format format, const Output& output) {
   // Not every encoder rejects empty images: the JPEG encoder crashes.
-  if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the image has no pixels";
-  if (std::max(image.width, image.height) > side_max(format))  // the JPEG encoder ends the process
-    return std::string(name(format)) + " encoder: a side has more than " + std::to_string(side_max(format)) + " pixels";
+  const std::string encoder = std::string(name(format)) + " encoder: ";
+  if (image.width == 0 || image.height == 0) return encoder + "the image has no pixels";
+  const std::uint32_t side_max = row(format).side_max;
+  if (std::max(image.width, image.height) > side_max)  // the JPEG encoder ends the process
+    return encoder + "a side has more than " + std::to_string(side_max) + " pixels";
   if (format == Format::png) return encode_png<std::uint8_t>(image, output, output.palette);
   if (format == Format::png16) return encode_png<std::uint16_t>(image, output, 0);
   if (format == Format::tiff) return encode_tiff(image, output);
@@ -178,7 +222,7 @@ EncodedFile encode(const Image& image, Format format, const Output& output) {
   if (!library) return library.error();
   if (format == Format::exr) return encode_exr(image, output, **library);
   if (format == Format::hdr) return encode_hdr(image, output, **library);
-  return encode_lossy(image, format, output, **library);
+  return encode_codes(image, format, output, **library);
 }
 
 }  // namespace tracer

@@ -16,7 +16,6 @@ namespace tracer {
 
 using Encoded = Result<std::vector<std::uint8_t>, std::string>;
 using Decoded = Result<Image, std::string>;
-using Codes = std::span<const std::uint8_t>;  ///< sRGB, three per pixel
 
 /// Values of some channels of a file, interleaved by pixel, row 0 on top.
 struct ChannelValues {
@@ -25,11 +24,12 @@ struct ChannelValues {
 };
 
 struct OpenImageIo {
-  Encoded (*jpeg)(const Image& size, Codes codes, std::uint32_t quality);
-  Encoded (*webp)(const Image& size, Codes codes, std::uint32_t quality);
+  /// Writes three channels per pixel, sRGB codes or linear radiance, and decodes the file again into `values`.
+  /// `quality`, 1 .. 100, matters to lossy formats only.
+  Encoded (*write_codes)(ImageFormat kind, const Image& size, std::span<std::uint8_t> values, std::uint32_t quality);
+  Encoded (*write_floats)(ImageFormat kind, const Image& size, std::span<float> values, std::uint32_t quality);
   /// `half`: colors and alpha, whose values must be 16-bit floats, are written as such.
   Encoded (*exr)(const Image& image, bool half);
-  Encoded (*hdr)(const Image& image);
   /// Like decode_as (decode.h), without its checks of the file. May throw.
   Decoded (*read)(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
                   const TextureImageLimits& limits, ImageTexture::Channel channel);
@@ -37,10 +37,6 @@ struct OpenImageIo {
   Result<ChannelValues, std::string> (*read_channels)(std::span<const std::uint8_t> bytes,
                                                       const std::vector<std::string>& names,
                                                       const TextureImageLimits& limits);
-  /// Decode a file that one of the writers made, as stored: codes of jpeg and webp, floats of hdr. `into` takes three
-  /// channels per pixel. The result is a reason, empty on success. 2.5 times as fast as read().
-  std::string (*read_codes)(ImageFormat kind, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> into);
-  std::string (*read_floats)(ImageFormat kind, std::span<const std::uint8_t> bytes, std::span<float> into);
 };
 
 /// Thread-safe. Fails with a sentence if the plugin is not installed or does not load.

@@ -241,9 +241,9 @@ void check_output(Checks& checks, const Output& output, const PixelWindow& windo
   const std::uint32_t side = std::max(window.width(), window.height());
   for (std::size_t i = 0; i < output.formats.size(); ++i) {
     const Format format = output.formats[i];
-    if (side > side_max(format))
+    if (side > row(format).side_max)
       checks.add_issue({formats, i}, "conflict",
-                       "a " + std::string(name(format)) + " file has at most " + std::to_string(side_max(format)) +
+                       "a " + std::string(name(format)) + " file has at most " + std::to_string(row(format).side_max) +
                            " pixels on a side, the image " + std::to_string(side));
   }
 }
