@@ -33,7 +33,7 @@ def operation_html(method, path, item, operation, document):
     body = resolved(operation.get("requestBody", {}), document)
     if body:
         named.append((f"body: {', '.join(body['content'])}", body.get("description", "")))
-    replies = [(status, resolved(reply, document)["description"]) for status, reply in operation["responses"].items()]
+    replies = [(status, resolved(reply, document)["description"]) for status, reply in sorted(operation["responses"].items())]
     example = docs_examples.example_of(method, path, item, operation, document)
     examples = (f"<pre>{html.escape(docs_examples.curl_of(example), quote=False)}</pre>"
                 f"<details><summary>Python</summary><pre>{html.escape(docs_examples.python_of(example), quote=False)}</pre></details>")
