@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "tracer/compare.h"
@@ -110,32 +109,11 @@ TEST(EncodingError, OfLinearFormatsIsThatOfTheirDisplay) {
   EXPECT_EQ(error_of(image, Format::exr, output).image, 0);
 }
 
-TEST(EncodingError, OfEightBitsIsTheDistanceToTheNearestCode) {
-  for (const double fraction : {0.0, 0.125, 0.25, 0.375, 0.75}) {
-    const Image image = image_of_levels(40, 20, [&](std::size_t i) { return static_cast<double>(i % 255) + fraction; });
-    const EncodingError error = error_of(image, Format::png);
-    const double distance = std::min(fraction, 1 - fraction);
-    EXPECT_NEAR(error.image, distance, curve_accuracy);
-    EXPECT_NEAR(error.worst_tile, distance, curve_accuracy);
-  }
-}
-
 TEST(EncodingError, OfRoundingIsARootOfTwelfthOfAStep) {
   const Image image = image_of_levels(
       512, 512, [](std::size_t i) { return 255 * std::fmod(static_cast<double>(i) * 0.6180339887, 1.0); });
   EXPECT_NEAR(error_of(image, Format::png).image, std::sqrt(1 / 12.0), 1e-3);
   EXPECT_NEAR(error_of(image, Format::png16).image, std::sqrt(1 / 12.0) / codes_per_level, curve_accuracy);
-}
-
-TEST(EncodingError, OfAFewWrongPixelsIsInTheirTile) {
-  // All but the last 16 x 16 pixels are codes.
-  const Image image = image_of_levels(64, 32, [](std::size_t i) {
-    const std::size_t x = i / 3 % 64, y = i / 3 / 64;
-    return x >= 48 && y >= 16 ? 100.5 - 1.0 / 16 : 100.0;
-  });
-  const EncodingError error = error_of(image, Format::png);
-  EXPECT_NEAR(error.worst_tile, 7.0 / 16, curve_accuracy);
-  EXPECT_NEAR(error.image, 7.0 / 16 / std::sqrt(8.0), curve_accuracy);
 }
 
 TEST(EncodingError, IsTheSameForAnyNumberOfThreads) {

@@ -8,7 +8,6 @@
 #include <map>
 
 #include "tests/support/random.h"
-#include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
 
 namespace tracer {
@@ -53,18 +52,6 @@ TEST(Tone, AppliesReinhardsCurveToEachChannel) {
 TEST(StraightColor, IsThePremultipliedColorDividedByAlpha) {
   const Image image{3, 1, {0.25F, 0.5F, 1, 0.1F, 0.2F, 0.3F, 0, 0, 0}, {0.5F, 1, 0}};
   EXPECT_EQ(straight_color(image), (std::vector<float>{0.5F, 1, 2, 0.1F, 0.2F, 0.3F, 0, 0, 0}));
-}
-
-TEST(Srgb16, IsTheNearestCodeOfTheCurve) {
-  for (int i = 0; i <= 20000; ++i) {
-    const auto linear = static_cast<float>(i) / 20000;
-    const long double value = linear;
-    const long double encoded = value <= 0.0031308L ? 12.92L * value : 1.055L * std::pow(value, 1 / 2.4L) - 0.055L;
-    EXPECT_NEAR(srgb16_from_linear(linear), static_cast<double>(65535 * encoded), 0.5001);
-  }
-  EXPECT_EQ(srgb16_from_linear(-1), 0);
-  EXPECT_EQ(srgb16_from_linear(std::nanf("")), 0);
-  EXPECT_EQ(srgb16_from_linear(2), 65535);
 }
 
 std::vector<std::uint8_t> random_codes(std::size_t pixels, std::uint32_t colors) {

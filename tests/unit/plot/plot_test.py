@@ -111,17 +111,13 @@ class Svg(unittest.TestCase):
         self.assertEqual(drawn.lines(BLUE), [[[b, c]]])
 
     def test_series_have_different_colours_and_marks(self):
-        drawn = Drawn(*LOG_AXES, *series("one", POINTS), *series("two", POINTS[:2], "triangle", "line", "dashed"))
-        self.assertEqual(len(drawn.marks(BLUE, "circle")), 5)
+        drawn = Drawn(*LOG_AXES, *series("red", POINTS[:3], "circle", "none", "", "c00000"), *series("one", POINTS),
+                      *series("two", POINTS[:2], "triangle", "line", "dashed"))
+        self.assertEqual([len(drawn.marks(colour)) for colour in ("#c00000", BLUE)], [3, 5])
         self.assertEqual(len(drawn.marks(VERMILION, "triangle")), 2)
         dashed = [path for path in drawn.root.iter(SVG + "path") if path.get("stroke-dasharray")]
         self.assertTrue(dashed)
         self.assertEqual({path.get("stroke") for path in dashed}, {VERMILION})
-
-    def test_series_without_a_colour_take_those_of_the_palette_in_turn(self):
-        drawn = Drawn(*LOG_AXES, *series("red", POINTS[:3], "circle", "none", "", "c00000"), *series("one", POINTS),
-                      *series("two", POINTS[:2]))
-        self.assertEqual([len(drawn.marks(colour)) for colour in ("#c00000", BLUE, VERMILION)], [3, 5, 2])
 
     def test_tooltip_contains_label_and_values_of_the_point(self):
         drawn = Drawn(*LOG_AXES, *series("runs", [(0.25, 3, "draft"), (1, 2.00004)]))

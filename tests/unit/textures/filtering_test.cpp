@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tests/support/scenes.h"
+#include "tracer/compare.h"
 #include "tracer/encode.h"
 
 namespace tracer {
@@ -68,20 +69,8 @@ TEST(Filtering, OfNoiseBlursLittleMoreThanThePixel) {
   }
 }
 
-TEST(Filtering, IsDisabledWithoutFilteredTextures) {
-  EXPECT_FALSE(requirements(checkered_plain(1, Texture::Filter::nearest)).filtered_textures);
-  EXPECT_TRUE(requirements(checkered_plain(1, Texture::Filter::mipmap)).filtered_textures);
-}
-
-/// Root mean square of the differences of code values (IEC 61966-2-1).
 double error_in_levels(const Image& image, const Image& truth) {
-  const auto level = [](double value) {
-    const double shown = std::clamp(value, 0.0, 1.0);
-    return 255 * (shown <= 0.0031308 ? 12.92 * shown : 1.055 * std::pow(shown, 1 / 2.4) - 0.055);
-  };
-  double sum = 0;
-  for (std::size_t i = 0; i < image.rgb.size(); ++i) sum += std::pow(level(image.rgb[i]) - level(truth.rgb[i]), 2);
-  return std::sqrt(sum / static_cast<double>(image.rgb.size()));
+  return compare(to_display(image), to_display(truth))->rmse;
 }
 
 /// Holes in the dark squares of the same checker: the mean of a square and a hole is not their product's mean.

@@ -39,15 +39,6 @@ Real expected_bilinear(const Image& image, double u, double v, const Wraps& wrap
   return (1 - t) * ((1 - s) * red(i, j) + s * red(i + 1, j)) + t * ((1 - s) * red(i, j + 1) + s * red(i + 1, j + 1));
 }
 
-TEST(ImageMap, HasVZeroAtTheBottomRow) {
-  const Image image{2, 2, {1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0}};  // row 0, on top: 1 2
-  const ImageMap map(image);
-  EXPECT_EQ(map.nearest({0.1, 0.1}, {}).r, 3);
-  EXPECT_EQ(map.nearest({0.9, 0.1}, {}).r, 4);
-  EXPECT_EQ(map.nearest({0.1, 0.9}, {}).r, 1);
-  EXPECT_EQ(map.nearest({0.9, 0.9}, {}).r, 2);
-}
-
 TEST(ImageMap, InterpolatesBetweenTexelCentresUnderEveryWrap) {
   Random random(1);
   const Image image = make_image(7, 5, 2);

@@ -183,7 +183,6 @@ TEST(Noise, OmitsOctavesFarFinerThanTheFootprint) {
 }
 
 TEST(Noise, IsTheSameOnEveryMachine) {  // a hash of coordinates: any change shows
-  EXPECT_EQ(gradient_noise(0.5, 0.5), gradient_noise(0.5, 0.5));
   Random random(7);
   double checksum = 0;
   for (int i = 0; i < 1000; ++i) {
