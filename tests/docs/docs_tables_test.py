@@ -121,6 +121,19 @@ class Readme(unittest.TestCase):
         self.assertEqual(blocks("README.md", "console")[0].code.split(), ["server/run", "tests/run"])
 
 
+class PageForContributors(unittest.TestCase):
+    # Of each example what only its files have, and how many they are at most.
+    EXAMPLES = {"Add a material parameter": (r"\bdiffuse_transmission\b", 8), "Add an output format": (r"\btiff\b", 5)}
+
+    def test_names_the_files_of_each_example(self):
+        sources = [SCENE, HTTP] + [str(path) for path in tracked(".h", ".cpp", ".json", ".yaml") if path.parts[0] in ("tracer", "api", "server")]
+        for heading, (pattern, most) in self.EXAMPLES.items():
+            with self.subTest(heading):
+                named = {path.partition("#")[0] for path in re.findall(r"\]\(([^)]*)\)", section("CONTRIBUTING.md", heading))}
+                self.assertEqual(named, {path for path in sources if re.search(pattern, text(path))})
+                self.assertLessEqual(len(named), most)
+
+
 class SceneFormat(unittest.TestCase):
     def test_describes_every_field_and_value_of_the_schema(self):
         names = {name.removeprefix("$") for name in property_names(SCHEMA)}
@@ -143,14 +156,6 @@ class SceneFormat(unittest.TestCase):
                     for cell, beginning in zip(row, row_of(inner or name, fields[parent] if inner else objects[struct])):
                         self.assertTrue(cell.startswith(beginning), f"{cell} instead of {beginning}")
 
-    def test_of_an_example_parameter_is_in_the_files_that_the_page_for_contributors_names(self):
-        page = section("CONTRIBUTING.md", "Add a material parameter")
-        having = {str(path) for path in tracked(".h", ".cpp", ".json") if path.parts[0] in ("tracer", "api", "server")
-                  and re.search(r"\bdiffuse_transmission\b", text(path))} | {SCENE}
-        self.assertEqual(having - {path for path, _ in links("CONTRIBUTING.md")}, set())
-        self.assertEqual(len(having), 8)
-        self.assertIn("in eight files", page)
-
     def test_lists_every_code_of_an_issue(self):
         sources = [path for directory in ("api/src", "tracer/src/scene", "tracer/src/mesh_io", "server/http")
                    for path in sorted((SOURCE / directory).rglob("*.cpp"))]
@@ -166,10 +171,21 @@ class HttpContract(unittest.TestCase):
     def setUpClass(cls):
         cls.openapi = yaml.safe_load(text("api/openapi.yaml"))
 
+    def formats(self):
+        """The names, files and media types in the table of formats, which the contract refers to."""
+        return set(re.findall(r"^\| `(\w+)` \| `(image\.[\w.]+)` \| `([\w/.-]+)` \|", section(SCENE, "Output"), re.MULTILINE))
+
+    def test_lists_every_format_with_its_media_type(self):
+        rows = re.findall(r'\{"(\w+)", "([\w.]+)", "([\w/.-]+)", ImageFormat::', text("tracer/include/tracer/format.h"))
+        self.assertEqual(self.formats(), {(name, f"image.{extension}", media_type) for name, extension, media_type in rows})
+        described = {(path.rsplit("/", 1)[1], media_type) for path, item in self.openapi["paths"].items() if "}/image." in path
+                     for media_type in item["get"]["responses"]["200"]["content"]}
+        self.assertEqual({row[1:] for row in self.formats()}, described)
+
     def test_lists_every_route_and_no_other(self):
         routes = {(method.upper(), path) for path, item in self.openapi["paths"].items() for method in item
                   if method in ("get", "post", "put", "patch", "delete")}
-        listed = set()
+        listed = {("GET", "/v1/jobs/{id}/" + file) for _, file, _ in self.formats()}
         for line in section(HTTP, "Routes").splitlines():
             method, path = None, ""
             for span in re.findall(r"`([^`]+)`", line):
