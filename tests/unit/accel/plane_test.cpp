@@ -106,31 +106,5 @@ TEST(PlaneHits, ExcludeParallelRaysAndRaysThatStartOnThePlane) {
   for (const bool blocked : RayBatch(rays).occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
 }
 
-TEST(PlaneHits, AreOnTheLowestOfCoincidentPlanes) {
-  GeometrySet set;
-  for (int i = 0; i < 3; ++i) add_plane(set.planes, {0, 0, 0}, {0, 1, 0});
-  const auto accelerator = built(set);
-  const auto hits = RayBatch({TestRay{{0, 1, 0}, {0, -1, 0}}}).intersect(*accelerator, Coherence::coherent);
-  EXPECT_EQ(hits[0].primitive, (PrimitiveRef{set.plane_geometry(), 0}));
-}
-
-TEST(PlaneHits, DoNotHideASphereInFront) {
-  Random random(2);
-  GeometrySet set;
-  set.spheres.emplace_back();
-  add_sphere(set.spheres[0], {0, 0, 0}, 0.25);
-  add_plane(set.planes, {0, 0, 0}, {0, 0, 1});
-  const auto accelerator = built(set);
-  std::vector<TestRay> rays;
-  for (int i = 0; i < 1003; ++i) {
-    const Vec origin = random.spread(0.3, 1e6) * random.direction();
-    const Vec target(random.in(-0.15, 0.15), random.in(-0.15, 0.15), 0);
-    rays.push_back({rounded(origin), rounded(unit(target - origin))});
-  }
-  const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::incoherent);
-  // The sphere surrounds the part of the plane that is aimed at, and so comes first.
-  for (const TestHit& hit : hits) ASSERT_EQ(hit.primitive.geometry, 0u);
-}
-
 }  // namespace
 }  // namespace tracer

@@ -1,7 +1,5 @@
 // Hits of discs, cylinders, cones, boxes, ellipsoids and tori, plain and under affine maps, against all crossings in
 // long double.
-#include <algorithm>
-#include <optional>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"

@@ -1,5 +1,4 @@
 // Hits of spheres, against the roots of the quadratic in long double.
-#include <random>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
@@ -240,21 +239,6 @@ TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
   EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 8, 0.9), 2), effort::cases(20'000));
 }
 
-TEST(SphereHits, AtEqualDistanceAreTheLowestPrimitivesWhateverTheOrderOfTheTree) {
-  Random random(3);
-  GeometrySet set;
-  set.spheres.resize(2);
-  for (int copy = 0; copy < 40; ++copy) add_sphere(set.spheres[copy % 2], {0.1, 0.2, 0.3}, 0.15);
-  const auto accelerator = built(set);
-  std::vector<TestRay> rays;
-  for (int i = 0; i < 1001; ++i) {
-    const Vec origin = 2 * random.direction();
-    rays.push_back({rounded(origin), rounded(unit(Vec(0.1, 0.2, 0.3) - origin))});
-  }
-  for (const TestHit& hit : RayBatch(rays).intersect(*accelerator, Coherence::incoherent))
-    ASSERT_EQ(hit.primitive, (PrimitiveRef{0, 0}));
-}
-
 TEST(SphereHits, NeverComeFromRaysThatAreNotNumbersAndTheirNeighboursInThePacketDoNotNotice) {
   GeometrySet set;
   set.spheres.emplace_back();
@@ -296,14 +280,6 @@ TEST(SphereHits, FromDistancesBeyondAllFloatsNeverEndTheProcess) {
       EXPECT_TRUE(hits[2].primitive.hit() && blocked[2]) << distance;
     }
   }
-}
-
-TEST(AnEmptyScene, IsMissedByEveryRay) {
-  const GeometrySet set;
-  const auto accelerator = built(set);
-  const RayBatch batch(std::vector<TestRay>(33, TestRay{{1e30, 0, 0}, {0, 1, 0}}));
-  for (const TestHit& hit : batch.intersect(*accelerator, Coherence::coherent)) EXPECT_FALSE(hit.primitive.hit());
-  for (const bool blocked : batch.occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // Attenuation of lights, and the checker pattern.
 #include <gtest/gtest.h>
 
-#include <cfloat>
-
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/lights/light_registry.h"

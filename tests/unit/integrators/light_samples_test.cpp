@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
@@ -24,7 +25,7 @@ ShadingPoint random_shading_point(Random& random) {
           .to_eye = rounded(random.direction()),
           .diffuse = {random.in(0, 1), random.in(0, 1), 0},
           .specular = random.chance(0.5) ? Color{} : Color{0, random.in(0, 1), random.in(0, 1)},
-          .shininess = random.in(0, 9),
+          .shininess = random.chance(0.2) ? 0 : random.spread(0.1, 1e4),
           .blinn = random.chance(0.5)};
 }
 
@@ -84,9 +85,14 @@ TEST(LightSamplePacket, MatchesTheLocalModelForEveryKindOfLight) {
         if (!lit_lane) continue;
         ++lit;
         const Real spec = highlight_of(shading_point, to_light);
+        const bool is_spot = light.kind == light_kind<SpotLight>;
+        const auto inside = static_cast<double>(is_spot ? dot(-to_light, Vec(light.axis)) - light.cos_outer : 1);
         const auto expect = [&](double got, double diffuse, double specular, double radiance) {
           const auto expected = static_cast<double>((diffuse * cosine + specular * spec) * power * radiance);
-          EXPECT_NEAR(got, expected, 1e-12 * (expected + static_cast<double>(power))) << round << " lane " << lane;
+          // The error of a cosine is 1e-15, that of its power as many times that as the exponent, and that of a spot's
+          // edge, which is a square, twice that over the distance from the edge.
+          const double tolerance = 1e-12 + 4e-15 * shading_point.shininess + 2e-15 / inside;
+          EXPECT_NEAR(got, expected, tolerance * (expected + static_cast<double>(power))) << round << " lane " << lane;
         };
         expect(sample.radiance.r[lane], shading_point.diffuse.r, shading_point.specular.r, light.radiance.r);
         expect(sample.radiance.g[lane], shading_point.diffuse.g, shading_point.specular.g, light.radiance.g);
@@ -174,6 +180,19 @@ TEST(LightSamplePacket, LightsNeitherBlackPointsNorPointsAtTheLight) {
   sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, sample);
   ASSERT_EQ(sample.lit, LaneMask{1} << 2) << "the point below the light";
   EXPECT_EQ(sample.radiance.r[2], 1);
+}
+
+TEST(LightSamplePacket, HasNoHighlightWithoutAHalfwayDirectionOrAlongTheSurface) {
+  const Vec3 up{0, 0, 1}, aside{1, 0, 0}, between{0.6, 0, 0.8};
+  for (const auto& [to_light, to_eye, shininess] :
+       {std::tuple{up, -up, 32.0}, {aside, between, 0.0}, {aside, between, 32.0}}) {
+    ShadingPointQueue queue;
+    queue.push({.normal = up, .to_eye = to_eye, .specular = {1, 1, 1}, .shininess = shininess, .blinn = true});
+    LightSamplePacket sample;
+    sample_light(queue.packet(0), {.kind = light_kind<DirectionalLight>, .axis = to_light, .radiance = {1, 1, 1}}, 1, 1,
+                 sample);
+    EXPECT_EQ(sample.lit == 0 ? 0 : sample.radiance.r[0], 0);
+  }
 }
 
 TEST(ShadingPointQueue, IsEmptyAfterClear) {

@@ -18,21 +18,6 @@ struct Rays {
   std::vector<PrimitiveRef> from;
 };
 
-TEST(PartsOfRays, CoverEachRayOnce) {
-  const RenderControl control;
-  for (const std::size_t count : {0u, 1u, 256u, 257u, 5000u}) {
-    const Rays rays(count);
-    std::size_t next = 0;
-    for_each_part(rays.span(), control, [&](const RaySpan& part, std::size_t first) {
-      EXPECT_EQ(first, next);
-      EXPECT_EQ(part.ox - rays.values.data(), static_cast<std::ptrdiff_t>(first));
-      EXPECT_EQ(part.from - rays.from.data(), static_cast<std::ptrdiff_t>(first));
-      next += part.count;
-    });
-    EXPECT_EQ(next, count);
-  }
-}
-
 TEST(PartsOfRays, EndAfterACancellation) {
   RenderControl control;
   const Rays rays(16384);

@@ -61,13 +61,5 @@ TEST(Power, HasItsLimits) {
   EXPECT_EQ(power_of(std::numeric_limits<double>::quiet_NaN(), 2), 1);
 }
 
-TEST(Power, NeverGrowsWithTheExponentByMoreThanItsError) {
-  Random random(2);
-  for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-    const double c = random.in(0, 1), n = random.in(0, 100);
-    ASSERT_LE(power_of(c, n + 1), power_of(c, n) * (1 + 0x1p-40));
-  }
-}
-
 }  // namespace
 }  // namespace tracer

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <vector>
 
 #include "tests/support/effort.h"
@@ -44,13 +43,6 @@ TEST(PixelSamples, ContainThePointsOfSmallerCounts) {
     for (std::uint32_t count = 2; count < 40; ++count)
       for (std::uint32_t i = 0; i < count; ++i)
         ASSERT_EQ(pixel_sample(pixel, i, count, 5), pixel_sample(pixel, i, count + 1, 5));
-}
-
-TEST(PixelSamples, StayInsideTheirPixel) {
-  for (std::uint64_t i = 0; i < effort::cases(200'000); ++i) {
-    const Vec2 p = pixel_sample(i, static_cast<std::uint32_t>(i * i), many, i >> 8);
-    ASSERT_TRUE(p.x >= 0 && p.x < 1 && p.y >= 0 && p.y < 1);
-  }
 }
 
 /// Chi-square of `samples` over 16 x 16 bins, as standard deviations from its mean.
@@ -93,17 +85,6 @@ TEST(PixelSamples, OfNeighboringPixelsAndSeedsAreUncorrelated) {
       for (const double sum : {xx, yy, xy})
         EXPECT_LT(std::fabs(sum * 12 / std::sqrt(n)), 5) << step << " " << seed_step;
     }
-}
-
-TEST(PixelSamples, AreDifferentInEveryPixelAndForEverySeed) {
-  std::set<std::pair<double, double>> seen;
-  const std::uint64_t pixels = effort::cases(50'000);
-  for (std::uint64_t i = 0; i < pixels; ++i) {
-    const Vec2 p = pixel_sample(i, 0, 4, 0), q = pixel_sample(i, 0, 4, 1);
-    seen.emplace(p.x, p.y);
-    seen.emplace(q.x, q.y);
-  }
-  EXPECT_EQ(seen.size(), 2 * pixels);
 }
 
 }  // namespace

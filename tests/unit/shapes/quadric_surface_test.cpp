@@ -6,7 +6,6 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/shape_registry.h"

@@ -259,16 +259,6 @@ TEST(MeshSurface, WeightsSmoothNormalsByTheAreasOfTheFaces) {
   EXPECT_EQ(c->geometry().triangles[0].normals[3], (std::array<float, 3>{0, 0, 0}));
 }
 
-TEST(MeshSurface, HasRadialSmoothNormalsOnAnIcosphere) {
-  const auto c = compiled(checkered(scenes::icosphere(3, true)));
-  const TriangleGeometry& g = c->geometry().triangles[0];
-  const Mesh mesh = scenes::icosphere(3, true);
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    const Vec n(g.normals[i][0], g.normals[i][1], g.normals[i][2]);
-    ASSERT_GT(dot(n, mesh.positions[i]), 0.999L);
-  }
-}
-
 TEST(MeshSurface, IsFlatWithoutNormalsAndBarycentricWithoutCoordinates) {
   const auto c = compiled(checkered(scenes::icosphere(1)));
   const Look at = look(*c, c->frame.render_from_world(Vec3{0.1, 0.2, 3}), {0, 0, -1});

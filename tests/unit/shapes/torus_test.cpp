@@ -6,13 +6,14 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tests/unit/accel/quadric_oracle.h"
 #include "tests/unit/shapes/look.h"
 
 namespace tracer {
 namespace {
 
 using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 constexpr double ratios[] = {1e-6, 1e-3, 0.25, 0.9, 0.999};
@@ -48,14 +49,6 @@ class CompiledTorus {
   [[nodiscard]] Look look_at(Real phi, Real psi) const {
     const Real height = 0.1L * std::fmin(tube(), 1 - tube());
     return look(*scene_, rounded(point(phi, psi, height)), rounded(-normal(phi, psi)));
-  }
-
-  /// Crossings of a ray in render space; their distances are in render space.
-  [[nodiscard]] Crossings crossings(const Vec3& origin, const Vec3& ray_direction) const {
-    const Map map({quadric_->render_from_shape, quadric_->origin});
-    Crossings found;
-    torus_crossings({map.shape_point(origin), map.shape_direction(ray_direction)}, tube(), found);
-    return found;
   }
 
  private:
@@ -155,38 +148,6 @@ TEST(Torus, IsLeftAtTheOppositePointOfTheTubeAlongTheInwardNormal) {
   });
 }
 
-TEST(Torus, IsCrossedUpToFourTimes) {
-  Random random(4);
-  std::uint64_t four = 0, certain = 0;
-  for (const double ratio : {0.01, 0.25, 0.9})
-    for (std::uint64_t i = 0; i < effort::cases(1000); ++i) {
-      const CompiledTorus torus(random, ratio, 1);
-      const auto in_tube = [&] {
-        return torus.point(2 * pi * random.in(0, 1), 2 * pi * random.in(0, 1), -torus.tube() * Real(random.in(0, 1)));
-      };
-      const Vec first = in_tube(), d = unit(in_tube() - first);
-      const Vec3 direction = rounded(d);
-      Vec3 origin = rounded(first - 5 * torus.size() * d);
-      const Crossings expected = torus.crossings(origin, direction);
-      Real margin = expected.margin;
-      for (const Crossing& crossing : expected.all) margin = std::fmin(margin, crossing.margin);
-      if (margin < 1e-11L) continue;  // a tangent, within the resolution of the oracle
-      ++certain;
-      std::size_t hits = 0;
-      for (PrimitiveRef from; hits < 5; ++hits) {
-        const Look at = look(torus.scene(), origin, direction, from);
-        if (!at.found) break;
-        ASSERT_EQ(at.surface.back, hits % 2 == 1);
-        origin = offset_origin(at.surface.point, at.surface.geometric_normal, direction);
-        from = at.hit.primitive;
-      }
-      ASSERT_EQ(hits, expected.all.size());
-      four += hits == 4 ? 1 : 0;
-    }
-  EXPECT_GT(certain, effort::cases(2000));
-  EXPECT_GT(four, certain / 4);
-}
-
 /// The outer half is part of the convex hull: a tangent plane there touches the torus in one point only.
 TEST(Torus, IsHitByRaysBelowATangentOfItsOuterHalfAndNotByRaysAbove) {
   Random random(5);
@@ -211,18 +172,6 @@ TEST(Torus, IsHitByRaysBelowATangentOfItsOuterHalfAndNotByRaysAbove) {
       EXPECT_NEAR(static_cast<double>(below.hit.t / torus.size()), static_cast<double>(3 - half_chord),
                   static_cast<double>(half_chord));
     }
-}
-
-TEST(Torus, IsHitFromFarOriginsWithinTheRoundingOfTheDistance) {
-  for_tori(6, [](Random& random, const CompiledTorus& torus) {
-    for (const double far : {1e3, 1e6, 1e9}) {
-      const Real phi = 2 * pi * random.in(0, 1), psi = random.in(-1.2, 1.2), rounding = 32 * 0x1p-53L * far;
-      const Look at = look(torus.scene(), rounded(torus.point(phi, psi, far)), rounded(-torus.normal(phi, psi)));
-      ASSERT_TRUE(at.found) << "distance " << far;
-      EXPECT_LE(std::fabs(at.hit.t / torus.size() - far), rounding);
-      EXPECT_LE(length(Vec(at.surface.point.position) - torus.point(phi, psi)), 2 * rounding * torus.size());
-    }
-  });
 }
 
 }  // namespace
