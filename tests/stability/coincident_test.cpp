@@ -13,6 +13,7 @@ namespace {
 
 using oracle::Random;
 using namespace tracer;
+using stability::compare;
 using stability::Oracle;
 using stability::Row;
 
@@ -41,11 +42,6 @@ Scene stacked(int copies, std::uint64_t seed) {
   }
   for (int i = 0; i < 40; ++i) scenes::add(scene, Sphere{random.vector(2), random.spread(0.02, 0.2)}, MaterialId{0});
   return scene;
-}
-
-void compare(Row& row, const Image& a, const Image& b) {
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3)
-    row.expect(std::equal(a.rgb.begin() + i, a.rgb.begin() + i + 3, b.rgb.begin() + i));
 }
 
 TEST(CoincidentSurfaces, ShowTheFirstOne) {

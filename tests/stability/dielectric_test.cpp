@@ -7,13 +7,10 @@
 #include "tests/stability/table.h"
 #include "tests/support/effort.h"
 #include "tests/support/pixel_ray.h"
-#include "tests/support/random.h"
 
 namespace {
 
-using oracle::Random;
 using oracle::Real;
-using oracle::Vec;
 using namespace tracer;
 using stability::Oracle;
 using stability::Row;
@@ -90,28 +87,6 @@ TEST(CameraInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
     for (const double height : {1e-9, 1.0, 1e6})
       compare(row, half_spaces({{0, ior}}, {0, -height, 0}, {0.2 * height, 0, 0}, 140), {ior, 1}, false,
               "ior " + std::to_string(ior));
-}
-
-TEST(CameraInGlass, IsReciprocal) {
-  Row row(12, "reversibility: eye and lamp change places, the same 1 - F", Oracle::conservation, "pairs");
-  Random random(1);
-  for (std::uint64_t i = 0; i < effort::cases(400); ++i) {
-    const double ior = random.in(1.05, 2.5);
-    const Real sin_in = random.in(0.01, 0.98) / ior, sin_out = sin_in * ior;
-    const Vec in(-sin_in, -std::sqrt(1 - sin_in * sin_in), 0), out(sin_out, std::sqrt(1 - sin_out * sin_out), 0);
-    const auto seen = [&](const Vec& eye, const Vec& lamp) {
-      Scene scene = scenes::empty(1);
-      scene.camera = {rounded(eye), {0, 0, 0}, {0, 0, 1}, 1e-3};
-      scene.accuracy.max_depth = 4;
-      scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::glass(ior));
-      scenes::add(scene, Sphere{rounded(lamp), 0.01}, scenes::glowing({1, 1, 1}));
-      return stability::render(scene).image.rgb[0];
-    };
-    const float outwards = seen(2 * in, 3 * out), inwards = seen(3 * out, 2 * in);
-    const Real expected = stability::through_layers(-in.y, {ior, 1}).onward;
-    row.expect(std::fabs(outwards - expected) <= 1e-6L && std::fabs(inwards - expected) <= 1e-6L,
-               std::to_string(outwards) + " " + std::to_string(inwards) + " " + std::to_string(expected));
-  }
 }
 
 /// Compares the layers in the given and in the reverse order with the closed form for `indices`.

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/stability/table.h"
-#include "tests/support/effort.h"
 #include "tests/support/reference_tracer.h"
 
 namespace {
@@ -46,17 +45,6 @@ TEST(HighlightExponents, FromZeroToTheLargestDoubleGiveThePower) {
                                                               std::to_string(e));
         }
       }
-}
-
-TEST(HighlightExponents, OfTheLargestDoubleLeaveOneLitPixel) {
-  Row row(13, "exponent 1e308, eye and lamp in one place: the middle alone shines", Oracle::closed_form, "pixels");
-  for (const auto model : {Material::Model::phong, Material::Model::blinn_phong}) {
-    Scene scene = shining(model, 1e308, {0, 0, 4});
-    scene.materials[0].diffuse = 0;
-    const Image image = stability::render(scene).image;
-    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
-      row.expect(image.rgb[i] == (i / 3 == 33 * 16 + 16 ? 0.8F : 0.0F));
-  }
 }
 
 }  // namespace

@@ -28,7 +28,13 @@ class Everything {
     materials();
     round_shapes();
     flat_shapes();
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) visit_object(i);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const std::string at = "/objects/" + std::to_string(i);
+      add_fields(at, scene.objects[i].shape);
+      if (auto& transform = scene.objects[i].transform)
+        for (auto& row : transform->rows)
+          for (double& entry : row) number(at + "/transform", entry);
+    }
     number("/accuracy/cutoff", scene.accuracy.cutoff);
     number("/output/exposure", scene.output.exposure);
   }
@@ -40,31 +46,50 @@ class Everything {
 
  private:
   void number(const std::string& pointer, double& value) { numbers.push_back({pointer, &value}); }
-  void vector(const std::string& pointer, Vec3& v) {
-    number(pointer + "/0", v.x);
-    number(pointer + "/1", v.y);
-    number(pointer + "/2", v.z);
-  }
-  void vector(const std::string& pointer, Vec2& v) {
-    number(pointer + "/0", v.x);
-    number(pointer + "/1", v.y);
-  }
   void color(const std::string& pointer, Color& c) {
     for (double* channel : {&c.r, &c.g, &c.b}) number(pointer, *channel);
+  }
+
+  void add(const std::string& /*pointer*/, bool& /*flag*/) {}
+  void add(const std::string& pointer, double& value) { number(pointer, value); }
+  void add(const std::string& pointer, Vec3& v) { add_list(pointer, std::array{&v.x, &v.y, &v.z}); }
+  void add(const std::string& pointer, Vec2& v) { add_list(pointer, std::array{&v.x, &v.y}); }
+  template <class T>
+  void add(const std::string& pointer, std::optional<T>& value) {
+    add(pointer, value.value());
+  }
+  template <class T, std::size_t count>
+  void add(const std::string& pointer, std::array<T, count>& values) {
+    for (std::size_t i = 0; i < count; ++i) add(pointer + "/" + std::to_string(i), values[i]);
+  }
+  template <std::size_t count>
+  void add_list(const std::string& pointer, const std::array<double*, count>& values) {
+    for (std::size_t i = 0; i < count; ++i) number(pointer + "/" + std::to_string(i), *values[i]);
+  }
+  /// All fields of a shape or a light.
+  template <class... Kinds>
+  void add_fields(const std::string& at, std::variant<Kinds...>& any) {
+    std::visit(
+        [&]<class Kind>(Kind& one) {
+          if constexpr (HasFields<Kind>)
+            for_each_field<Kind>(
+                [&](const auto& field) { add(at + "/" + std::string(field.name), one.*field.member); });
+        },
+        any);
   }
 
   void camera_and_world() {
     Camera& camera = scene.camera;
     camera = {{1, 2, 9}, {0, 0.5, 0}, {0.1, 1, 0}, 40, Camera::Type::perspective, 3, 0.01, 8};
-    vector("/camera/position", camera.position);
-    vector("/camera/look_at", camera.look_at);
-    vector("/camera/up", camera.up);
+    add("/camera/position", camera.position);
+    add("/camera/look_at", camera.look_at);
+    add("/camera/up", camera.up);
     number("/camera/fov", camera.fov_deg);
     number("/camera/height", camera.height);
     number("/camera/aperture", camera.aperture);
     number("/camera/focus_distance", *camera.focus_distance);
     scene.background.gradient = Gradient{{0.1, 0.2, 0.3}, {0.3, 0.2, 0.1}};
-    vector("/background/up", *scene.background.up);
+    add("/background/up", *scene.background.up);
     color("/background/zenith", scene.background.gradient->zenith);
     color("/background/nadir", scene.background.gradient->nadir);
     scene.depth_cue = DepthCue{3, 20, 0.9, 0.2, {0.5, 0.5, 0.5}};
@@ -86,28 +111,8 @@ class Everything {
           LightSource{DiscLight{{3, 3, 3}, {0, -1, 0.1}, 1}}, LightSource{SphereLight{{-3, 4, 3}, 1}}})
       scene.lights.push_back({source, {1, 0.9, 0.8}, 0.5, true, {Attenuation::Kind::polynomial, {1, 0.1, 0.01}}});
     const auto at = [](std::size_t i, const char* field) { return "/lights/" + std::to_string(i) + "/" + field; };
-    vector(at(0, "position"), std::get<PointLight>(scene.lights[0].source).position);
-    vector(at(1, "direction"), std::get<DirectionalLight>(scene.lights[1].source).direction);
-    auto& spot = std::get<SpotLight>(scene.lights[2].source);
-    vector(at(2, "position"), spot.position);
-    vector(at(2, "direction"), spot.direction);
-    number(at(2, "inner_angle"), spot.inner_angle_deg);
-    number(at(2, "outer_angle"), spot.outer_angle_deg);
-    auto& line = std::get<LineLight>(scene.lights[3].source);
-    vector(at(3, "from"), line.from);
-    vector(at(3, "to"), line.to);
-    auto& rect = std::get<RectLight>(scene.lights[4].source);
-    vector(at(4, "corner"), rect.corner);
-    vector(at(4, "edge_u"), rect.edge_u);
-    vector(at(4, "edge_v"), rect.edge_v);
-    auto& disc = std::get<DiscLight>(scene.lights[5].source);
-    vector(at(5, "center"), disc.center);
-    vector(at(5, "normal"), disc.normal);
-    number(at(5, "radius"), disc.radius);
-    auto& sphere = std::get<SphereLight>(scene.lights[6].source);
-    vector(at(6, "center"), sphere.center);
-    number(at(6, "radius"), sphere.radius);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+      add_fields("/lights/" + std::to_string(i), scene.lights[i].source);
       color(at(i, "color"), scene.lights[i].color);
       number(at(i, "intensity"), scene.lights[i].intensity);
       for (std::size_t c = 0; c < 3; ++c)
@@ -124,8 +129,8 @@ class Everything {
     color("/textures/gradient/gradient/1", std::get<GradientTexture>(scene.textures[1].pattern).colors[1]);
     color("/textures/noise/noise/1", std::get<NoiseTexture>(scene.textures[2].pattern).colors[1]);
     for (Texture& texture : scene.textures) {
-      vector(texture.path + "/scale", texture.scale);
-      vector(texture.path + "/offset", texture.offset);
+      add(texture.path + "/scale", texture.scale);
+      add(texture.path + "/offset", texture.offset);
     }
     Material glass = scenes::glass();
     glass.model = Material::Model::blinn_phong;
@@ -158,6 +163,7 @@ class Everything {
     scenes::add(scene, Sphere{{0, 0.5, 0}, 0.5, {0, 1, 0.1}, {1, 0.1, 0}}, MaterialId{1});
     scenes::add(scene, Disc{{1, 1, 0}, {0, 0.1, 1}, 0.5, 0.1, Vec3{1, 0.1, 0}}, MaterialId{2});
     scenes::add(scene, Cylinder{{-1, 0, 0}, {-1, 1, 0.1}, 0.3, true, Vec3{1, 0.1, 0}}, MaterialId{0});
+    scenes::add(scene, Torus{{-3, 1, 0}, {0, 0.1, 1}, 0.5, 0.2, Vec3{1, 0.1, 0}}, MaterialId{2});
     scenes::add(scene, Cone{{-2, 1, 0}, {-2, 0, 0.1}, 0.3, 0.1, true, Vec3{1, 0.1, 0}}, MaterialId{3});
   }
   void flat_shapes() {
@@ -172,55 +178,12 @@ class Everything {
         Mesh{{{0, 1, 1}, {1, 1, 1}, {0, 2, 1}}, {{0, 1, 2}}, {up[0], up[1], up[2]}, {{0, 0}, {1, 0}, {0, 1}}, false},
         MaterialId{1});
     for (std::size_t i = 0; i < scene.objects.size(); i += 3) scene.objects[i].transform = Transform{};
-  }
-
-  void visit_object(std::size_t i) {
-    Object& object = scene.objects[i];
-    const std::string at = "/objects/" + std::to_string(i) + "/";
-    const auto field = [&](const char* name) { return at + name; };
-    const auto list = [&](const char* name, auto& values) {
-      for (std::size_t k = 0; k < values.size(); ++k) vector(at + name + "/" + std::to_string(k), values[k]);
-    };
-    if (object.transform)
-      for (auto& row : object.transform->rows)
-        for (double& entry : row) number(field("transform"), entry);
-    if (auto* sphere = std::get_if<Sphere>(&object.shape)) {
-      vector(field("center"), sphere->center);
-      number(field("radius"), sphere->radius);
-      vector(field("axis"), sphere->axis);
-      vector(field("meridian"), sphere->meridian);
-    } else if (auto* disc = std::get_if<Disc>(&object.shape)) {
-      vector(field("center"), disc->center);
-      vector(field("normal"), disc->normal);
-      number(field("radius"), disc->radius);
-      number(field("inner_radius"), disc->inner_radius);
-      vector(field("u_axis"), *disc->u_axis);
-    } else if (auto* cylinder = std::get_if<Cylinder>(&object.shape)) {
-      vector(field("from"), cylinder->from);
-      vector(field("to"), cylinder->to);
-      number(field("radius"), cylinder->radius);
-      vector(field("u_axis"), *cylinder->u_axis);
-    } else if (auto* cone = std::get_if<Cone>(&object.shape)) {
-      vector(field("apex"), cone->apex);
-      vector(field("base"), cone->base);
-      number(field("radius"), cone->radius);
-      number(field("apex_radius"), cone->apex_radius);
-      vector(field("u_axis"), *cone->u_axis);
-    } else if (auto* plane = std::get_if<Plane>(&object.shape)) {
-      vector(field("point"), plane->point);
-      vector(field("normal"), plane->normal);
-      vector(field("u_axis"), *plane->u_axis);
-    } else if (auto* box = std::get_if<Box>(&object.shape)) {
-      vector(field("min"), box->min);
-      vector(field("max"), box->max);
-    } else if (auto* triangle = std::get_if<Triangle>(&object.shape)) {
-      list("vertices", triangle->vertices);
-      list("normals", *triangle->normals);
-      list("uvs", *triangle->uvs);
-    } else if (auto* mesh = std::get_if<Mesh>(&object.shape)) {
-      list("positions", mesh->positions);
-      list("normals", mesh->normals);
-      list("uvs", mesh->uvs);
+    auto& mesh = std::get<Mesh>(scene.objects.back().shape);
+    const std::string at = "/objects/" + std::to_string(scene.objects.size() - 1) + "/";
+    for (std::size_t i = 0; i < 3; ++i) {
+      add(at + "positions/" + std::to_string(i), mesh.positions[i]);
+      add(at + "normals/" + std::to_string(i), mesh.normals[i]);
+      add(at + "uvs/" + std::to_string(i), mesh.uvs[i]);
     }
   }
 };

@@ -112,15 +112,6 @@ void compare(Row& row, const Scene& scene, const Image& image, const Image& expe
   }
 }
 
-/// Adds a comparison of every value, bit for bit.
-void compare_bits(Row& row, const Image& image, const Image& expected, std::uint64_t seed) {
-  ASSERT_EQ(image.rgb.size(), expected.rgb.size());
-  std::uint64_t wrong = 0;
-  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
-    wrong += std::equal(image.rgb.begin() + i, image.rgb.begin() + i + 3, expected.rgb.begin() + i) ? 0 : 1;
-  row.count(image.rgb.size() / 3, wrong, "seed " + std::to_string(seed));
-}
-
 constexpr std::string_view near_edge = "the path passes an edge by less than 2^-20, and mesh corners are floats";
 
 TEST(ImageInvariance, HoldsForAnyNumberOfThreads) {
@@ -134,7 +125,7 @@ TEST(ImageInvariance, HoldsForAnyNumberOfThreads) {
     const Rendered one = stability::render(scene, 1);
     for (const std::uint32_t threads : {2u, 7u, 0u}) {
       const Rendered many = stability::render(scene, threads);
-      compare_bits(row, many.image, one.image, seed);
+      stability::compare(row, many.image, one.image, "seed " + std::to_string(seed));
       ASSERT_EQ(many.statistics, one.statistics);
     }
   }
@@ -148,18 +139,9 @@ TEST(ImageInvariance, HoldsForAnyOrderOfObjects) {
     std::mt19937 shuffle(static_cast<unsigned>(seed));  // NOLINT: the same order every time
     for (int i = 0; i < 3; ++i) {
       std::shuffle(scene.objects.begin(), scene.objects.end(), shuffle);
-      compare_bits(row, stability::render(scene).image, image, seed);
+      stability::compare(row, stability::render(scene).image, image, "seed " + std::to_string(seed));
     }
   }
-}
-
-TEST(ImageInvariance, HoldsForRepeatedRendersWithOneSeed) {
-  Scene scene = varied(3, 40);
-  scene.accuracy.samples = 16;
-  const auto image = stability::render(scene, 2).image.rgb;
-  EXPECT_EQ(stability::render(scene, 2).image.rgb, image);
-  scene.accuracy.seed = 1;
-  EXPECT_NE(stability::render(scene, 2).image.rgb, image);
 }
 
 TEST(ImageInvariance, IsExactForUnitsOfAnyPowerOfTwo) {
@@ -173,7 +155,7 @@ TEST(ImageInvariance, IsExactForUnitsOfAnyPowerOfTwo) {
     const Rendered rendered = stability::render(scene);
     for (const int k : {faded ? -40 : -60, -23, -1, 1, 10, 37, faded ? 40 : 60}) {
       const Rendered other = stability::render(scaled(scene, std::ldexp(1.0, k)));
-      compare_bits(row, other.image, rendered.image, seed);
+      stability::compare(row, other.image, rendered.image, "seed " + std::to_string(seed));
       ASSERT_EQ(other.statistics, rendered.statistics);
     }
   }
@@ -210,7 +192,7 @@ TEST(ImageInvariance, IsExactForTranslatedScenes) {
       const Rendered rendered = stability::render(scene);
       for (const Vec3& by : places) {
         const Rendered other = stability::render(moved(scene, by));
-        compare_bits(row, other.image, rendered.image, seed);
+        stability::compare(row, other.image, rendered.image, "seed " + std::to_string(seed));
         ASSERT_EQ(other.statistics, rendered.statistics);
       }
     };
@@ -262,24 +244,6 @@ TEST(ImageInvariance, HoldsForAll48SymmetriesOfTheAxes) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(ImageInvariance, HoldsForAnyTilesAndBatches) {
-  Row row(26, "windows of the image: other tiles, other batches", Oracle::invariance, "pixels");
-  for (std::uint64_t seed = 1; seed <= effort::cases(4); ++seed) {
-    Scene scene = varied(seed, 70);
-    scene.accuracy.samples = 40;
-    scene.accuracy.max_depth = 6;
-    const Image whole = stability::render(scene, 2).image;
-    for (const PixelWindow& window : {PixelWindow{0, 0, 1, 1}, {33, 20, 34, 70}, {5, 6, 69, 60}, {69, 69, 70, 70}}) {
-      scene.image.crop = window;
-      const Image part = stability::render(scene, 2).image;
-      Image expected{part.width, part.height, {}};
-      for (std::uint32_t y = window.y0; y < window.y1; ++y)
-        expected.rgb.insert(expected.rgb.end(), whole.pixel(window.x0, y), whole.pixel(window.x0, y) + 3 * part.width);
-      compare_bits(row, part, expected, seed);
-    }
-  }
-}
-
 /// As varied(), with a mesh and a triangle that glow.
 Scene varied_globally(std::uint64_t seed, std::uint32_t side) {
   Scene scene = varied(seed, side);
@@ -304,7 +268,7 @@ TEST(ImageInvariance, HoldsUnderGlobalLight) {
     ASSERT_TRUE(requirements(scene).emitters);
     const auto compare_with = [&](Row& row, const Scene& other, std::uint32_t count) {
       const Rendered rendered = stability::render(other, count);
-      compare_bits(row, rendered.image, one.image, seed);
+      stability::compare(row, rendered.image, one.image, "seed " + std::to_string(seed));
       EXPECT_EQ(rendered.statistics, one.statistics);
     };
     for (const std::uint32_t count : {2u, 8u}) compare_with(threads, scene, count);
@@ -315,7 +279,7 @@ TEST(ImageInvariance, HoldsUnderGlobalLight) {
     Image expected{part.width, part.height, {}};
     for (std::uint32_t y = 6; y < 29; ++y)
       expected.rgb.insert(expected.rgb.end(), one.image.pixel(5, y), one.image.pixel(5, y) + 3 * part.width);
-    compare_bits(threads, part, expected, seed);
+    stability::compare(threads, part, expected, "seed " + std::to_string(seed));
   }
   EXPECT_GT(diffuse, 1'000u);
 }

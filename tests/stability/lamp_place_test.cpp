@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/stability/table.h"
-#include "tests/support/effort.h"
 #include "tests/support/random.h"
 
 namespace {

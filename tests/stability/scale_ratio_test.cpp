@@ -1,7 +1,6 @@
 // Small things in scenes that are up to 10^30 times larger.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <string>
 
 #include "tests/stability/table.h"

@@ -66,7 +66,7 @@ class Table : public testing::Environment {
       return std::pair(a.number == 0, a.number) < std::pair(b.number == 0, b.number);
     });
     std::cout << "\n" << format_line("", "extreme", "oracle", "tried", "", "wrong", "") << "\n";
-    std::set<int> seen;
+    std::set<int> seen(std::begin(in_unit_tests), std::end(in_unit_tests));
     for (const Line& line : all) {
       std::cout << line.text << "\n";
       seen.insert(line.number);
@@ -107,6 +107,12 @@ Row::~Row() {
            << " of all: " << reason_;
   lines().push_back({number_, format_line(number_ == 0 ? "-" : std::to_string(number_), name_, text_of(oracle_),
                                           std::to_string(tried_), unit_, std::to_string(wrong_), remark.str())});
+}
+
+void compare(Row& row, const tracer::Image& image, const tracer::Image& expected, std::string_view detail) {
+  ASSERT_EQ(image.rgb.size(), expected.rgb.size());
+  for (auto one = image.rgb.begin(), other = expected.rgb.begin(); one != image.rgb.end(); one += 3, other += 3)
+    row.expect(std::equal(one, one + 3, other), detail);
 }
 
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads) {

@@ -17,8 +17,9 @@ enum class Oracle {
   conservation,  ///< PHYS: conservation of light, rays or memory
 };
 
-/// The extremes are numbered 1 to `extremes`; what holds for all of them has number 0.
-inline constexpr int extremes = 27;
+/// The extremes are numbered 1 to `extremes`; what holds for all of them has number 0. Tests of unit/accel have needles
+/// and slivers (5) and distant spheres (8).
+inline constexpr int extremes = 27, in_unit_tests[] = {5, 8};
 
 /// One line of the table, from its construction to the end of its scope. In every line the failures must be 0. Tries
 /// that no finite precision can decide (a pixel center on a silhouette) are counted separately as `undecided`, and the
@@ -51,6 +52,9 @@ class Row {
   std::uint64_t tried_ = 0, wrong_ = 0, undecided_ = 0;
   double largest_part_ = 0;
 };
+
+/// Adds the pixels of two images, which must be equal bit for bit.
+void compare(Row& row, const tracer::Image& image, const tracer::Image& expected, std::string_view detail = {});
 
 /// Renders the scene. Every sample that is not finite, and every value of the image that is not finite or negative, is
 /// a failure in the last line of the table.
