@@ -218,14 +218,10 @@ TEST(TimeBudget, ThatSufficesSamplesEveryPixelOfAnyImageSize) {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 1u}, {33u, 65u}, {2u, 95u}, {48u, 36u}}) {
     Scene scene = bright(64);
     scene.image = {width, height};
-    Adaptive adaptive;
-    adaptive.time_budget_ms = 400;
     FakeClock clock;
-    RenderControl control;
-    const auto rendered = render(*compiled(adapting(scene, adaptive)), clock.settings(), control);
-    ASSERT_TRUE(rendered.has_value());
-    EXPECT_GE(rendered->statistics.samples_min, 1u) << width << " x " << height;
-    EXPECT_GT(rendered->statistics.samples_max, 1u) << width << " x " << height;
+    const RenderStatistics statistics = within(400, clock, scene).statistics;
+    EXPECT_GE(statistics.samples_min, 1u) << width << " x " << height;
+    EXPECT_GT(statistics.samples_max, 1u) << width << " x " << height;
   }
 }
 
@@ -243,19 +239,13 @@ TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
 }
 
 TEST(TimeBudget, ThatEndsARoundLeavesThePilotsOfPixelsWithoutSamples) {
-  Scene scene = bright(64);
-  scene.output.layers = {Layer::samples};
   double earlier = 255;  // levels
   for (double budget_ms = 100; budget_ms <= 250; budget_ms += 10) {
-    Adaptive adaptive;
-    adaptive.time_budget_ms = budget_ms;
     FakeClock clock;
-    RenderControl control;
-    const auto rendered = render(*compiled(adapting(scene, adaptive)), clock.settings(), control);
-    ASSERT_TRUE(rendered.has_value());
-    EXPECT_GE(std::ranges::min(rendered->image.layers.samples), 1u) << budget_ms;
-    EXPECT_LT(rendered->error.estimate, 1.5 * earlier) << budget_ms;
-    earlier = std::min(earlier, rendered->error.estimate);
+    const Rendered rendered = within(budget_ms, clock);
+    EXPECT_GE(std::ranges::min(rendered.image.layers.samples), 1u) << budget_ms;
+    EXPECT_LT(rendered.error.estimate, 1.5 * earlier) << budget_ms;
+    earlier = std::min(earlier, rendered.error.estimate);
   }
 }
 
@@ -336,7 +326,7 @@ Scene corridor(double cutoff) {
 
 TEST(CutoffByChance, HasTheMeanOfTheImageWithoutACutoff) {
   const double whole = emission / (1 - reflection);
-  Scene scene = corridor(0.1);
+  Scene scene = corridor(0.125);  // a weight equal to the cutoff is traced
   const Rendered plain = scenes::render(scene);
   const double kept = whole * (1 - std::pow(reflection, 4));  // 1, 1/2, 1/4, 1/8 | 1/16
   for (const float value : plain.image.rgb) EXPECT_FLOAT_EQ(value, static_cast<float>(kept));

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "tests/support/effort.h"
-#include "tests/support/pixel_ray.h"
 #include "tests/support/scenes.h"
 #include "tracer/compare.h"
 #include "tracer/src/compiled/compiled_scene.h"

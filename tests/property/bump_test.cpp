@@ -233,8 +233,8 @@ TEST(PerturbedNormals, TransmitNoLightFromBehind) {
   EXPECT_GT(brightness(scene), 0.9);
 }
 
-TEST(PerturbedNormals, KeepReflectedRaysAboveTheSurface) {
-  // A mirror whose normals lean every way, under a white sky: below it, black. Every reflection must see the sky.
+/// A shape with normals that lean every way, under a white sky.
+Scene with_wild_normals(const Shape& shape, Material material) {
   Scene scene = scenes::empty(32);
   Texture noise;
   noise.pattern = NoiseTexture{{Color{0, 0, 0.5}, Color{1, 1, 0.6}}, 4};
@@ -243,27 +243,19 @@ TEST(PerturbedNormals, KeepReflectedRaysAboveTheSurface) {
   scene.textures.push_back(noise);
   scene.camera = {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20};
   scene.background.color = {1, 1, 1};
-  Material mirror = scenes::mirror();
-  mirror.normal_map = TextureId{0};
-  add(scene, level_plane, mirror);
-  add(scene, Disc{{0, -0.01, 0}, {0, 1, 0}, 99, 0, {}}, scenes::matte({0, 0, 0}));
-  const Rendered rendered = scenes::render(scene);
-  for (const float channel : rendered.image.rgb) EXPECT_EQ(channel, 1);
+  material.normal_map = TextureId{0};
+  add(scene, shape, material);
+  return scene;
+}
+
+TEST(PerturbedNormals, KeepReflectedRaysAboveTheSurface) {
+  Scene scene = with_wild_normals(level_plane, scenes::mirror());
+  add(scene, Disc{{0, -0.01, 0}, {0, 1, 0}, 99, 0, {}}, scenes::matte({0, 0, 0}));  // every reflection sees the sky
+  for (const float channel : scenes::render(scene).image.rgb) EXPECT_EQ(channel, 1);
 }
 
 TEST(PerturbedNormals, KeepRefractedRaysOnTheirSide) {
-  // A pane of glass with wild normals: what goes through it goes on, and comes out on the other side.
-  Scene scene = scenes::empty(32);
-  Texture noise;
-  noise.pattern = NoiseTexture{{Color{0, 0, 0.5}, Color{1, 1, 0.6}}, 4};
-  noise.scale = {40, 40};
-  noise.filter = Texture::Filter::nearest;
-  scene.textures.push_back(noise);
-  scene.camera = {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20};
-  scene.background.color = {1, 1, 1};
-  Material glass = scenes::glass();
-  glass.normal_map = TextureId{0};
-  add(scene, Disc{{0, 0, 0}, {0, 1, 0}, 9, 0, {}}, glass);
+  const Scene scene = with_wild_normals(Disc{{0, 0, 0}, {0, 1, 0}, 9, 0, {}}, scenes::glass());
   const Rendered rendered = scenes::render(scene);
   EXPECT_EQ(rendered.statistics.non_finite, 0u);
   for (const float channel : rendered.image.rgb) EXPECT_NEAR(channel, 1, 1e-5);  // F + (1 - F), whatever the normals

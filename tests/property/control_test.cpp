@@ -76,16 +76,6 @@ TEST(Cancellation, AtAnyMomentOfACompileGivesASceneOrNone) {
   EXPECT_GT(stopped, 0) << "the first round cancels at once";
 }
 
-TEST(Cancellation, AfterTheEndChangesNothing) {
-  const auto scene = compiled(scenes::random(1, 40));
-  RenderControl control;
-  const auto before = render(*scene, {.threads = 1}, control);
-  control.cancel();
-  EXPECT_TRUE(before.has_value());
-  RenderControl again;
-  EXPECT_EQ(render(*scene, {.threads = 1}, again)->image.rgb, before->image.rgb);
-}
-
 TEST(Progress, OnlyGrowsAndReachesItsTotal) {
   Scene scene = scenes::random(2, 200);
   scene.accuracy.samples = 8;
@@ -139,13 +129,6 @@ Scene floor_scene(const Material& material) {
 
 constexpr std::uint64_t pixels = 20 * 20;
 
-TEST(RayCounts, AreOneCameraRayPerSampleInAnEmptyScene) {
-  Scene scene = floor_scene(scenes::matte({1, 1, 1}));
-  scene.objects.clear();
-  scene.accuracy.samples = 5;
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = 5 * pixels}));
-}
-
 TEST(RayCounts, AreOneShadowRayPerLightOnTheFrontSide) {
   Scene scene = floor_scene(scenes::matte({1, 1, 1}));
   EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = 2 * pixels}));
@@ -169,51 +152,6 @@ TEST(RayCounts, AreOneRayPerMirrorAndTwoPerGlassSurface) {
   Material clear = scenes::glass(1);
   EXPECT_EQ(scenes::render(floor_scene(clear)).statistics.rays, (RayCounts{.camera = pixels, .refraction = pixels}))
       << "an index of one reflects nothing";
-}
-
-TEST(RayCounts, AreOneShadowRayThroughAnyNumberOfGlassSurfaces) {
-  Scene scene = floor_scene(scenes::matte({1, 1, 1}));
-  scene.lights.pop_back();
-  Material pane = scenes::glass(1);
-  pane.transmission = 0.5;
-  const MaterialId glass = scenes::add(scene, pane);
-  for (const double y : {6.0, 7.0, 8.0}) scenes::add(scene, Plane{{0, y, 0}, {0, 1, 0}, {}}, glass);
-  const Rendered rendered = scenes::render(scene);
-  EXPECT_EQ(rendered.statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels}));
-  scene.objects.resize(1);
-  const Rendered unshaded = scenes::render(scene);
-  for (std::size_t i = 0; i < rendered.image.rgb.size(); ++i)
-    ASSERT_FLOAT_EQ(rendered.image.rgb[i], unshaded.image.rgb[i] / 8) << "K_t three times";
-}
-
-/// A mirror of 0.8 above the floor's: a corridor.
-Scene corridor_scene() {
-  Scene scene = floor_scene(scenes::mirror(0.8));
-  scene.lights.clear();
-  scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
-  return scene;
-}
-
-TEST(Cutoff, EndsABranchBelowItAndCountsIt) {
-  Scene scene = corridor_scene();
-  scene.accuracy.cutoff = 0.5;  // 0.8, 0.64, 0.512 | 0.41
-  const RenderStatistics statistics = scenes::render(scene).statistics;
-  EXPECT_EQ(statistics.rays.reflection, 3 * pixels);
-  EXPECT_EQ(statistics.cut_branches, pixels);
-  EXPECT_EQ(statistics.truncated_branches, 0u);
-  scene.accuracy.cutoff = 0.8;
-  EXPECT_EQ(scenes::render(scene).statistics.rays.reflection, pixels) << "a weight equal to the cutoff is traced";
-}
-
-TEST(MaxDepth, EndsABranchAndCountsIt) {
-  Scene scene = corridor_scene();
-  for (const std::uint32_t depth : {0u, 1u, 7u}) {
-    scene.accuracy.max_depth = depth;
-    const RenderStatistics statistics = scenes::render(scene).statistics;
-    EXPECT_EQ(statistics.rays.reflection, depth * pixels);
-    EXPECT_EQ(statistics.truncated_branches, pixels);
-    EXPECT_EQ(statistics.cut_branches, 0u);
-  }
 }
 
 }  // namespace

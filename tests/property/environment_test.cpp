@@ -13,15 +13,6 @@ namespace {
 
 using namespace tracer;
 
-Rendered rendered(const Scene& scene, const Assets& assets) {
-  RenderControl control;
-  const auto compiled = compile(scene, control, assets);
-  if (!compiled) throw std::runtime_error(compiled.error().detail);
-  auto result = render(**compiled, {.threads = 1}, control);
-  if (!result) throw std::runtime_error(result.error().detail);
-  return std::move(*result);
-}
-
 Texture imaged(Texture::Filter filter) {
   Texture texture;
   texture.pattern = ImageTexture{};
@@ -55,7 +46,7 @@ TEST(Environment, ReproducesItsPanoramaBitForBit) {
       again.textures = {imaged(filter)};
       again.assets = {{"world.exr", "/background/environment/file"}};
       again.background.environment = Environment{};
-      const Image back = rendered(again, {{file->bytes}}).image;
+      const Image back = scenes::render(again, 1, {{file->bytes}}).image;
       if (filter == Texture::Filter::nearest) {
         EXPECT_EQ(back.rgb, seen.rgb);
       } else if (filter == Texture::Filter::bilinear) {
@@ -65,27 +56,6 @@ TEST(Environment, ReproducesItsPanoramaBitForBit) {
       for (std::size_t i = 0; i < seen.rgb.size(); ++i) difference += std::abs(back.rgb[i] - seen.rgb[i]);
       EXPECT_LT(difference / static_cast<double>(seen.rgb.size()), 0.01);
     }
-  }
-}
-
-TEST(Environment, RotatesThePanorama) {
-  Texture texels = imaged(Texture::Filter::nearest);
-  Image image;
-  image.width = 128;
-  image.height = 64;
-  for (std::uint32_t i = 0; i < 128 * 64; ++i) {
-    const std::uint32_t column = i % 128, row = i / 128;
-    image.rgb.insert(image.rgb.end(), {static_cast<float>(column), static_cast<float>(row), 1});
-  }
-  const auto file = encode(image, Format::exr);
-  Scene scene = panorama({0, 1, 0}, {0, 0, -1});
-  scene.textures = {texels};
-  scene.assets = {{"numbers.exr", "/background/environment/file"}};
-  scene.background.environment = Environment{{0}, 90};
-  const Image turned = rendered(scene, {{file->bytes}}).image;
-  for (std::uint32_t x = 0; x < 128; ++x) {
-    EXPECT_EQ(turned.pixel(x, 20)[0], static_cast<float>((x + 32) % 128)) << "a quarter of the texels to the left";
-    EXPECT_EQ(turned.pixel(x, 20)[1], 20);
   }
 }
 
@@ -141,25 +111,6 @@ TEST(Environment, HasANarrowerFootprintWithMoreSamples) {
   for (const float channel : scenes::render(scene).image.rgb) EXPECT_NEAR(channel, 0.5, 0.02);
   EXPECT_TRUE(requirements(scene).environment && requirements(scene).filtered_textures);
   EXPECT_FALSE(requirements(scene).textures) << "of surfaces";
-}
-
-TEST(CubeMap, GivesTheColorOfEachFace) {
-  Scene scene = scenes::empty(9);
-  scene.background.cube.emplace();
-  const Color colors[] = {{1, 0, 0}, {0, 1, 1}, {0, 1, 0}, {1, 0, 1}, {0, 0, 1}, {1, 1, 0}};
-  const Vec3 axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  for (std::uint32_t face = 0; face < 6; ++face) {
-    Texture texture;
-    texture.pattern = CheckerTexture{{colors[face], colors[face]}};
-    scene.textures.push_back(texture);
-    scene.background.cube->faces[face] = {face};
-  }
-  for (std::size_t face = 0; face < 6; ++face) {
-    scene.camera = {.position = {}, .look_at = axes[face], .up = {0.1, 1, 0.2}, .fov_deg = 50};
-    const Image image = scenes::render(scene).image;
-    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
-      ASSERT_EQ((Color{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}), colors[face]) << face;
-  }
 }
 
 /// A gradient, an environment and a cube, each with another color in every direction.

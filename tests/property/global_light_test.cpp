@@ -2,9 +2,7 @@
 // it must agree within four of its standard errors and within half a percent.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <numbers>
 
 #include "tests/property/global_radiance.h"
 
@@ -262,20 +260,6 @@ TEST(GlobalLight, IsOneInAFurnaceOfAllShapesAndMaterials) {
   }
   const double count = static_cast<double>(sum.size());
   expect_mean({all / count, std::sqrt(3 * variance) / count}, 1, "whole image");  // channels share their paths
-}
-
-TEST(GlobalLight, IsBitIdenticalForThreadsAndCrops) {
-  const Scene scene = furnace();
-  const Rendered one = scenes::render(scene, 1), two = scenes::render(scene, 2);
-  EXPECT_EQ(one.image.rgb, two.image.rgb);
-  EXPECT_EQ(one.statistics, two.statistics);
-  EXPECT_GT(one.statistics.rays.diffuse, 0u);
-  Scene part = scene;
-  part.image.crop = PixelWindow{3, 5, 12, 9};
-  const Image cropped = scenes::render(part).image;
-  for (std::uint32_t y = 0; y < cropped.height; ++y)
-    for (std::uint32_t x = 0; x < cropped.width; ++x)
-      EXPECT_EQ(cropped.pixel(x, y)[0], one.image.pixel(x + 3, y + 5)[0]) << x << ", " << y;
 }
 
 TEST(GlobalLight, LeavesOutTheAmbientTermAndIsOffByDefault) {

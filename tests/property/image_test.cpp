@@ -139,15 +139,6 @@ TEST(Gradient, IsNadirBelowZenithAboveAndTheirMeanAtTheHorizon) {
   expect_near(seen({0, 0.6, 0.8}, {0, 0, 2}), {1 - 0.8 * 0.9, 0.5 - 0.1 * 0.9, 0.9});
 }
 
-TEST(Gradient, IsVisibleInMirrors) {
-  Scene scene = scenes::empty(1);
-  scene.background.gradient = Gradient{{0.25, 0.5, 1}, {1, 0.5, 0}};
-  scene.camera = {{0, 1, 1}, {0, 0, 0}, {0, 1, 0}, 1};
-  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::mirror());
-  const double t = (std::sqrt(0.5) + 1) / 2;  // 45 degrees up
-  expect_near(middle(scene), {1 - 0.75 * t, 0.5, t});
-}
-
 /// The scene's middle under a cue between `front` and `back`: the ball is hit at z = 4.
 Color cued(Scene scene, double front, double back) {
   scene.depth_cue = DepthCue{front, back, 0.75, 0.25, {0, 1, 2}};

@@ -72,21 +72,4 @@ TEST(Penumbra, OfADiscGrowsAsTheAreaOfItsSegment) {
   });
 }
 
-TEST(Penumbra, IsTwiceAsWideForALightTwiceAsLarge) {
-  const auto lit_pixels = [](double size) {
-    const Scene scene = strip(RectLight{{-size, lamp_height, -3}, {2 * size, 0, 0}, {0, 0, 6}});
-    Scene open = scene;
-    open.lights[0].shadows = false;
-    const auto with = scenes::render(scene, 2).image, without = scenes::render(open, 2).image;
-    int count = 0;
-    for (std::uint32_t i = 0; i < 64; ++i)
-      count += with.pixel(i, 0)[0] > 0 && with.pixel(i, 0)[0] < without.pixel(i, 0)[0] ? 1 : 0;
-    return count;
-  };
-  for (const double size : {1.25, 2.5, 5.0}) {
-    const double width = 2 * size * edge_height / (lamp_height - edge_height);
-    EXPECT_NEAR(lit_pixels(size), width / 0.004, 2.5) << "lamp of " << 2 * size;
-  }
-}
-
 }  // namespace

@@ -66,10 +66,6 @@ TEST(Radiosity, UnderAUniformSkyIsThePartInSight) {
     for (const double y : {-1.0, 1.0}) scenes::add(scene, Sphere{{0.5, y, 0.01}, 0.01}, surface(0));
     expect_truth(scene, rho * sky / (wall ? 2 : 1), wall ? "beside a black wall" : "open");
   }
-  Scene body = wide_view_of({0, 0, 0}, {3, -3, 3}, 14);
-  body.background.color = {sky, sky, sky};
-  scenes::add(body, Sphere{{0, 0, 0}, 1}, surface(rho));
-  expect_truth(body, rho * sky, "convex body");
 }
 
 /// Form factor from a place (x, y, 0) to the rectangle [-half, half] x [0, height] of the plane x = 0.

@@ -8,6 +8,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
+#include "tracer/src/math/vec.h"
 
 namespace {
 

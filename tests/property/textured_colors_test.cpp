@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cmath>
-#include <vector>
 
 #include "tests/support/scenes.h"
 
@@ -73,16 +71,6 @@ TEST(TexturedColors, OfOneColorEqualThatColorBitForBit) {
           }
         }
       }
-}
-
-TEST(TexturedColors, ChangeTheImage) {
-  for (const Field field : fields) {
-    Material material = dielectric(true);
-    material.*field = tint;
-    const Scene plain = still_life(material);
-    EXPECT_NE(scenes::render(textured(plain, field, {Color{}, tint}, Texture::Filter::nearest)).image.rgb,
-              scenes::render(plain).image.rgb);
-  }
 }
 
 TEST(TexturedColors, OfBlackEqualTheMaterialWithoutTheirTerm) {

@@ -98,37 +98,6 @@ TEST(SoftLights, AreTheMeanOverTheirLengthAreaOrSurface) {
               1e-3);
 }
 
-TEST(Absorption, OfASlabIsExponentialInItsThickness) {
-  Material stained = scenes::glass(1);
-  stained.fresnel = false;
-  stained.reflection = 0;
-  stained.absorption = {0.1, 1, 3};
-  for (const double thickness : {0.01, 0.5, 2.0}) {
-    Scene scene = scenes::empty(1);
-    scene.background.color = {1, 1, 1};
-    scenes::add(scene, Box{{-1, -1, 0}, {1, 1, thickness}}, stained);
-    const auto seen = ahead(scene);
-    EXPECT_NEAR(seen[0], std::exp(-0.1 * thickness), 1e-6);
-    EXPECT_NEAR(seen[1], std::exp(-thickness), 1e-6);
-    EXPECT_NEAR(seen[2], std::exp(-3 * thickness), 1e-6);
-  }
-}
-
-TEST(OverlapOfEqualPriority, TransmitsTheSameInBothDirections) {
-  Material stained = scenes::glass(1);
-  stained.fresnel = false;
-  stained.reflection = 0;
-  Scene scene = scenes::empty(1);
-  scene.background.color = {1, 1, 1};
-  scenes::add(scene, Box{{-1, -1, 1}, {1, 1, 3.5}}, stained);
-  stained.absorption = {1, 1, 1};
-  scenes::add(scene, Box{{-1, -1, 0}, {1, 1, 2}}, stained);
-  EXPECT_NEAR(ahead(scene)[0], std::exp(-2.0), 1e-6) << "the smaller box fills the overlap";
-  EXPECT_NEAR(ahead(scene, -5)[0], std::exp(-2.0), 1e-6);
-  std::swap(scene.objects[0], scene.objects[1]);
-  EXPECT_NEAR(ahead(scene)[0], std::exp(-2.0), 1e-6) << "nor does the order of the document matter";
-}
-
 TEST(Hollow, EqualsASphereOfAirOfHigherPriorityAndAMeshTurnedInsideOut) {
   Material wine = scenes::glass(1);
   wine.fresnel = false;
