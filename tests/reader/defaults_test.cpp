@@ -43,17 +43,6 @@ TEST(DefaultValues, OfSceneMatchTheSceneHeader) {
   EXPECT_EQ(scene.accuracy.seed, 0u);
 }
 
-TEST(DefaultValues, OfTheDepthBoundTheRaysThatNoCutoffEnds) {
-  const auto depth = [](const char* accuracy) {
-    return accepted(document_with(std::string(R"("accuracy": )") + accuracy)).scene.accuracy.max_depth;
-  };
-  EXPECT_EQ(depth(R"({"preset": "draft"})"), 1000u);
-  EXPECT_EQ(depth(R"({"preset": "draft", "cutoff": 0.01})"), 1000u);
-  EXPECT_EQ(depth(R"({"preset": "draft", "cutoff": 0})"), 64u);
-  EXPECT_EQ(depth(R"({"preset": "draft", "cutoff": 0, "max_depth": 500})"), 500u);
-  EXPECT_EQ(depth(R"({"samples": [4, 4]})"), 64u);
-}
-
 TEST(DefaultValues, OfJobAreMediumPriorityAndThreeAttempts) {
   const api::JobRequest job = accepted(document_with()).job;
   EXPECT_EQ(job.priority, 50);

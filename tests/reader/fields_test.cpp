@@ -16,9 +16,11 @@ using tracer::Color;
 using tracer::Vec2;
 using tracer::Vec3;
 
-tracer::Scene every_field() {
-  return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json")).scene;
+tracer::Scene scene_of(const std::string& file) {
+  return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/" + file)).scene;
 }
+
+tracer::Scene every_field() { return scene_of("every_field.json"); }
 
 TEST(SceneReader, ReadsFieldsOfEveryKind) {
   const tracer::Scene scene = every_field();
@@ -43,8 +45,7 @@ TEST(SceneReader, ReadsFieldsOfEveryKind) {
 
 TEST(SceneReader, ReadsCropGradientDepthCueAndOutput) {
   using enum tracer::Format;
-  const tracer::Scene scene =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene;
+  const tracer::Scene scene = scene_of("every_field_of_images.json");
   EXPECT_EQ(scene.image.crop, (tracer::PixelWindow{3, 2, 20, 10}));
   EXPECT_EQ(scene.camera.height, 6);
   EXPECT_EQ(scene.camera.focus_distance, 3);
@@ -69,20 +70,9 @@ TEST(SceneReader, ReadsStereoPairs) {
   EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").layout, Layout::side_by_side);
   EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").eye_separation, 0.25);
   EXPECT_EQ(camera(R"(, "layout": "side_by_side")").layout, Layout::side_by_side);
-  const tracer::Camera anaglyph =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_cubes.json")).scene.camera;
+  const tracer::Camera anaglyph = scene_of("every_field_of_cubes.json").camera;
   EXPECT_EQ(anaglyph.layout, Layout::anaglyph);
   EXPECT_EQ(anaglyph.eye_separation, 0.25);
-}
-
-TEST(SceneReader, ReadsPresetsAsTargets) {
-  using tracer::Preset;
-  for (const auto& [word, preset] :
-       {std::pair{"draft", Preset::draft}, {"fine", Preset::fine}, {"reference", Preset::reference}}) {
-    const tracer::Accuracy accuracy =
-        accepted(document_with(R"("accuracy": {"preset": ")" + std::string(word) + "\"}")).scene.accuracy;
-    EXPECT_EQ(accuracy.target(), tracer::target_error_of(preset)) << word;
-  }
 }
 
 TEST(SceneReader, AcceptsCameraFieldsOfOtherTypes) {
@@ -243,6 +233,49 @@ TEST(SceneReader, AcceptsAnySpellingOfIntegers) {
     const auto scene = accepted(document_with(R"("image": {"width": )" + std::string(text) + "}")).scene;
     EXPECT_EQ(scene.image.width, 40u) << text;
   }
+}
+
+TEST(SceneReader, ReadsEnvironmentsBeforeTheirTextures) {
+  const tracer::Scene scene = scene_of("every_field_of_environments.json");
+  ASSERT_TRUE(scene.background.environment);
+  EXPECT_EQ(scene.background.environment->texture.index, 1u);
+  EXPECT_EQ(scene.background.environment->rotation_deg, -30);
+  EXPECT_EQ(scene.background.up, (tracer::Vec3{1, 0, 2}));
+  EXPECT_FALSE(scene.background.gradient || scene.background.cube);
+}
+
+TEST(SceneReader, ReadsCubeFacesInAnyOrder) {
+  const tracer::Scene scene = scene_of("every_field_of_cubes.json");
+  ASSERT_TRUE(scene.background.cube);
+  EXPECT_FALSE(scene.background.up) << "that of the camera";
+  const auto& faces = scene.background.cube->faces;
+  EXPECT_EQ(scene.textures[faces[0].index].path, "/background/cube/+x");
+  for (std::uint32_t face = 1; face < 6; ++face) EXPECT_EQ(faces[face].index, face - 1) << "in the order of the faces";
+}
+
+TEST(SceneReader, ReadsBumpsAndNormalMaps) {
+  const tracer::Scene scene = every_field();
+  const tracer::Material& glass = scene.materials[0];
+  ASSERT_TRUE(glass.bump && glass.normal_map);
+  EXPECT_EQ(scene.textures[glass.bump->texture.index].path, "/textures/marble");
+  EXPECT_EQ(glass.bump->scale, -0.25);
+  EXPECT_EQ(scene.textures[glass.normal_map->index].path, "/textures/oak");
+}
+
+TEST(DefaultValues, OfTexturesAreNoRotationUnitScaleAndNoBump) {
+  const auto scene = accepted(document_with(R"("background": {"environment": {"checker": [0, 1]}},
+                                               "materials": {"a": {"bump": {"texture": {"checker": [0, 1]}}}, "b": {}})"))
+                         .scene;
+  EXPECT_EQ(scene.background.environment->rotation_deg, 0);
+  EXPECT_EQ(scene.materials[0].bump->scale, 1);
+  EXPECT_FALSE(scene.materials[0].normal_map || scene.materials[1].bump || scene.materials[1].normal_map);
+}
+
+TEST(TextureReader, RejectsFilesWithoutAssets) {
+  api::Limits limits;
+  limits.files = api::Files::none;
+  EXPECT_EQ(reader_tests::outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
+            (std::vector<std::string>{"/background/environment/file unsupported"}));
 }
 
 }  // namespace

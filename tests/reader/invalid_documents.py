@@ -9,6 +9,7 @@ below it. Each other line is a case:
     text             instead of `patch`: the document itself; "\\udcXX" is the byte XX
     issues           all issues in document order: [[POINTER, CODE], ...]
     error            instead of `issues`: "not_json LINE:COLUMN" or "too_large"
+    detail           the sentence of the only issue or of the error
     schema_accepts   true where a JSON Schema cannot find the error: a reference, a limit, degenerate geometry, a duplicate name
 
 An object with one member `$RULE` stands for the value that the rule of this file generates. Numbers keep their spelling.
@@ -29,6 +30,7 @@ class Case:
     text: bytes
     outcome: list  # lines as reader_tests::outcome() gives them
     schema_accepts: bool = False
+    detail: str = ""  # not compared if empty
 
     @property
     def is_read(self):
@@ -124,7 +126,8 @@ def cases_of(table):
             continue
         text = line["text"] if "text" in line else written(patched(base, line.get("at", base_at), line["patch"]))
         outcome = [f'{pointer or chr(34) * 2} {code}' for pointer, code in line.get("issues", [])] or [line["error"]]
-        yield Case(f"{table.stem}.{line['name']}", text.encode("utf-8", "surrogateescape"), outcome, line.get("schema_accepts", False))
+        yield Case(f"{table.stem}.{line['name']}", text.encode("utf-8", "surrogateescape"), outcome, line.get("schema_accepts", False),
+                   line.get("detail", ""))
 
 
 def cases():
@@ -134,7 +137,7 @@ def cases():
 def main():
     for case in bases() + cases():
         sys.stdout.buffer.write(f"{case.name} {len(case.text)} {len(case.outcome)}\n".encode())
-        sys.stdout.buffer.write("".join(f"{line}\n" for line in case.outcome).encode() + case.text + b"\n")
+        sys.stdout.buffer.write("".join(f"{line}\n" for line in (case.detail, *case.outcome)).encode() + case.text + b"\n")
 
 
 if __name__ == "__main__":

@@ -22,13 +22,14 @@ api::Document accepted(const std::string& text);
 /// "/camera/fov out_of_range" for each issue, in order; "not_json 1:5", "too_large"; "accepted".
 std::vector<std::string> outcome(std::string_view text, const api::Limits& limits = {});
 
-/// The detail of the only issue; fails the test if there is not exactly one.
+/// The detail of the only issue, or of the error of a text that is not read; fails the test if there are more issues.
 std::string only_detail(const std::string& text);
 
 std::string file_bytes(const std::string& path);
 
 struct InvalidDocument {
   std::string name;                  ///< TABLE.NAME
+  std::string detail;                ///< as only_detail() gives it, or empty
   std::string text;                  ///< bytes, not always UTF-8
   std::vector<std::string> outcome;  ///< as outcome() gives it
 };

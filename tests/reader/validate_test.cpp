@@ -47,23 +47,6 @@ TEST(Validate, RejectsInvalidHandles) {
   EXPECT_EQ(issues_of(scene), (Lines{"/materials/m/color unknown_reference", "/objects/0/material unknown_reference"}));
 }
 
-TEST(Validate, RejectsNumbersThatAreNotFinite) {
-  for (const double bad : {nan, infinity, -infinity}) {
-    EXPECT_EQ(issues_with_shape(Sphere{{bad, 0, 0}, 1}), Lines{"/objects/0/center/0 not_finite"});
-    EXPECT_EQ(issues_with_shape(Sphere{{}, bad}), Lines{"/objects/0/radius not_finite"});
-    EXPECT_EQ(issues_with_shape(Plane{{}, {0, bad, 0}, {}}), Lines{"/objects/0/normal/1 not_finite"});
-    Scene scene = valid_scene();
-    scene.camera.fov_deg = bad;
-    scene.ambient.g = bad;
-    scene.materials[0].ior = bad;
-    scene.materials[0].reflection = bad;
-    scene.accuracy.cutoff = bad;
-    EXPECT_EQ(issues_of(scene),
-              (Lines{"/camera/fov not_finite", "/ambient not_finite", "/materials/m/reflection not_finite",
-                     "/materials/m/ior not_finite", "/accuracy/cutoff not_finite"}));
-  }
-}
-
 TEST(Validate, AcceptsCoordinatesUpToTheLimit) {
   const double largest = Limits{}.coordinate_max;
   EXPECT_EQ(issues_with_shape(Sphere{{largest, -largest, 0}, largest}), Lines{});
@@ -121,22 +104,6 @@ TEST(Validate, RejectsSingularProductsOfTransforms) {
   };
   for (const double s : {1.0, 1e-4, 1e-8, 1e-13}) EXPECT_EQ(issues_of_nested(s), Lines{}) << s;
   for (const double s : {1e-15, 1e-20}) EXPECT_EQ(issues_of_nested(s), Lines{"/objects/1 degenerate"}) << s;
-}
-
-TEST(Validate, RejectsEmptyMeshesAndAttributesOfAnotherLength) {
-  EXPECT_EQ(issues_with_shape(Mesh{}), Lines{"/objects/0 degenerate"});
-  EXPECT_EQ(issues_with_shape(Mesh{{{}, {}, {}}, {{0, 1, 2}}, {{0, 0, 1}}, {{}, {}}, false}),
-            (Lines{"/objects/0/normals wrong_length", "/objects/0/uvs wrong_length"}));
-}
-
-TEST(Validate, RejectsCamerasWithoutADirection) {
-  Scene scene = valid_scene();
-  scene.camera.look_at = scene.camera.position;
-  EXPECT_EQ(issues_of(scene), Lines{"/camera/look_at degenerate"});
-  scene.camera.look_at = {0, 1, 5};
-  EXPECT_EQ(issues_of(scene), Lines{"/camera/up degenerate"});
-  scene.camera.look_at = {0, 1, 5.000001};
-  EXPECT_EQ(issues_of(scene), Lines{});
 }
 
 TEST(Validate, RejectsImpossibleImages) {
