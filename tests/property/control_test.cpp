@@ -144,14 +144,4 @@ TEST(RayCounts, AreOneShadowRayPerLightOnTheFrontSide) {
       << "a surface that reflects no light";
 }
 
-TEST(RayCounts, AreOneRayPerMirrorAndTwoPerGlassSurface) {
-  EXPECT_EQ(scenes::render(floor_scene(scenes::mirror(0.5))).statistics.rays,
-            (RayCounts{.camera = pixels, .reflection = pixels}));
-  EXPECT_EQ(scenes::render(floor_scene(scenes::glass())).statistics.rays,
-            (RayCounts{.camera = pixels, .reflection = pixels, .refraction = pixels}));
-  Material clear = scenes::glass(1);
-  EXPECT_EQ(scenes::render(floor_scene(clear)).statistics.rays, (RayCounts{.camera = pixels, .refraction = pixels}))
-      << "an index of one reflects nothing";
-}
-
 }  // namespace

@@ -50,45 +50,6 @@ TEST(CutOuts, WithNothingThereLeaveTheSceneBehind) {
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(seen[i], expected[i], 1e-6) << i;
 }
 
-/// One layer before a background: every channel is the mean of surface and background, weighted by its opacity.
-TEST(CutOuts, MixTheSurfaceAndWhatIsBehindByTheirShare) {
-  const auto wall = [](const Color& opacity) {
-    Scene scene = scenes::empty(16);
-    scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 30};
-    scene.background.color = {0.9, 0.1, 0.4};
-    scene.lights = {scenes::point_light({1, 2, 4})};
-    Material material = scenes::matte({0.5, 0.8, 0.3});
-    material.opacity = opacity;
-    scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, material);
-    return scenes::render(scene).image.rgb;
-  };
-  const Color share{0.25, 0.5, 0.875};
-  const std::vector<float> whole = wall({1, 1, 1}), mixed = wall(share);
-  const double shares[] = {share.r, share.g, share.b}, behind[] = {0.9, 0.1, 0.4};
-  for (std::size_t i = 0; i < whole.size(); ++i)
-    EXPECT_NEAR(mixed[i], shares[i % 3] * whole[i] + (1 - shares[i % 3]) * behind[i % 3], 1e-7);
-}
-
-TEST(CutOuts, LetTheMissingShareOfLightPass) {
-  const auto floor_light = [](const Color& opacity, int panes) {
-    Scene scene = scenes::empty(1);
-    scene.camera.type = Camera::Type::orthographic;
-    scene.camera.position = {0, 1, 0};
-    scene.camera.look_at = {0, 0, 0};
-    scene.camera.up = {0, 0, -1};
-    scene.lights = {scenes::point_light({0, 10, 0})};
-    scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-    Material material = scenes::matte({0, 0, 0});
-    material.opacity = opacity;
-    for (int i = 0; i < panes; ++i) scenes::add(scene, Plane{{0, 3.0 + i, 0}, {0, 1, 0}, {}}, material);
-    return scenes::render(scene).image.rgb;
-  };
-  const std::vector<float> open = floor_light({1, 1, 1}, 0), shaded = floor_light({0.25, 0.5, 1}, 2);
-  EXPECT_FLOAT_EQ(shaded[0], open[0] * 0.75F * 0.75F);
-  EXPECT_FLOAT_EQ(shaded[1], open[1] * 0.5F * 0.5F);
-  EXPECT_EQ(shaded[2], 0);
-}
-
 /// A ball rendered with alpha is a cut-out that shows the ball and nothing around it.
 TEST(CutOuts, FollowTheAlphaOfAPng) {
   Scene ball = scenes::empty(32);

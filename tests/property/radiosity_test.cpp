@@ -119,25 +119,6 @@ TEST(Radiosity, LeavesTheSamplesTheRestOfTheTargetError) {
   EXPECT_NEAR(std::hypot(error.sampling, error.approximation), error.estimate, 0.2);
 }
 
-TEST(Radiosity, HasTheSameBitsForEveryNumberOfThreads) {
-  Scene scene = scenes::room();
-  scene.accuracy.model = Accuracy::Model::global;
-  scene.accuracy.approximate.interreflection = Interreflection::radiosity;
-  RenderControl control;
-  const auto first = *compile(scene, control), second = *compile(scene, control);
-  const std::vector<float> image = render(*first, {.threads = 1}, control)->image.rgb;
-  for (const std::uint32_t threads : {2u, 8u})
-    EXPECT_EQ(render(*second, {.threads = threads}, control)->image.rgb, image) << threads;
-}
-
-TEST(Radiosity, HasTheSameBitsForEveryScaleByAPowerOfTwoAndPlace) {
-  const std::vector<float> image = rendered_with(scenes::room(), Interreflection::radiosity).image.rgb;
-  for (const int exponent : {-20, 3})
-    EXPECT_EQ(rendered_with(scenes::room(std::ldexp(1.0, exponent)), Interreflection::radiosity).image.rgb, image)
-        << exponent;
-  EXPECT_EQ(rendered_with(scenes::room(1, {64, -1024, 8}), Interreflection::radiosity).image.rgb, image);
-}
-
 std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interreflection, double target) {
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.target_error = target;

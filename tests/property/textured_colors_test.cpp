@@ -73,23 +73,6 @@ TEST(TexturedColors, OfOneColorEqualThatColorBitForBit) {
       }
 }
 
-TEST(TexturedColors, OfBlackEqualTheMaterialWithoutTheirTerm) {
-  const std::array<double Material::*, 4> factors{&Material::specular, nullptr, &Material::reflection,
-                                                  &Material::transmission};
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    Material material = dielectric(false);
-    material.transparency = Material::Transparency::filtered;  // with no transmission nothing else changes
-    material.*fields[i] = tint;
-    const Scene plain = still_life(material);
-    Material without = material;
-    if (factors[i] != nullptr) without.*factors[i] = 0;
-    without.emission = fields[i] == &Material::emission ? ColorOrTexture(Color{}) : without.emission;
-    EXPECT_EQ(scenes::render(textured(plain, fields[i], {}, Texture::Filter::nearest)).image.rgb,
-              scenes::render(still_life(without)).image.rgb)
-        << i;
-  }
-}
-
 /// A pane before a light background, all of it within one pixel, with hundreds of squares of the checker.
 TEST(TexturedColors, HaveTheMeanOfTheirFootprint) {
   for (const Field field : {&Material::emission, &Material::transmission_color}) {
