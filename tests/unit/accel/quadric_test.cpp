@@ -282,22 +282,5 @@ TEST(DiscHits, ExcludeTheHoleAndIncludeBothRims) {
   EXPECT_FALSE(single(disc, {-3, 0, 0}, {1, 0, 0}).primitive.hit()) << "within its plane";
 }
 
-TEST(TorusHits, AreFourAlongTheDiameterAndNoneThroughTheHole) {
-  Quadric torus = quadric(kind_of<UnitTorus>, Affine{});
-  torus.radius_0 = 0.25;
-  double x = -3;
-  for (const double crossing : {-1.25, -0.75, 0.75, 1.25}) {
-    const TestHit hit = single(torus, {x, 0, 0}, {1, 0, 0});
-    ASSERT_TRUE(hit.primitive.hit()) << crossing;
-    EXPECT_NEAR(x + hit.t, crossing, 1e-15);
-    x = crossing + 1e-14;
-  }
-  EXPECT_FALSE(single(torus, {x, 0, 0}, {1, 0, 0}).primitive.hit()) << "behind it";
-  EXPECT_FALSE(single(torus, {0.1, 0.2, -3}, {0, 0, 1}).primitive.hit()) << "through the hole";
-  EXPECT_NEAR(single(torus, {0, 1, -3}, {0, 0, 1}).t, 2.75, 1e-15) << "along the axis";
-  EXPECT_NEAR(single(torus, {1, 0, 0.1}, {0, 1, 0}).t, std::sqrt(std::pow(1 + std::sqrt(0.0525), 2) - 1), 1e-15)
-      << "from within, along the tube";
-}
-
 }  // namespace
 }  // namespace tracer

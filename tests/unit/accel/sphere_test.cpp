@@ -267,20 +267,5 @@ TEST(SphereHits, NeverComeFromRaysThatAreNotNumbersAndTheirNeighboursInThePacket
     }
 }
 
-TEST(SphereHits, FromDistancesBeyondAllFloatsNeverEndTheProcess) {
-  GeometrySet set;
-  set.spheres.emplace_back();
-  add_sphere(set.spheres[0], {0, 0, 0}, 0.5);
-  const auto accelerator = built(set);
-  for (double distance = 1; distance < 1e300; distance *= 1e3) {
-    const std::vector<TestRay> rays(3, TestRay{{0, 0, distance}, {0, 0, -1}});
-    const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::coherent);
-    const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::incoherent);
-    if (distance < 1e15) {
-      EXPECT_TRUE(hits[2].primitive.hit() && blocked[2]) << distance;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace tracer

@@ -1,9 +1,11 @@
 // Points on soft lights are uniform over their length, area or surface: chi-square of what each has a distribution for.
+// Attenuation of lights.
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <numbers>
 
+#include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/lights/light_registry.h"
 
@@ -84,6 +86,27 @@ TEST(LightPoint, OfASphereIsUniformInHeightAlongAnyAxisAsArchimedesFound) {
   sphere.radius = 1.7;
   for (const Vec& axis : {Vec(0, 0, 1), Vec(1, 0, 0), unit(Vec(1, -2, 0.5L))})
     EXPECT_LE(chi_square(sphere, [&](const Vec& p) { return 0.5L + dot(p, axis) / (2 * 1.7L); }), chi_square_max);
+}
+
+TEST(Attenuation, IsItsFormulaAtEveryDistance) {
+  Random random(1);
+  for (std::uint64_t i = 0; i < effort::cases(50'000); ++i) {
+    const double d = random.spread(1e-60, 1e60);
+    const std::array<double, 3> c{random.chance(0.2) ? 0 : random.spread(1e-9, 1e9),
+                                  random.chance(0.2) ? 0 : random.spread(1e-9, 1e9), random.spread(1e-9, 1e9)};
+    const Real capped = std::fmin(1 / (c[0] + c[1] * Real(d) + c[2] * Real(d) * d), 1.0L);
+    ASSERT_NEAR(polynomial_attenuation(c, d), static_cast<double>(capped), 1e-15 * static_cast<double>(capped));
+    const auto squared = static_cast<double>(1 / (Real(d) * d));
+    ASSERT_NEAR(inverse_square_attenuation(d), squared, 1e-15 * squared);
+  }
+}
+
+TEST(Attenuation, OfThePolynomialIsCappedAtOneAlsoAtTheLightItself) {
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 0), 1);
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 0.5), 1);
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 2), 0.25);
+  EXPECT_EQ(polynomial_attenuation({2, 1, 0}, 2), 0.25);
+  EXPECT_EQ(inverse_square_attenuation(0.5), 4) << "unclamped";
 }
 
 }  // namespace

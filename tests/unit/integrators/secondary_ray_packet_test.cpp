@@ -1,10 +1,12 @@
-// Secondary rays of packets of hits, against the laws of reflection, Snell and Fresnel in long double.
+// Secondary rays of packets of hits, against the laws of reflection, Snell and Fresnel in long double; parts of a queue
+// of rays, between which a render can be cancelled.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_optics.h"
 #include "tracer/src/integrators/whitted/secondary_rays.h"
+#include "tracer/src/integrators/whitted/wavefront_state.h"
 
 namespace tracer {
 namespace {
@@ -180,6 +182,27 @@ TEST(BelowCutoff, SelectsRaysBelowTheCutoffAndBlackRays) {
   rays.largest[3] = 0;
   EXPECT_EQ(below_cutoff(rays, 0.05), 0b1010u);
   EXPECT_EQ(below_cutoff(rays, 0), 0b1000u);
+}
+
+struct Rays {
+  explicit Rays(std::size_t count) : values(count), from(count) {}
+  [[nodiscard]] RaySpan span() const {
+    const double* v = values.data();
+    return {v, v, v, v, v, v, v, from.data(), values.size()};
+  }
+  std::vector<double> values;
+  std::vector<PrimitiveRef> from;
+};
+
+TEST(PartsOfRays, EndAfterACancellation) {
+  RenderControl control;
+  const Rays rays(16384);
+  std::size_t traced = 0;
+  for_each_part(rays.span(), control, [&](const RaySpan& part, std::size_t) {
+    traced += part.count;
+    if (traced >= 1000) control.cancel();
+  });
+  EXPECT_LT(traced, 2000u);
 }
 
 }  // namespace

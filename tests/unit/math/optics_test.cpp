@@ -84,7 +84,7 @@ TEST(Fresnel, AgreesWithTheAmplitudesForEveryAngleAndIndexFromAMillionthToAMilli
                                            : random.below(2);  // grazing or normal, exactly
     const Interface interface = dielectric_interface(c, n1, n2);
     const Real sin2_t = (Real(n1) / n2) * (Real(n1) / n2) * (1 - Real(c)) * (1 + Real(c));
-    if (std::fabs(sin2_t - 1) < 1e-12L) continue;  // stability/interface_test.cpp has the critical angle
+    if (std::fabs(sin2_t - 1) < 1e-12L) continue;  // stability/dielectric_test.cpp has the critical angle
     ASSERT_EQ(interface.total_internal_reflection, sin2_t > 1);
     if (sin2_t > 1) {
       ASSERT_EQ(interface.reflectance, 1);

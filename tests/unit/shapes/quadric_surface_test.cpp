@@ -83,35 +83,6 @@ TEST(ClosedShapes, AreNotLeftWithoutAHitAtRimsEdgesCornersAndApex) {
   EXPECT_EQ(leaks, 0u) << "of " << rays;
 }
 
-TEST(ClosedShapes, AreLeftAsOftenAsEnteredNextToTheirRims) {
-  Random random(4);
-  std::uint64_t rays = 0, odd = 0, crossed = 0;
-  for (std::uint32_t i = 0; i < effort::cases(1000); ++i) {
-    const auto c = compiled(checkered(closed_shape(random, i), random_transform(random)));
-    const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
-    for (int ray = 0; ray < 100; ++ray) {
-      // Nearer than 1e-9 to a cone's apex, or 1e-11 to a rim, where a ray goes in and out is within the points' error.
-      const Vec beside = edge_of(random, q) + static_cast<Real>(random.spread(1e-8, 1e-2)) * random.direction();
-      const Vec3 target = q.origin + q.render_from_shape * rounded(beside);
-      const Vec3 direction = rounded(random.direction());
-      Vec3 origin = target - direction * 3;
-      PrimitiveRef from;
-      int crossings = 0;
-      for (; crossings < 8; ++crossings) {
-        const Look at = look(*c, origin, direction, from);
-        if (!at.found) break;
-        origin = offset_origin(at.surface.point, at.surface.geometric_normal, direction);
-        from = at.hit.primitive;
-      }
-      ++rays;
-      crossed += crossings > 0 ? 1 : 0;
-      odd += crossings % 2;
-    }
-  }
-  EXPECT_GT(crossed, rays / 4);
-  EXPECT_EQ(odd, 0u) << "of " << rays;
-}
-
 /// Signed distance of a point in the shape's space from the surface of a part.
 struct Beyond {
   Real distance = 0;

@@ -44,15 +44,8 @@ TEST(BoxFilter, OfACheckerIsItsIntegralAtEveryPlaceAndWidth) {
                 2e-15 * (1 + std::abs(x)) / w + 1e-14)
         << x << " " << w;
   }
-}
-
-TEST(BoxFilter, OfACheckerFadesToTheMeanOfItsColours) {
-  EXPECT_EQ(alternating_mean(0.25, 2), 0);
   EXPECT_EQ(alternating_mean(1e15, 1e30), 0);
   EXPECT_LE(std::abs(alternating_mean(0.3, 1e6)), 1e-6);
-  EXPECT_EQ(alternating_mean(0.5, 1), 1);
-  EXPECT_EQ(alternating_mean(-0.5, 1), -1);
-  EXPECT_EQ(alternating_mean(1, 1), 0);
 }
 
 TEST(BoxFilter, OfAGradientIsItsIntegralUnderEveryWrap) {
@@ -190,6 +183,44 @@ TEST(Noise, IsTheSameOnEveryMachine) {  // a hash of coordinates: any change sho
     checksum += gradient_noise(x, y) * (i + 1);
   }
   EXPECT_NEAR(checksum, -1213.1834046801484, 1e-9);
+}
+
+const Color even{1, 0, 0}, odd{0, 0, 1};
+const Texture checker{CheckerTexture{{even, odd}}, {1, 1}, {0, 0}, ""};
+
+TEST(Checker, HasItsFirstColourWhereTheFloorsSumIsEvenOnBothSidesOfNought) {
+  for (int i = -5; i < 5; ++i)
+    for (int j = -5; j < 5; ++j) {
+      const Color expected = (i + j) % 2 == 0 ? even : odd;
+      EXPECT_EQ(texture_color(checker, {i + 0.5, j + 0.5}), expected) << i << " " << j;
+      EXPECT_EQ(texture_color(checker, {i + 0.0, j + 0.0}), expected) << "a square has its lower edges";
+      EXPECT_EQ(texture_color(checker, {std::nextafter(i + 1.0, -10), j + 0.5}), expected) << "but not its upper ones";
+    }
+}
+
+TEST(Checker, AppliesTheScaleBeforeTheOffset) {
+  Texture scaled = checker;
+  scaled.scale = {2, -3};
+  scaled.offset = {0.5, 10};
+  Random random(2);
+  for (std::uint64_t i = 0; i < effort::cases(10'000); ++i) {
+    const Vec2 uv{random.in(-9, 9), random.in(-9, 9)};
+    const Real sum = std::floor(uv.x * 2.0L + 0.5L) + std::floor(uv.y * -3.0L + 10);
+    ASSERT_EQ(texture_color(scaled, uv), std::fmod(sum, 2.0L) == 0 ? even : odd);
+  }
+}
+
+TEST(Checker, StaysOneOfItsColoursAtHugeCoordinates) {
+  for (double u = 1; u < 1e300; u *= 31)
+    for (const double v : {0.5, -u, u, 1e300}) {
+      const Color color = texture_color(checker, {u, v});
+      EXPECT_TRUE(color == even || color == odd) << u << " " << v;
+    }
+  // Up to 2^52 halves are exact, and so is the pattern.
+  const double far = 0x1p52;
+  EXPECT_EQ(texture_color(checker, {far, 0.5}), even);
+  EXPECT_EQ(texture_color(checker, {far + 1, 0.5}), odd);
+  EXPECT_EQ(texture_color(checker, {-far - 1, 0.5}), odd);
 }
 
 }  // namespace
