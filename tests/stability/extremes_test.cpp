@@ -1,14 +1,18 @@
-// Extreme input: sizes and distances, self-intersection, leaks, infinite reflections, unbounded radiance.
+// Extreme input: sizes and distances, infinite reflections, unbounded radiance, exponents from 0 to 1e308, slats
+// thinner than a pixel.
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "tests/stability/table.h"
+#include "tests/support/effort.h"
 #include "tests/support/memory_growth.h"
 #include "tests/support/reference_tracer.h"
 
 namespace {
 
+using oracle::Real;
 using namespace tracer;
 using stability::Oracle;
 using stability::Row;
@@ -188,6 +192,81 @@ TEST(HugeSphere, EqualsTheReferenceTracerInFloat) {
       row.expect(right || expected[i].margin < 1e-9L, "radius " + std::to_string(radius));
     }
   }
+}
+
+/// A glossy sphere in front of the camera, with the light at the camera or next to it.
+Scene shining(Material::Model model, double shininess, const Vec3& lamp) {
+  Scene scene = scenes::empty(33);
+  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.lights = {scenes::point_light(lamp)};
+  Material material = scenes::matte({0.5, 0.4, 0.3});
+  material.model = model;
+  material.specular = 0.8;
+  material.shininess = shininess;
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, material);
+  return scene;
+}
+
+TEST(HighlightExponents, FromZeroToTheLargestDoubleGiveThePower) {
+  Row row(13, "exponents 0, 1, 1e3, 1e6, 1e12, 1e308, both lobes", Oracle::closed_form, "pixels");
+  row.bound("the path passes the ball's silhouette or the light's edge by less than 1e-9", 1e-3);
+  for (const auto model : {Material::Model::phong, Material::Model::blinn_phong})
+    for (const double shininess : {0.0, 5e-324, 1.0, 1e3, 1e6, 1e12, 1e308})
+      for (const Vec3& lamp : {Vec3{0, 0, 4}, Vec3{3, 2, 4}, Vec3{-0.01, 0.02, 3}}) {
+        const Scene scene = shining(model, shininess, lamp);
+        const Image image = stability::render(scene).image;
+        RenderStatistics ignored;
+        const auto expected = oracle::ReferenceTracer(scene).image(ignored);
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+          const Real e = expected[i].radiance.r;
+          // A cosine of 1 - c that is off by a few roundings is off n times as much in the power, but where that has
+          // any value c is below 40 / n.
+          const bool right = std::fabs(image.rgb[3 * i] - e) <= 1e-6L * (1 + e);
+          if (!right && expected[i].margin < 1e-9L) row.undecided();
+          row.expect(right || expected[i].margin < 1e-9L, "n " + std::to_string(shininess) + ": " +
+                                                              std::to_string(image.rgb[3 * i]) + ", not " +
+                                                              std::to_string(e));
+        }
+      }
+}
+
+/// An emissive shape in front of black, with parallel rays: 32 x 32 pixels of 1 x 1.
+Scene window(Shape shape, std::uint32_t samples) {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 50}, {0, 0, 0}, {0, 1, 0}, 45};
+  scene.camera.type = Camera::Type::orthographic;
+  scene.camera.height = 32;
+  scene.accuracy.samples = samples;
+  scenes::add(scene, std::move(shape), scenes::glowing({1, 1, 1}));
+  return scene;
+}
+
+/// A rectangle of `width` x 20, rotated by `turn` about its center, which is not the corner of a pixel.
+Shape slat(int kind, double width, double turn) {
+  const double c = std::cos(turn), s = std::sin(turn), h = width / 2;
+  const auto at = [&](double u, double v) { return Vec3{0.13 + u * c - v * s, 0.29 + u * s + v * c, 0}; };
+  if (kind == 0) return Cylinder{at(0, -10), at(0, 10), h, true, {}};
+  if (kind == 1) return Mesh{{at(-h, -10), at(h, -10), at(h, 10), at(-h, 10)}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false};
+  return Triangle{{{at(-h, -10), at(h, -10), at(0, 10)}}, {}, {}};
+}
+
+TEST(SlatsThinnerThanAPixel, CoverTheirArea) {
+  Row row(27, "1 to 1/1000 px wide: light is the area, to 5 sigma of the samples", Oracle::closed_form, "images");
+  const auto samples = static_cast<std::uint32_t>(effort::cases(256));
+  double largest = 0;
+  for (const int kind : {0, 1, 2})
+    for (const double width : {1.0, 0.3, 0.01, 0.001})
+      for (const double turn : {0.0, 0.4, std::numbers::pi / 4}) {
+        const Image image = stability::render(window(slat(kind, width, turn), samples), 2).image;
+        double light = 0;
+        for (std::size_t i = 0; i < image.rgb.size(); i += 3) light += image.rgb[i];
+        const double area = kind == 2 ? width * 10 : width * 20;
+        // Independent samples would leave the variance of a binomial; stratified ones leave less.
+        const double sigma = std::sqrt(area / samples);
+        largest = std::max(largest, std::fabs(light - area) / sigma);
+        row.expect(std::fabs(light - area) <= 5 * sigma, "width " + std::to_string(width));
+      }
+  row.note("largest " + std::to_string(largest).substr(0, 4) + " sigma");
 }
 
 }  // namespace
