@@ -35,12 +35,6 @@ struct AssetStoreKind {
   std::function<std::shared_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
 };
 
-AssetStore::Read reading(const std::string& bytes) {
-  return [&bytes](std::uint64_t offset, char* into, std::size_t size) {
-    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-  };
-}
-
 /// Objects that several nodes share, with rows in PostgreSQL.
 struct SharedAssets {
   std::unique_ptr<storage::objects::ObjectStore> objects;

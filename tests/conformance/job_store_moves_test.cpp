@@ -33,19 +33,6 @@ TEST(JobMoves, UseTheStateNamesOfTheContract) {
   EXPECT_FALSE(job_state(""));
 }
 
-TEST_P(JobStoreConformance, ClaimingMovesAQueuedJobToRunningAndCountsTheAttempt) {
-  const std::string id = submit();
-  now = 2'000'000;
-  const Claim claimed = claim();
-  EXPECT_EQ(claimed.job.id, id);
-  EXPECT_EQ(claimed.job.state, JobState::running);
-  EXPECT_EQ(claimed.job.attempt, 1);
-  EXPECT_EQ(claimed.job.started_at, 2'000'000);
-  const Job found = find(id);
-  EXPECT_EQ(found.state, JobState::running);
-  EXPECT_EQ(found.attempt, 1);
-}
-
 TEST_P(JobStoreConformance, ANewJobThatIsClaimedAtOnceEqualsOneThatIsClaimedLater) {
   const auto insert = [&](bool keep) {
     Job job = new_job();
@@ -188,20 +175,6 @@ TEST_P(JobStoreConformance, ReleaseKeepsTheAttemptOnlyWhenItCounts) {
   EXPECT_TRUE(store().release(job.id, second.fence, now, {}));
   EXPECT_EQ(find(job.id).attempt, 1);
   EXPECT_EQ(claim().job.attempt, 2);
-}
-
-TEST_P(JobStoreConformance, AnOldFenceChangesNothingAfterTheJobWasClaimedAgain) {
-  const Placed job = place(JobState::running);
-  store().release(job.id, job.fence, now, {});
-  const Claim second = claim();
-  ASSERT_EQ(second.job.id, job.id);
-  EXPECT_GT(second.fence, job.fence);
-  EXPECT_FALSE(store().succeed(job.id, job.fence, now, "stale", {}));
-  EXPECT_FALSE(store().fail(job.id, job.fence, now, {"internal", "stale", {}}));
-  EXPECT_FALSE(store().finish_cancel(job.id, job.fence, now));
-  EXPECT_FALSE(store().release(job.id, job.fence, now, {.counts = true, .suspect = true}));
-  EXPECT_TRUE(store().succeed(job.id, second.fence, now, "fresh", {}));
-  EXPECT_EQ(find(job.id).report, "fresh");
 }
 
 TEST_P(JobStoreConformance, ClaimsSuspectsSeparatelyUntilTheyEnd) {

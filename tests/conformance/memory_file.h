@@ -1,11 +1,15 @@
 #pragma once
-/// Bytes as a descriptor that can be read from offset 0, as a worker sends images.
+/// Bytes as a descriptor that can be read from offset 0, as a worker sends images, and the bytes of an open file.
 
+#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <stdexcept>
+#include <string>
 #include <string_view>
+
+#include "server/support/descriptor.h"
 
 class MemoryFile {
  public:
@@ -22,3 +26,9 @@ class MemoryFile {
  private:
   int fd_;
 };
+
+inline std::string text_of(const support::Descriptor& file) {
+  std::string text(static_cast<std::size_t>(lseek(file.get(), 0, SEEK_END)), '\0');
+  EXPECT_EQ(pread(file.get(), text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
+  return text;
+}

@@ -21,6 +21,7 @@
 #include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 #include "tests/support/postgres_server.h"
 #include "tracer/sha256.h"
 
@@ -150,9 +151,7 @@ TEST_F(SharedStores, AnArtifactThatIsStoredWhileAnotherNodeRemovesItExistsAfterw
 
 TEST_F(SharedStores, CollectsObjectsThatTheDatabaseDoesNotHave) {
   const std::string bytes = "lost", sha256 = tracer::sha256_hex(bytes);
-  a.objects.put(sha256, bytes.size(), [&](std::uint64_t offset, char* into, std::size_t size) {
-    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-  });
+  a.objects.put(sha256, bytes.size(), reading(bytes));
   const std::string known = a.put("known");
   name_in_a_job(known);
   std::string after;
@@ -215,9 +214,7 @@ TEST(BucketObjects, ListsItsObjectsAndNothingElse) {
   for (int i = 0; i < 5; ++i) {
     const std::string bytes = std::to_string(i);
     names.push_back(tracer::sha256_hex(bytes));
-    artifacts.put(names.back(), 1, [&](std::uint64_t offset, char* into, std::size_t size) {
-      return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-    });
+    artifacts.put(names.back(), 1, reading(bytes));
   }
   std::sort(names.begin(), names.end());
   std::vector<std::string> found;

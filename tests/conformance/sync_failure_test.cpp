@@ -37,12 +37,6 @@ int sync_unless_failing(long call, int fd) {
   return static_cast<int>(syscall(call, fd));
 }
 
-Job job_named(const std::string& id) {
-  Job job;
-  job.id = id;
-  return job;
-}
-
 }  // namespace
 
 // In place of libc's, for this program and the libraries in it.
@@ -215,17 +209,15 @@ TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
 TEST(FileAssetStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   const TemporaryDirectory directory;
   FileAssetStore first(directory.path(), [] { return 1; });
-  const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4: "abc"
-  const auto read = [](std::uint64_t offset, char* into, std::size_t size) {
-    return offset < 3 ? std::string("abc").copy(into, size, offset) : 0;
-  };
+  const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
+                    bytes = "abc";  // FIPS 180-4
   sync_fails = true;
-  EXPECT_THROW(first.put(sha256, read), StoreFailure);
+  EXPECT_THROW(first.put(sha256, reading(bytes)), StoreFailure);
   sync_fails = false;
   FileAssetStore store(directory.path(), [] { return 1; });
   EXPECT_FALSE(store.use(sha256));
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   const int before = sync_count;
-  EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
+  EXPECT_EQ(store.put(sha256, reading(bytes)), AssetStore::Put::stored);
   EXPECT_GE(sync_count, before + 2);
 }

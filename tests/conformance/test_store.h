@@ -1,11 +1,14 @@
 #pragma once
-/// The calls of all stores of a directory under one name, for tests.
+/// The calls of all stores of a directory under one name, and the stores of a temporary directory, for tests.
 
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "server/queue/asset_store.h"
+#include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/sqlite_stores.h"
+#include "tests/conformance/temporary_directory.h"
 
 /// As queue::Stores, with names that differ where two stores have the same.
 class StoreCalls {
@@ -107,4 +110,25 @@ class TestStore : public StoreCalls {
       : StoreCalls(sqlite->all()), sqlite_(std::move(sqlite)) {}
 
   std::unique_ptr<storage::sqlite::SqliteStores> sqlite_;
+};
+
+inline queue::Job job_named(const std::string& id) {
+  queue::Job job;
+  job.id = id;
+  return job;
+}
+
+/// Reads bytes that outlive it.
+inline queue::AssetStore::Read reading(const std::string& bytes) {
+  return [&bytes](std::uint64_t offset, char* into, std::size_t size) {
+    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+  };
+}
+
+/// Stores of one test in a temporary directory, without syncs of the database.
+struct TemporaryStores {
+  TemporaryDirectory directory;
+  TestStore store{directory.path(), {.synchronous = false}};
+  storage::files::FileArtifactStore large_artifacts{directory.path()};
+  storage::sqlite::SmallArtifactStore artifacts{store.sqlite(), large_artifacts};
 };

@@ -8,7 +8,7 @@
 #include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
 #include "server/storage/files/file_stores.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/conformance/test_store.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "tests/queue/opened_file.h"
+#include "tests/conformance/memory_file.h"
 
 using worker::AssetDirectory;
 

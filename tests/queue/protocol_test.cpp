@@ -11,7 +11,7 @@
 #include <cstring>
 #include <random>
 
-#include "tests/queue/opened_file.h"
+#include "tests/conformance/memory_file.h"
 
 using namespace worker;
 

@@ -11,7 +11,7 @@
 
 #include "server/queue/queue.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/conformance/test_store.h"
 
 /// Calls of the test within those of the stores.
 struct StoreHooks {

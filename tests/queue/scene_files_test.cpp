@@ -13,9 +13,9 @@
 
 #include "server/worker/protocol/asset_directory.h"
 #include "server/worker/supervisor/file_server.h"
+#include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
-#include "tests/queue/opened_file.h"
 
 using worker::SceneFiles;
 

@@ -18,7 +18,7 @@
 #include "server/queue/queue.h"
 #include "server/queue/queue_maintainer.h"
 #include "server/worker/supervisor/supervisor.h"
-#include "tests/conformance/temporary_stores.h"
+#include "tests/conformance/test_store.h"
 #include "tests/queue/eventually.h"
 
 /// Events of the log, counted by name.
