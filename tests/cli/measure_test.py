@@ -174,6 +174,40 @@ class Output(WithDirectory):
         self.assertEqual(text.count(b"\x1b"), 2)
 
 
+class Models(WithDirectory):
+    """A ball on a plane under a sky: `--parameters model` compares the models of light."""
+
+    PAINT = {"paint": {"model": "lambert", "color": [0.8, 0.6, 0.4]}}
+    BALL = {"version": 1, "image": {"width": 12, "height": 9}, "accuracy": {"model": "global"}, "materials": PAINT,
+            "camera": {"position": [0, 2, 6], "look_at": [0, 0.7, 0], "fov": 45}, "background": {"color": 0.3},
+            "lights": [{"type": "point", "position": [4, 6, 5], "intensity": 0.4}],
+            "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "paint"},
+                        {"type": "sphere", "center": [0, 1, 0], "radius": 1, "material": "paint"}]}
+    ROW = re.compile(r"(?m)^[*! ] model ([a-z ]+): (.+?)" + 6 * r" +([\d.]+)" + "$")
+
+    def test_table_has_the_seconds_and_the_errors_of_each_model(self):
+        done = self.measure("--reference-samples", "1024", "--threads", "2", "--parameters", "model", document=self.BALL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        output, result = done.stdout.decode(), self.result()
+        self.assertRegex(output, r"setting +seconds +error +claimed +samples +model +total\n")
+        rows = [(*row[:2], *map(float, row[2:])) for row in self.ROW.findall(output.replace("<=", "  "))]
+        models = ["whitted", "fitted ambient", "radiosity", "gather", "path"]
+        self.assertEqual([row[:2] for row in rows],
+                         [(model, value) for model in models for value in ("16 samples", "target 4", "target 1", "target 0.5")])
+        for (model, _, seconds, error, claimed, samples, of_model, total), point in zip(rows, result["points"], strict=True):
+            self.assertEqual(point["model"], model)
+            for printed, value in ((seconds, point["seconds"]), (error, point["error"]), (samples, point["samples"]["mean"]),
+                                   (claimed, point["claimed"]["estimate"]), (total, point["total_error"])):
+                self.assertAlmostEqual(printed, value, delta=0.006)
+            self.assertGreater(point["seconds"], 0)
+            self.assertAlmostEqual(of_model, 0 if model == "path" else point["model_error"], delta=1e-4)
+        by_model = {model: max(row[6] for row in rows if row[0] == model) for model in models}
+        self.assertGreater(by_model["whitted"], 10 * by_model["fitted ambient"])
+        self.assertGreater(by_model["fitted ambient"], 2 * max(by_model["radiosity"], by_model["gather"]))
+        self.assertIn("- Whitted's image is ", output)
+        self.assertRegex(output, r"come [\d.]+ % from interreflection of lights, [\d.]+ % from the background\n")
+
+
 class Errors(WithDirectory):
     def test_of_the_scene_are_reported_with_exit_code_1(self):
         done = self.measure(document=scene("tiny", colour=1))

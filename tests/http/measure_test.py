@@ -131,13 +131,6 @@ class Measurements(OneDaemon):
         waited = self.post(body, Prefer="wait=60")
         self.assertEqual((waited.status, json_of(waited)["state"]), (200, "succeeded"))
 
-    def test_progress_counts_images_and_points(self):
-        job = json_of(self.post({"scene": edges(160, 120), "settings": EXACT}))
-        steps = 8 + 4 + 5  # images of the reference, two samples each; 1, 4, 16 and 64 samples; further runs of these
-        while (now := self.daemon.job(job["id"]))["state"] != "succeeded":
-            self.assertAlmostEqual(now["progress"] * steps, round(now["progress"] * steps), delta=1e-9)
-        self.assertEqual(now["progress"], 1)
-
     def test_shows_the_points_while_it_runs_and_keeps_the_reference(self):
         document = edges(64, 48)
         job_id = json_of(self.post({"scene": document, "settings": {"reference_samples": 64}}))["id"]
