@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "server/queue/job_store.h"
-#include "server/storage/s3/presigned_url.h"
 #include "server/support/text_values.h"
+#include "tracer/sha256.h"
 
 namespace storage::s3 {
 namespace {
@@ -282,7 +282,25 @@ int S3Client::abort_uploads(const std::string& prefix, const std::string& then) 
 
 std::string S3Client::presigned_url(const std::string& key, std::chrono::seconds seconds, std::time_t now,
                                     Parameters parameters) const {
-  return presigned(url_of(key), settings_.region, credentials_.get(), seconds, now, std::move(parameters));
+  const std::string url = url_of(key);
+  const Credentials credentials = credentials_.get();
+  const std::size_t host = url.find("://") + 3, path = url.find('/', host);
+  const std::string date = support::in_utc(now, "%Y%m%d"), time = support::in_utc(now, "%Y%m%dT%H%M%SZ");
+  const std::string scope = date + "/" + settings_.region + "/s3/aws4_request";
+  parameters.emplace_back("X-Amz-Algorithm", "AWS4-HMAC-SHA256");
+  parameters.emplace_back("X-Amz-Credential", credentials.access_key + "/" + scope);
+  parameters.emplace_back("X-Amz-Date", time);
+  parameters.emplace_back("X-Amz-Expires", std::to_string(seconds.count()));
+  parameters.emplace_back("X-Amz-SignedHeaders", "host");
+  if (!credentials.session_token.empty()) parameters.emplace_back("X-Amz-Security-Token", credentials.session_token);
+  const std::string query = query_of(std::move(parameters));
+  const std::string canonical = "GET\n" + url.substr(path) + "\n" + query + "\nhost:" + url.substr(host, path - host) +
+                                "\n\nhost\nUNSIGNED-PAYLOAD";
+  const std::string text = "AWS4-HMAC-SHA256\n" + time + "\n" + scope + "\n" + tracer::sha256_hex(canonical);
+  std::string signing_key = "AWS4" + credentials.secret_key;
+  for (const std::string& part : {date, settings_.region, std::string("s3"), std::string("aws4_request")})
+    signing_key = tracer::hmac_sha256(signing_key, part);
+  return url + "?" + query + "&X-Amz-Signature=" + tracer::hex_of(tracer::hmac_sha256(signing_key, text));
 }
 
 }  // namespace storage::s3

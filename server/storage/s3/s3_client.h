@@ -83,8 +83,8 @@ class S3Client {
   /// time in UTC ("2025-01-31T23:59:59"). Returns their number, at most 1,000.
   int abort_uploads(const std::string& prefix, const std::string& then);
 
-  /// A URL that reads an object without credentials for `seconds` from `now`. `parameters` may set headers of the
-  /// answer, such as response-content-type. Sends no request.
+  /// A URL that reads an object without credentials for `seconds` (at most a week) from `now`. `parameters` may set
+  /// headers of the answer, such as response-content-type. Sends no request; libcurl does not sign queries.
   /// https://docs.aws.amazon.com/AmazonS3/latest/API/sigv4-query-string-auth.html
   [[nodiscard]] std::string presigned_url(const std::string& key, std::chrono::seconds seconds, std::time_t now,
                                           Parameters parameters = {}) const;
