@@ -178,7 +178,7 @@ struct Submission {
   /// False: the client waits for the images and has no id yet. The job then survives the death of the daemon, but
   /// power loss only from JobSubmission::make_durable, or the next durable write of any job, on.
   bool durable = true;
-  bool wants_position = true;  ///< Submitted::view has the place in the queue, which is two reads of the store
+  bool with_position = true;  ///< Submitted::view has the place in the queue, which is two reads of the store
   /// Called before the job is stored when there is `idempotency`: both are stored together.
   std::function<FirstReply(const JobView& view, bool from_cache)> write_reply = nullptr;
 };

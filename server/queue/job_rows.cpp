@@ -50,8 +50,6 @@ void read_assets(sql::Database& database, Job& job) {
   while (assets.row()) job.assets.push_back(assets.text(0));
 }
 
-constexpr std::int64_t first_fence = 1;
-
 /// Adds a claim of the job to the passes.
 void count_turn(sql::Database& database, const Job& job) {
   if (database.is_shared()) return database.post("SELECT count_turn(?, ?)", job.owner, pass_of_turn / job.weight);
@@ -98,20 +96,15 @@ void insert_scene(sql::Database& database, const std::string& id, const CommonSc
 }
 
 void insert_job(sql::Database& database, const Job& job, const std::string& document,
-                const std::optional<std::string>& scene_id, const std::optional<ClaimTerms>& terms) {
-  std::optional<std::string> url, events, boot_id;
-  std::optional<std::int64_t> lease_until;
-  if (terms) boot_id = terms->boot_id, lease_until = terms->lease_until;
+                const std::optional<std::string>& scene_id) {
+  std::optional<std::string> url, events;
   if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
   static const std::string insert =
-      std::string(
-          "INSERT INTO jobs (rank, moved_at, batch_id, webhook_url, webhook_events, content_key, fence, boot_id,"
-          " lease_until, ") +
-      member_columns + ") VALUES (" + sql::marks(9 + std::tuple_size_v<decltype(members(job))>) + ")";
+      std::string("INSERT INTO jobs (rank, moved_at, batch_id, webhook_url, webhook_events, content_key, ") +
+      member_columns + ") VALUES (" + sql::marks(6 + std::tuple_size_v<decltype(members(job))>) + ")";
   const auto post = [&](const auto&... member) {
     database.post(insert, rank_of(job.created_at, job.run_after, job.priority), job.started_at.value_or(job.created_at),
-                  null_if_empty(job.batch), url, events, null_if_empty(job.content_key), terms ? first_fence : 0,
-                  boot_id, lease_until, member...);
+                  null_if_empty(job.batch), url, events, null_if_empty(job.content_key), member...);
   };
   std::apply(post, members(job));
   database.post("INSERT INTO documents (job_id, document, scene_id) VALUES (?, ?, ?)", job.id, sql::Blob{document},
@@ -120,15 +113,6 @@ void insert_job(sql::Database& database, const Job& job, const std::string& docu
   std::int64_t position = 0;
   for (const std::string& sha256 : job.assets) {
     database.post("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
-  }
-  if (job.state == JobState::running) {
-    if (job.keep) {
-      database.post(
-          "INSERT INTO moves SELECT id, revision, moved_at, state, attempt, moved_for, boot_id FROM jobs"
-          " WHERE id = ?",
-          job.id);
-    }
-    count_turn(database, job);
   }
   if (job.state != JobState::succeeded) return;
   insert_report(database, job.id, job.report);
@@ -304,20 +288,6 @@ Claim claim_job(sql::Database& database, const std::string& id, const ClaimTerms
   // Outside the only writer, which a large document would delay.
   if (database.is_shared()) read_claimed_document(database, claim);
   count_turn(database, claim.job);
-  return claim;
-}
-
-std::optional<Claim> claim_unstored(sql::Database& database, const Job& job, std::int64_t now) {
-  if (job.deadline && *job.deadline <= now) return std::nullopt;
-  if (database.query("SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL LIMIT 1")
-          .row()) {
-    return std::nullopt;
-  }
-  Claim claim{.job = job, .document = {}, .fence = first_fence, .is_last = !database.is_shared()};
-  claim.job.state = JobState::running;
-  claim.job.started_at = std::max(now, job.created_at);
-  ++claim.job.attempt;
-  ++claim.job.revision;
   return claim;
 }
 

@@ -17,10 +17,9 @@ inline void from_text(const std::string& text, JobKind& kind) { kind = job_kind(
 std::string joined(const std::vector<std::string>& words);
 std::vector<std::string> split(const std::string& text);
 
-/// The document is a patch of the scene of that id; null: a complete document. The first claim of a running job has
-/// these terms.
+/// The document is a patch of the scene of that id; null: a complete document.
 void insert_job(sql::Database& database, const Job& job, const std::string& document,
-                const std::optional<std::string>& scene_id, const std::optional<ClaimTerms>& terms);
+                const std::optional<std::string>& scene_id);
 void insert_scene(sql::Database& database, const std::string& id, const CommonScene& scene);
 void insert_labels(sql::Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
 void insert_report(sql::Database& database, const std::string& id, const std::string& report);
@@ -57,9 +56,6 @@ inline constexpr std::int64_t pass_of_turn = 2520;
 /// Without the document where one connection does all writes. Precondition: the job is queued, and locked where several
 /// processes write.
 Claim claim_job(sql::Database& database, const std::string& id, const ClaimTerms& terms, std::int64_t now);
-/// The claim, without the document, of a queued job that is not stored yet. None if another job waits or its deadline
-/// has passed.
-std::optional<Claim> claim_unstored(sql::Database& database, const Job& job, std::int64_t now);
 
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
 /// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.

@@ -57,10 +57,6 @@ class JobRunner {
   virtual void request_preview(const std::string& id, std::uint32_t side) noexcept = 0;
   /// The claim is over: its lease ended, and the job may run elsewhere. Stop it; its end will not be stored.
   virtual void on_lease_lost(const Lease& lease) noexcept = 0;
-  /// Takes the free slot that the runner offers while no job waits; false where it offers none. Afterwards the caller
-  /// returns it with the job that it has claimed, which is then run, or without one.
-  virtual bool take_slot() noexcept { return false; }
-  virtual void return_slot(std::optional<Claim>&& /*claim*/) noexcept {}
   /// Calls `done` once, from any thread.
   virtual void run_image_task(const ImageTask& /*task*/, const std::function<void(ImageTaskResult)>& done) noexcept {
     done({"images cannot be processed", {}});
@@ -111,27 +107,6 @@ class AttachedRunner {
     call([&](JobRunner& runner) { runner.request_preview(id, side); });
     if (wakeups_ != nullptr) wakeups_->publish(topics::preview, id + " " + std::to_string(side));
   }
-
-  /// The slot that a submission has taken, if the runner offers one. `attach` waits for its end; no other call of this
-  /// thread to the runner is allowed until then.
-  class Slot {
-   public:
-    explicit Slot(AttachedRunner& runner) : lock_(runner.mutex_), runner_(runner.runner_) {
-      if (runner_ != nullptr && !runner_->take_slot()) runner_ = nullptr;
-    }
-    ~Slot() {
-      if (runner_ != nullptr) runner_->return_slot(std::move(claim_));
-    }
-    Slot(const Slot&) = delete;
-    Slot& operator=(const Slot&) = delete;
-    [[nodiscard]] bool taken() const { return runner_ != nullptr; }
-    void run(Claim claim) { claim_ = std::move(claim); }
-
-   private:
-    std::shared_lock<std::shared_mutex> lock_;
-    JobRunner* runner_;
-    std::optional<Claim> claim_;
-  };
 
  private:
   std::shared_mutex mutex_;

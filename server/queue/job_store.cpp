@@ -205,25 +205,18 @@ std::optional<JobsBefore> read_queue_position(sql::Database& database, const std
 
 }  // namespace
 
-InsertResult JobStore::insert(const InsertRequest& request, std::int64_t now) {
-  const auto work = [&](sql::Database& database) {
-    InsertResult result;
-    if (request.reply) {
-      if (!insert_reply(database, *request.reply, now)) {
-        result.earlier = read_reply(database, request.reply->key, now).value();
-        return result;
-      }
-    }
+std::optional<KeptReply> JobStore::insert(const InsertRequest& request, std::int64_t now) {
+  const auto work = [&](sql::Database& database) -> std::optional<KeptReply> {
+    if (request.reply && !insert_reply(database, *request.reply, now))
+      return read_reply(database, request.reply->key, now).value();
     if (request.batch) insert_batch(database, *request.batch);
     std::optional<std::string> scene_id;
     if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
-    if (request.claim) result.claim = claim_unstored(database, request.jobs.front().job, now);
-    const auto terms = result.claim ? request.claim : std::nullopt;
     for (const auto& [job, document] : request.jobs) {
       assert(job.state == JobState::queued || job.state == JobState::succeeded);
-      insert_job(database, result.claim ? result.claim->job : job, document, scene_id, terms);
+      insert_job(database, job, document, scene_id);
     }
-    return result;
+    return std::nullopt;
   };
   return transactions_.write(work, sql::synced(request.durable));
 }

@@ -119,15 +119,6 @@ struct InsertRequest {
   std::optional<KeptReply> reply = std::nullopt;
   std::optional<CommonScene> scene = std::nullopt;  ///< common to the documents, which are patches of it
   bool durable = true;
-  /// Claims the job (the only one) if it may run and no other job waits. One transaction and two thread switches less
-  /// are a tenth of the time of a small job.
-  std::optional<ClaimTerms> claim = std::nullopt;
-};
-
-struct InsertResult {
-  /// The reply that is stored under the same key already. Then nothing was inserted.
-  std::optional<KeptReply> earlier = std::nullopt;
-  std::optional<Claim> claim = std::nullopt;  ///< without the document, which the caller has
 };
 
 /// Fields of a job that its owner may change. Unset: unchanged.
@@ -225,8 +216,9 @@ class JobStore {
   explicit JobStore(sql::Transactions& transactions) : transactions_(transactions) {}
   virtual ~JobStore() = default;
 
-  /// Precondition: the ids are new.
-  virtual InsertResult insert(const InsertRequest& request, std::int64_t now);
+  /// Returns the reply that is stored under the same key already; then nothing was inserted. Precondition: the ids are
+  /// new.
+  virtual std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t now);
   /// The stored reply, unless it has expired.
   std::optional<KeptReply> find_reply(const ReplyKey& key, std::int64_t now);
   std::optional<Job> find(const std::string& id);

@@ -112,24 +112,14 @@ void JobSubmission::make_durable(const std::string& id) {
   context_.stores.maintenance.probe();
 }
 
-/// Stores the only job of the request, which runs at once if the runner has a free slot and no other job waits.
-std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view, bool wants_position) {
+/// Stores the only job of the request.
+std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view, bool with_position) {
   const Job& job = view.job;
   const bool may_run = !ended(job.state) && !job.not_before;  // otherwise run_maintenance notifies the runner in time
-  std::optional<AttachedRunner::Slot> slot;
-  if (may_run) slot.emplace(context_.runner);
-  if (slot && slot->taken()) request.claim = {context_.boot_id, job.created_at + context_.settings.lease_ms};
-  InsertResult result = context_.stores.jobs.insert(request, job.created_at);
-  if (result.earlier) return std::move(result.earlier);
+  if (auto earlier = context_.stores.jobs.insert(request, job.created_at)) return earlier;
   notify_stored(job);
-  const bool claimed = result.claim.has_value();
-  if (claimed) {
-    result.claim->document = std::move(request.jobs.front().document);
-    if (!context_.notifications.notify_claimed(*result.claim)) slot->run(*std::move(result.claim));
-  }
-  slot.reset();
-  if (wants_position && !ended(job.state) && !claimed && !request.reply) add_position(context_, view);
-  if (may_run && !claimed) context_.runner.notify();
+  if (with_position && !ended(job.state) && !request.reply) add_position(context_, view);
+  if (may_run) context_.runner.notify();
   return std::nullopt;
 }
 
@@ -144,7 +134,7 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
   if (reservation.rejection()) return *reservation.rejection();
 
   submission.durable = submission.durable || idempotency;
-  const bool wants_position = submission.wants_position;
+  const bool with_position = submission.with_position;
   const auto write_reply = std::move(submission.write_reply);
   ArtifactPins::Pinned pinned(context_.pins);
   InsertRequest request;
@@ -162,7 +152,7 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
                                   from_cache ? std::vector<std::string>{} : std::vector{job.id});
   std::optional<KeptReply> earlier;
   try {
-    earlier = insert(request, view, wants_position);
+    earlier = insert(request, view, with_position);
   } catch (...) {
     context_.running.set_durable(job.id, true);
     throw;
@@ -206,8 +196,8 @@ tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmi
     if (!ended(job.state)) queued.push_back(job.id);
   }
   const Announcement announcement(context_.notifications, std::move(queued));
-  const InsertResult result = jobs.insert(request, batch.created_at);
-  if (result.earlier) return replay<BatchSubmitted>(*result.earlier, *idempotency);
+  if (const auto earlier = jobs.insert(request, batch.created_at))
+    return replay<BatchSubmitted>(*earlier, *idempotency);
   for (const auto& [job, document] : request.jobs) notify_stored(job);
   context_.runner.notify();
   return BatchSubmitted{std::move(state), std::nullopt};

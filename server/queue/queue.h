@@ -101,7 +101,7 @@ class JobSubmission {
   std::optional<Rejection> reserve(const std::string& owner, std::int64_t jobs);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
   NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
-  std::optional<KeptReply> insert(InsertRequest& request, JobView& view, bool wants_position);
+  std::optional<KeptReply> insert(InsertRequest& request, JobView& view, bool with_position);
   void notify_stored(const Job& job);
 
   QueueContext& context_;

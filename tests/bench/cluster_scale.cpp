@@ -164,7 +164,7 @@ queue::Submission submission() {
   queue::Submission submission;
   submission.document = R"({"version": 1, "objects": []})" + std::string(270, ' ');
   submission.job.work = 1;
-  submission.wants_position = false;
+  submission.with_position = false;
   return submission;
 }
 

@@ -33,47 +33,17 @@ TEST(JobMoves, UseTheStateNamesOfTheContract) {
   EXPECT_FALSE(job_state(""));
 }
 
-TEST_P(JobStoreConformance, ANewJobThatIsClaimedAtOnceEqualsOneThatIsClaimedLater) {
-  const auto insert = [&](bool keep) {
-    Job job = new_job();
-    job.keep = keep;
-    return store().insert_and_claim({.jobs = {{job, "{}"}}, .claim = ClaimTerms{"boot", lease_end}}, now).value();
-  };
-  const Claim at_once = insert(true);
-  EXPECT_EQ(at_once.is_last, !is_shared());
-  EXPECT_EQ(store().count(JobState::queued), 0);
-  submit();
-  const Claim later = claim();
-  EXPECT_EQ(later.fence, at_once.fence);
-  EXPECT_EQ(store().count(JobState::running), 2);
-  for (const Claim& claimed : {at_once, later}) {
-    const Job found = find(claimed.job.id);
-    for (const Job& job : {claimed.job, found}) {
-      EXPECT_EQ(job.state, JobState::running);
-      EXPECT_EQ(job.started_at, now);
-      EXPECT_EQ(std::pair(job.attempt, job.revision), std::pair(later.job.attempt, later.job.revision));
-    }
-    const std::vector<JobMove> moves = store().moves(found.id);
-    ASSERT_EQ(moves.size(), 1u);
-    EXPECT_EQ(std::tuple(moves[0].at, moves[0].state, moves[0].attempt, moves[0].worker),
-              std::tuple(now, JobState::running, 1, "boot"));
-    EXPECT_TRUE(store().renew({{found.id, claimed.fence}}, lease_end + 1).empty());
-    EXPECT_TRUE(store().succeed(found.id, claimed.fence, now, "{}", {}));
-  }
-  EXPECT_EQ(store().count(JobState::running), 0);
-  EXPECT_TRUE(store().moves(insert(false).job.id).empty());
-}
-
-TEST_P(JobStoreConformance, ANewJobWaitsBehindOthersAndIsNotClaimedAfterItsDeadline) {
-  Job late = new_job();
-  late.deadline = now;
-  EXPECT_FALSE(store().insert_and_claim({.jobs = {{late, "{}"}}, .claim = ClaimTerms{"boot", lease_end}}, now));
-  EXPECT_EQ(find(late.id).state, JobState::queued);
-  const std::string first = submit();
-  const Job second = new_job();
-  EXPECT_FALSE(store().insert_and_claim({.jobs = {{second, "{}"}}, .claim = ClaimTerms{"boot", lease_end}}, now));
-  EXPECT_EQ(claim().job.id, first);
-  EXPECT_EQ(claim().job.id, second.id);
+TEST_P(JobStoreConformance, ClaimingMovesAQueuedJobToRunningAndCountsTheAttempt) {
+  const std::string id = submit();
+  now = 2'000'000;
+  const Claim claimed = claim();
+  EXPECT_EQ(claimed.job.id, id);
+  EXPECT_EQ(claimed.job.state, JobState::running);
+  EXPECT_EQ(claimed.job.attempt, 1);
+  EXPECT_EQ(claimed.job.started_at, 2'000'000);
+  const Job found = find(id);
+  EXPECT_EQ(found.state, JobState::running);
+  EXPECT_EQ(found.attempt, 1);
 }
 
 TEST_P(JobStoreConformance, OnlyARunningJobWithTheLatestFenceCanEnd) {

@@ -16,10 +16,7 @@ class StoreCalls {
   explicit StoreCalls(const queue::Stores& all) : all_(all) {}
 
   /// The earlier reply, if there is one.
-  auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now).earlier; }
-  auto insert_and_claim(const queue::InsertRequest& request, std::int64_t now) {
-    return all_.jobs.insert(request, now).claim;
-  }
+  auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now); }
   void submit(const queue::Job& job, const std::string& document) { insert({{{job, document}}}, job.created_at); }
   auto find_reply(const queue::ReplyKey& key, std::int64_t now) { return all_.jobs.find_reply(key, now); }
   auto find(const std::string& id) { return all_.jobs.find(id); }

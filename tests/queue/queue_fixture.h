@@ -29,9 +29,9 @@ struct StoreHooks {
 class HookedJobs final : public queue::JobStore {
  public:
   HookedJobs(const queue::JobStore& target, StoreHooks& hooks) : JobStore(target), hooks_(hooks) {}
-  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
+  std::optional<queue::KeptReply> insert(const queue::InsertRequest& request, std::int64_t now) override {
     hooks_.begin("insert", request.durable);
-    queue::InsertResult result = JobStore::insert(request, now);
+    auto result = JobStore::insert(request, now);
     hooks_.after();
     return result;
   }

@@ -58,7 +58,6 @@ class FailingTransitions final : public queue::JobTransitions {
   }
   std::optional<queue::Claim> claim(const queue::ClaimTerms& terms, std::int64_t now,
                                     const queue::ClaimFilter& filter) override {
-    ++claims;
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
     std::optional<queue::Claim> claim = JobTransitions::claim(terms, now, filter);
     if (!filter.busy_owners.empty() && after_limited_claim) std::exchange(after_limited_claim, nullptr)();
@@ -67,7 +66,7 @@ class FailingTransitions final : public queue::JobTransitions {
   }
   std::function<void()> after_limited_claim;  ///< called once, within a claim that excludes owners
   std::function<void()> after_suspect_claim;  ///< called once, within a claim of suspects
-  std::atomic<int> failures = 0, claim_failures = 0, claims = 0;
+  std::atomic<int> failures = 0, claim_failures = 0;
 };
 
 class SupervisorTest : public testing::Test {

@@ -197,15 +197,6 @@ TEST_F(SupervisorTest, FailsAJobWhoseResultCannotBeStoredInAnyAttempt) {
   EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
 }
 
-TEST_F(SupervisorTest, StartsASubmittedJobWithoutAnotherClaimWhileNoneWaits) {
-  start();
-  // The first jobs may be claimed: the claims that find no job may end after them.
-  EXPECT_TRUE(eventually([&] {
-    const int claims = transitions.claims;
-    return reaches(submit(""), JobState::succeeded) && transitions.claims == claims;
-  }));
-}
-
 TEST_F(SupervisorTest, ReplacesAWorkerThatHangsWhileItStarts) {
   setenv("FAKE_WORKER_HANGS", path("hangs").c_str(), 1);
   create("hangs");

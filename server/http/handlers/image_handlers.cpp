@@ -268,7 +268,7 @@ Answer render(Request& request, const ApiContext& context) {
   queue::Submission submission = submission_of(request, std::move(*scene), context);
   const bool keep = submission.job.keep;
   submission.durable = false;  // a client that loses the connection repeats the request
-  submission.wants_position = false;
+  submission.with_position = false;
   const auto submitted = submit(request, std::move(submission), context);
   if (!submitted) return submitted.error();
   const auto deadline = std::chrono::steady_clock::now() + context.render_wait;

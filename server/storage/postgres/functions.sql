@@ -12,7 +12,7 @@ BEGIN
 END $$;
 CREATE OR REPLACE FUNCTION add_job_event() RETURNS TRIGGER LANGUAGE plpgsql AS $$
 BEGIN
-  IF tg_op = 'INSERT' AND new.state = 'running' THEN  -- it was claimed as soon as it was queued
+  IF tg_op = 'INSERT' AND new.state = 'running' THEN  -- by a node of an earlier build, which claimed as it queued
     PERFORM add_event(new, 'queued');
   END IF;
   INSERT INTO new_events (state, job_id, kind, name, batch_id, owner, keep)

@@ -76,52 +76,25 @@ void JobDispatcher::start_claim(ClaimKind kind) {
       result.claim = queue_.lifecycle.claim({.suspects = result.kind == ClaimKind::suspect,
                                              .small = result.kind == ClaimKind::small,
                                              .busy_owners = result.busy_owners});
+      if (result.claim) {
+        const queue::Job& job = result.claim->job;
+        const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
+        result.assignment = pack(Assign{job.id, result.claim->fence, queue_ms,
+                                        std::exchange(result.claim->document, {}), queue::name_of(job.kind), job.large,
+                                        settings_.tasks != nullptr, resumes(*result.claim, settings_.tasks)});
+      }
     } catch (const std::exception& failure) {
       result.failed = true;
-      log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+      log_(LogLevel::error, result.claim ? "job_not_assigned" : "store_failure",
+           {{"during", "claim"}, {"detail", failure.what()}});
     }
-    post_claim(std::move(result));
+    events_.post([this, shared = std::make_shared<ClaimResult>(std::move(result))] { on_claimed(*shared); });
   });
-}
-
-void JobDispatcher::return_slot(std::optional<queue::Claim>&& claim) noexcept {
-  post_claim({.kind = ClaimKind::submitted, .claim = std::move(claim)});
-}
-
-/// Any thread.
-void JobDispatcher::post_claim(ClaimResult result) noexcept {
-  try {
-    if (result.claim) {
-      const queue::Job& job = result.claim->job;
-      const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
-      result.assignment = pack(Assign{job.id, result.claim->fence, queue_ms, std::exchange(result.claim->document, {}),
-                                      queue::name_of(job.kind), job.large, settings_.tasks != nullptr,
-                                      resumes(*result.claim, settings_.tasks)});
-    }
-  } catch (const std::exception& failure) {
-    result.failed = true;
-    log_(LogLevel::error, "job_not_assigned", {{"detail", failure.what()}});
-  }
-  events_.post([this, shared = std::make_shared<ClaimResult>(std::move(result))] { on_claimed(*shared); });
-}
-
-void JobDispatcher::offer_slot(Time now) {
-  const bool may_claim =
-      settings_.claims_jobs && process_.state() == WorkerState::ready && !draining_ && now >= claims_paused_until_;
-  // The owner of the next submission is unknown, so no owner may be at its limit.
-  offering_slot_ = may_claim && none_wait() && has_slot(ClaimKind::any) && slots_.busy_owners().empty();
-  slot_offered_ = offering_slot_;
-}
-
-void JobDispatcher::withdraw_slot() {
-  if (!std::exchange(offering_slot_, false) || slot_offered_.exchange(false)) return;
-  ++claims_.count;  // a submission has taken it
-  ++claims_.large_count;
 }
 
 void JobDispatcher::on_claimed(ClaimResult& result) {
   --claims_.count;
-  if (result.kind == ClaimKind::any || result.kind == ClaimKind::submitted) --claims_.large_count;
+  if (result.kind == ClaimKind::any) --claims_.large_count;
   // If an excluded owner is below its limit again, its jobs may still be waiting.
   const bool none_left = (!result.claim || result.claim->is_last) &&
                          std::all_of(result.busy_owners.begin(), result.busy_owners.end(),
@@ -151,8 +124,7 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
   }
   if (none_left && !result.failed) {
     if (result.kind == ClaimKind::any) claims_.none_left = result.notifications;
-    if (result.kind == ClaimKind::any || result.kind == ClaimKind::small)
-      claims_.none_left_small = result.notifications;
+    if (result.kind != ClaimKind::suspect) claims_.none_left_small = result.notifications;
     if (!result.busy_owners.empty()) claims_.owners_excluded = true;
   }
   if (claims_.count == 0) early_cancels_.clear();

@@ -41,14 +41,7 @@ class JobDispatcher {
            !suspects_first_ && !suspects_available_;
   }
 
-  /// Any thread. As JobRunner.
-  bool take_slot() noexcept { return slot_offered_.exchange(false); }
-  void return_slot(std::optional<queue::Claim>&& claim) noexcept;
-
   void claim_jobs(Time now);
-  /// Offers a free slot to the next submission while no job waits, until `withdraw_slot`.
-  void offer_slot(Time now);
-  void withdraw_slot();
   void start_drain() { draining_ = true; }                   ///< claims no more jobs
   [[nodiscard]] bool draining() const { return draining_; }  ///< any thread
   [[nodiscard]] Time next_deadline(Time now) const;          ///< also the end of a pause of claims
@@ -67,8 +60,7 @@ class JobDispatcher {
   }
 
  private:
-  /// `submitted`: by a submission that has taken a slot.
-  enum class ClaimKind { any, small, suspect, submitted };
+  enum class ClaimKind { any, small, suspect };
   struct ClaimResult {
     ClaimKind kind = ClaimKind::any;
     std::uint64_t notifications = 0;         ///< when the claim began
@@ -80,7 +72,6 @@ class JobDispatcher {
 
   [[nodiscard]] bool has_slot(ClaimKind kind) const;
   void start_claim(ClaimKind kind);
-  void post_claim(ClaimResult result) noexcept;
   void on_claimed(ClaimResult& result);
   void stop(RunningJob& job);
   void report_stopped(RunningJob& job);
@@ -101,8 +92,6 @@ class JobDispatcher {
   std::atomic<bool> suspects_available_ = true;   ///< also those of an earlier daemon
   std::atomic<int> running_count_ = 0;
   std::atomic<bool> draining_ = false;
-  std::atomic<bool> slot_offered_ = false;
-  bool offering_slot_ = false;  ///< since offer_slot
 
   JobSlots slots_{settings_};
   struct {

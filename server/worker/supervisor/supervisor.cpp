@@ -75,8 +75,6 @@ class Supervisor::Loop final : public queue::JobRunner {
     events_.post([this, lease] { dispatcher_.on_lease_lost(lease); });
   }
 
-  bool take_slot() noexcept override { return dispatcher_.take_slot(); }
-  void return_slot(std::optional<queue::Claim>&& claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
   std::string not_ready() override { return dispatcher_.draining() ? "draining" : process_.not_ready(); }
 
   bool drain(std::chrono::milliseconds timeout) {
@@ -114,11 +112,9 @@ class Supervisor::Loop final : public queue::JobRunner {
       }
       process_.start_if_due(now);
       dispatcher_.claim_jobs(now);
-      dispatcher_.offer_slot(now);
       task_dispatcher_.run(now, dispatcher_.draining());
       send_image_tasks();
       process_.wait(events_.descriptor(), next_deadline());
-      dispatcher_.withdraw_slot();
       read_messages();
       handle_worker_exit();
       for (const auto& event : events_.take()) event();
