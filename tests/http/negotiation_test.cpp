@@ -13,33 +13,25 @@ std::string best(std::optional<std::string_view> accept) {
 
 TEST(Accept, SelectsTheFirstOfferOfEqualWeight) {
   EXPECT_EQ(best(std::nullopt), "image/png");
-  EXPECT_EQ(best(""), "image/png");
-  EXPECT_EQ(best("*/*"), "image/png");
-  EXPECT_EQ(best("image/*"), "image/png");
-  EXPECT_EQ(best("image/x-exr, image/png"), "image/png");
-  EXPECT_EQ(best("image/avif,image/webp,*/*;q=0.8"), "image/png");
+  for (const char* accept : {"", "*/*", "image/*", "image/x-exr, image/png", "image/avif,image/webp,*/*;q=0.8"})
+    EXPECT_EQ(best(accept), "image/png") << accept;
 }
 
 TEST(Accept, FollowsWeightsAndTheMostSpecificRange) {
-  EXPECT_EQ(best("image/x-exr"), "image/x-exr");
-  EXPECT_EQ(best("IMAGE/X-EXR ; q=0.3, text/html"), "image/x-exr");
-  EXPECT_EQ(best("image/png;q=0.5, image/x-exr;q=0.501"), "image/x-exr");
-  EXPECT_EQ(best("image/*, image/png;q=0.1"), "image/x-exr");
-  EXPECT_EQ(best("*/*;q=0.9, image/*;q=0.1, image/x-exr;q=0.2"), "image/x-exr");
+  for (const char* accept :
+       {"image/x-exr", "IMAGE/X-EXR ; q=0.3, text/html", "image/png;q=0.5, image/x-exr;q=0.501",
+        "image/*, image/png;q=0.1", "*/*;q=0.9, image/*;q=0.1, image/x-exr;q=0.2", "image/png;q=0, */*"})
+    EXPECT_EQ(best(accept), "image/x-exr") << accept;
 }
 
 TEST(Accept, RefusesUnlistedOffersAndWeightZero) {
-  EXPECT_EQ(best("text/html"), "none");
-  EXPECT_EQ(best("image/jpeg, image/webp"), "none");
-  EXPECT_EQ(best("image/png;q=0, image/x-exr;q=0.000"), "none");
-  EXPECT_EQ(best("image/png;q=0, */*"), "image/x-exr");
+  for (const char* accept : {"text/html", "image/jpeg, image/webp", "image/png;q=0, image/x-exr;q=0.000", ",,;,"})
+    EXPECT_EQ(best(accept), "none") << accept;
 }
 
 TEST(Accept, IgnoresInvalidMembers) {
-  EXPECT_EQ(best("png, image/x-exr"), "image/x-exr");
-  EXPECT_EQ(best("image/png;q=2, image/x-exr"), "image/x-exr");
-  EXPECT_EQ(best("image/png;q=, image/x-exr;q=0.1"), "image/x-exr");
-  EXPECT_EQ(best(",,;,"), "none");
+  for (const char* accept : {"png, image/x-exr", "image/png;q=2, image/x-exr", "image/png;q=, image/x-exr;q=0.1"})
+    EXPECT_EQ(best(accept), "image/x-exr") << accept;
 }
 
 TEST(AcceptEncoding, AcceptsGzipIfItIsNamedWithAWeight) {

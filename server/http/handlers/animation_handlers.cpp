@@ -38,7 +38,7 @@ Answer animation_reply(std::size_t images, OpenFrame open, int frames_per_second
 struct Reduction {
   std::vector<queue::Artifact> images;
   AnimationQuery query;
-  std::vector<Png> frames;
+  std::vector<ImageResult> frames;
   std::size_t bytes = 0;
 };
 
@@ -46,9 +46,9 @@ struct Reduction {
 Answer reduce_frames(const std::shared_ptr<Reduction>& reduction, const ApiContext& context) {
   queue::ImageWork work;
   work.side = reduction->query.side;
-  const auto add = [reduction](const Png& png) {
-    reduction->frames.push_back(png);
-    reduction->bytes += png->size();
+  const auto add = [reduction](const ImageResult& frame) {
+    reduction->frames.push_back(frame);
+    reduction->bytes += frame->bytes.size();
   };
   while (reduction->frames.size() < reduction->images.size()) {
     if (reduction->bytes > reduced_bytes_max)
@@ -56,15 +56,18 @@ Answer reduce_frames(const std::shared_ptr<Reduction>& reduction, const ApiConte
                                                   " frames: together they have more than " +
                                                   std::to_string(reduced_bytes_max) + " bytes"};
     const queue::Artifact& image = reduction->images[reduction->frames.size()];
-    const Png kept = find_processed(image, work, context);
+    const ImageResult kept = find_processed(image, work, context);
     if (kept == nullptr)
-      return process_image(image, work, context, [add, reduction, &context](const Png& png) {
-        add(png);
+      return process_image(image, work, context, [add, reduction, &context](const ImageResult& frame) {
+        add(frame);
         return reduce_frames(reduction, context);
       });
     add(kept);
   }
-  const auto open = [reduction](std::size_t i) { return std::make_unique<queue::MemoryReader>(reduction->frames[i]); };
+  const auto open = [reduction](std::size_t i) {
+    const ImageResult& frame = reduction->frames[i];
+    return std::make_unique<queue::MemoryReader>(std::shared_ptr<const std::string>(frame, &frame->bytes));
+  };
   return animation_reply(reduction->frames.size(), open, reduction->query.frames_per_second);
 }
 

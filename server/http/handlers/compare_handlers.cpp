@@ -21,6 +21,11 @@ struct NamedImage {
   std::string name;               ///< the artifact, empty: any image of the job; or the sha256 of the upload
 };
 
+struct OpenedImage {
+  std::string sha256;
+  std::shared_ptr<queue::ArtifactReader> reader;
+};
+
 tracer::Result<NamedImage, Problem> find_image(const std::string& text, const ApiContext& context) {
   if (tracer::is_sha256(text)) {
     if (context.assets.use(text)) return NamedImage{{}, text};
@@ -48,22 +53,22 @@ void choose_formats(std::array<NamedImage, 2>& images) {
   }
 }
 
-tracer::Result<std::shared_ptr<queue::ArtifactReader>, Problem> open_image(const NamedImage& image,
-                                                                           const ApiContext& context) {
-  std::shared_ptr<queue::ArtifactReader> reader;
+tracer::Result<OpenedImage, Problem> open_image(const NamedImage& image, const ApiContext& context) {
+  OpenedImage opened{image.name, nullptr};
   if (image.job) {
     const std::string name = image.name.empty() ? "image.png" : image.name;
     const queue::Artifact* const artifact = find_artifact(*image.job, name);
     if (artifact == nullptr) return image_not_found(*image.job, name);
-    reader = context.queue.queries.open(*artifact);
-    if (!reader) return Problem{failures::image_damaged, name + " of job " + image.job->id + " is missing or damaged"};
+    opened = {artifact->sha256, context.queue.queries.open(*artifact)};
+    if (!opened.reader)
+      return Problem{failures::image_damaged, name + " of job " + image.job->id + " is missing or damaged"};
   } else {
-    reader = context.assets.open(image.name);
-    if (!reader) return Problem{failures::asset_not_found, "there is no asset " + image.name + " any more"};
+    opened.reader = context.assets.open(image.name);
+    if (!opened.reader) return Problem{failures::asset_not_found, "there is no asset " + image.name + " any more"};
   }
-  if (reader->size_bytes() <= compared_bytes_max) return reader;
+  if (opened.reader->size_bytes() <= compared_bytes_max) return opened;
   return Problem{failures::bad_image, "the limit of an image is " + std::to_string(compared_bytes_max) +
-                                          " bytes, it has " + std::to_string(reader->size_bytes())};
+                                          " bytes, it has " + std::to_string(opened.reader->size_bytes())};
 }
 
 /// Keeps the heat map as an upload and names it in the reply.
@@ -104,13 +109,15 @@ Answer compare_images(Request& request, const ApiContext& context) {
   task.work.side = queue::image_side_max;
   task.work.heat = wanted->heat;
   if (wanted->tolerance) task.work.tolerance.push_back(*wanted->tolerance);
+  std::string names;
   for (const NamedImage& image : images) {
-    auto reader = open_image(image, context);
-    if (!reader) return reader.error();
-    task.images.push_back(*std::move(reader));
+    auto opened = open_image(image, context);
+    if (!opened) return opened.error();
+    names += opened->sha256 + ' ';
+    task.images.push_back(std::move(opened->reader));
   }
-  return run_image_task(task, context,
-                        [&context](const queue::ImageTaskResult& result) { return comparison_reply(result, context); });
+  return context.image_tasks->run(key_of(names, task.work), task,
+                                  [&context](const ImageResult& result) { return comparison_reply(*result, context); });
 }
 
 }  // namespace http::handlers

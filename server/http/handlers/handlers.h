@@ -48,11 +48,13 @@ ContextHandler compare_images;
 Problem image_not_found(const queue::Job& job, const std::string& name);
 ContextHandler render, get_preview;
 Answer get_image(Request& request, const ApiContext& context, const std::string& name);
+/// Determines an image task, for ImageTasks. `images` has the SHA-256 of each image.
+std::string key_of(const std::string& images, const queue::ImageWork& work);
 /// The PNG that an earlier request had the worker make of an artifact; null if it is not kept.
-Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context);
+ImageResult find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context);
 /// Calls `use` with the PNG that the worker makes of an artifact.
 Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
-                     const std::function<Answer(const Png&)>& use);
+                     std::function<Answer(const ImageResult&)> use);
 /// Replies with the PNG that the worker makes of an artifact of this job, or with the same from an earlier request.
 Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
                        const ApiContext& context);
@@ -181,10 +183,6 @@ tracer::Result<Reply, Problem> image_reply(const queue::Job& job, const queue::A
 /// Defers a reply until the job has ended or `deadline` has passed.
 DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
                                 std::function<Answer(bool timed_out)> resume);
-/// Defers a reply until the worker has processed finished images; `resume` makes the reply of the result. Problems:
-/// 409, 422, 503.
-DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
-                             std::function<Answer(const queue::ImageTaskResult& result)> resume);
 /// A problem whose detail has the number of the errors. `where`: "in the document".
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors);
 Problem problem_of(const api::Refusal& refusal);

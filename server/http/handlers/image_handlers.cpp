@@ -165,17 +165,6 @@ Reply preview_reply(const std::string& job_id, const std::string& png) {
           .job_id = job_id};
 }
 
-/// The name of a result in the cache.
-std::string cache_key_of(const queue::Artifact& artifact, const queue::ImageWork& work) {
-  std::string key = artifact.sha256 + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' +
-                    std::to_string(work.layer) + (work.heat ? " heat " : " ");
-  std::vector<double> numbers{work.exposure};
-  numbers.insert(numbers.end(), work.range.begin(), work.range.end());
-  for (const double number : numbers) key.append(reinterpret_cast<const char*>(&number), sizeof number);
-  for (const std::uint32_t edge : work.crop) key += ' ' + std::to_string(edge);
-  return key;
-}
-
 /// The job, also while the database is away if an image of it was read before.
 tracer::Result<queue::Job, Problem> find_job_of_image(const std::string& id, const ApiContext& context) {
   try {
@@ -205,28 +194,32 @@ Answer latest_preview(const std::string& id, std::uint32_t side, const ApiContex
 
 }  // namespace
 
-Png find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
-  return context.thumbnails->find(cache_key_of(artifact, work)).value_or(nullptr);
+std::string key_of(const std::string& images, const queue::ImageWork& work) {
+  std::string key = images + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' + std::to_string(work.layer) +
+                    (work.heat ? " heat " : " ");
+  std::vector<double> numbers{work.exposure};
+  for (const auto& more : {work.range, work.tolerance}) numbers.insert(numbers.end(), more.begin(), more.end());
+  for (const double number : numbers) key.append(reinterpret_cast<const char*>(&number), sizeof number);
+  for (const std::uint32_t edge : work.crop) key += ' ' + std::to_string(edge);
+  return key;
+}
+
+ImageResult find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
+  return context.image_tasks->find(key_of(artifact.sha256, work));
 }
 
 Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
-                     const std::function<Answer(const Png&)>& use) {
+                     std::function<Answer(const ImageResult&)> use) {
   std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
   if (!reader)
     return Problem{failures::image_damaged, artifact.name + ", " + artifact.sha256 + ", is missing or damaged"};
-  return run_image_task(
-      {work, {std::move(reader)}}, context,
-      [&context, use, key = cache_key_of(artifact, work)](const queue::ImageTaskResult& result) -> Answer {
-        const Png png = std::make_shared<const std::string>(result.bytes);
-        context.thumbnails->add(key, png, png->size());
-        return use(png);
-      });
+  return context.image_tasks->run(key_of(artifact.sha256, work), {work, {std::move(reader)}}, std::move(use));
 }
 
 Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
                        const ApiContext& context) {
-  const auto reply = [id = job.id](const Png& png) -> Answer { return preview_reply(id, *png); };
-  if (const Png kept = find_processed(artifact, work, context)) return reply(kept);
+  const auto reply = [id = job.id](const ImageResult& result) -> Answer { return preview_reply(id, result->bytes); };
+  if (const ImageResult kept = find_processed(artifact, work, context)) return reply(kept);
   return process_image(artifact, work, context, reply);
 }
 

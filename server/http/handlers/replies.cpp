@@ -98,33 +98,60 @@ DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiC
   return DeferredReply{deadline, watch, std::move(resume)};
 }
 
-DeferredReply run_image_task(const queue::ImageTask& task, const ApiContext& context,
-                             std::function<Answer(const queue::ImageTaskResult& result)> resume) {
-  struct State {
-    std::mutex mutex;
-    std::optional<queue::ImageTaskResult> result;
-  };
-  const auto state = std::make_shared<State>();
-  const auto watch = [&runner = context.queue.runner, task, state](std::function<void()> notify) {
-    runner.run_image_task(task, [state, notify = std::move(notify)](queue::ImageTaskResult result) {
-      {
-        const std::lock_guard lock(state->mutex);
-        state->result = std::move(result);
-      }
-      notify();
+static Answer answer_with(const ImageResult& result, const std::function<Answer(const ImageResult&)>& resume) {
+  for (const Failure& failure : {failures::images_differ, failures::bad_image, failures::image_not_found})
+    if (result->code == failure.name) return Problem{failure, result->failure};
+  if (!result->failure.empty()) return Problem{failures::image_not_processed, result->failure};
+  return resume(result);
+}
+
+ImageResult ImageTasks::find(const std::string& key) {
+  ImageResult result = results_.find(key).value_or(nullptr);
+  return result && result->failure.empty() ? result : nullptr;
+}
+
+Answer ImageTasks::run(const std::string& key, const queue::ImageTask& task,
+                       std::function<Answer(const ImageResult&)> resume) {
+  if (const auto kept = results_.find(key)) return answer_with(*kept, resume);
+  std::unique_lock lock(mutex_);
+  const auto [found, is_new] = running_.try_emplace(key, std::make_shared<Running>());
+  const auto self = shared_from_this();
+  const auto running = found->second;
+  lock.unlock();
+  if (is_new)
+    runner_.run_image_task(task, [self, key](queue::ImageTaskResult result) {
+      self->end(key, std::make_shared<const queue::ImageTaskResult>(std::move(result)));
     });
-    return std::function<void()>([] {});
+  const auto watch = [self, running](const std::function<void()>& notify) -> std::function<void()> {
+    std::unique_lock start(self->mutex_);
+    const auto at = running->waiting.insert(running->waiting.end(), notify);
+    const bool has_ended = running->result != nullptr;
+    start.unlock();
+    if (has_ended) notify();
+    return [self, running, at] {
+      const std::lock_guard stop(self->mutex_);
+      running->waiting.erase(at);
+    };
   };
-  const auto answer = [state, resume = std::move(resume)](bool) -> Answer {
-    const std::lock_guard lock(state->mutex);
-    if (!state->result) return Problem{failures::overloaded, "the image was not ready in time"};
-    const std::string& code = state->result->code;
-    for (const Failure& failure : {failures::images_differ, failures::bad_image, failures::image_not_found})
-      if (code == failure.name) return Problem{failure, state->result->failure};
-    if (!state->result->failure.empty()) return Problem{failures::image_not_processed, state->result->failure};
-    return resume(*state->result);
+  const auto answer = [self, running, resume = std::move(resume)](bool) -> Answer {
+    std::unique_lock end(self->mutex_);
+    const ImageResult result = running->result;
+    end.unlock();
+    return result ? answer_with(result, resume) : Problem{failures::overloaded, "the image was not ready in time"};
   };
   return DeferredReply{std::chrono::steady_clock::now() + wait_max, watch, answer};
+}
+
+void ImageTasks::end(const std::string& key, const ImageResult& result) {
+  constexpr std::size_t entry_bytes = 512;  // without its texts
+  if (result->failure.empty() || !result->code.empty())
+    results_.add(key, result, result->bytes.size() + result->text.size() + result->failure.size() + entry_bytes);
+  std::unique_lock lock(mutex_);
+  const auto running = running_.extract(key);
+  running.mapped()->result = result;
+  const auto waiting = running.mapped()->waiting;
+  lock.unlock();
+  for (const auto& notify : waiting) notify();
 }
 
 Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors) {

@@ -15,6 +15,7 @@
 
 #include "api/batch.h"
 #include "api/document.h"
+#include "server/http/handlers/image_results.h"
 #include "server/http/handlers/lru_cache.h"
 #include "server/http/http_messages.h"
 #include "server/keys/key_ring.h"
@@ -30,8 +31,6 @@ namespace http {
 
 /// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
-
-using Png = std::shared_ptr<const std::string>;
 
 /// Readiness of the service. Thread-safe.
 class Readiness {
@@ -77,8 +76,7 @@ struct ApiContext {
   std::function<std::vector<queue::Node>()> nodes{};
   bool dashboard = true;                ///< the page at /; false: text only
   const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
-  /// PNGs that the worker made, 64 MiB, which are those of 2000 frames.
-  std::shared_ptr<handlers::LruCache<Png>> thumbnails = std::make_shared<handlers::LruCache<Png>>(64u << 20);
+  std::shared_ptr<handlers::ImageTasks> image_tasks = std::make_shared<handlers::ImageTasks>(queue.runner);
   /// Succeeded jobs, without their reports, whose images were read lately, so that they can be read while the database
   /// is away: their images change only by expiry or removal. About 10 MB.
   std::shared_ptr<handlers::LruCache<queue::Job>> recent_jobs =
