@@ -31,8 +31,9 @@ std::string status_text(const std::string& code) {
 Reply problem_reply(const Problem& problem, const std::string& request_id) {
   const Failure& failure = problem.failure;
   Reply reply{.status = failure.status, .content_type = "application/problem+json", .failure = failure};
-  reply.body = resources::write_problem({"urn:whittle:problem:" + std::string(failure.name), std::string(failure.title),
-                                         failure.status, problem.detail, request_id, problem.errors});
+  const std::string type = "urn:whittle:problem:" + std::string(failure.name);
+  reply.body = resources::write(resources::ProblemReply{type, std::string(failure.title), failure.status,
+                                                        problem.detail, request_id, problem.errors});
   if (failure.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(failure.retry_after_s));
   // RFC 6750, section 3
   if (failure == failures::unauthenticated) reply.headers.emplace_back("WWW-Authenticate", "Bearer");

@@ -29,11 +29,6 @@ Json array_of(const List& list, Write write) {
   return array;
 }
 
-template <class List, class Write>
-std::string write_items(const List& list, Write write) {
-  return text_of({{"items", array_of(list, write)}});
-}
-
 Json limits_json(const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
   Json json = Json::object();
   for (const auto& [name, value] : limits) json[name] = value;
@@ -146,68 +141,43 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
             {"measurement", measured ? link_to(job, "measure.json") : Json(nullptr)}}}};
 }
 
-}  // namespace
-
-std::string time_text(std::int64_t unix_ms) {
-  const std::string milliseconds = std::to_string(1000 + unix_ms % 1000).substr(1);
-  return support::in_utc(unix_ms / 1000, "%Y-%m-%dT%H:%M:%S.") + milliseconds + 'Z';
-}
-
-std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
-
-std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms) {
-  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
-}
-
-std::string write_event(std::string_view event, std::int64_t now_ms) {
-  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
-}
-
-static Json attempt_json(const queue::DeliveryAttempt& attempt) {
+Json attempt_json(const queue::DeliveryAttempt& attempt) {
   return {{"at", time_json(attempt.at)},
           {"duration_ms", attempt.duration_ms},
           {"status", attempt.status == 0 ? Json(nullptr) : Json(attempt.status)},
           {"detail", attempt.detail}};
 }
 
-std::string write_deliveries(const std::vector<queue::Delivery>& deliveries) {
-  return write_items(deliveries, [](const queue::Delivery& delivery) -> Json {
-    return {{"id", delivery.id},
-            {"event", delivery.event},
-            {"url", delivery.url},
-            {"state", queue::name_of(delivery.state)},
-            {"created_at", time_json(delivery.created_at)},
-            {"next_attempt_at", time_json(delivery.next_attempt_at)},
-            {"attempts", array_of(delivery.attempts, attempt_json)}};
-  });
+Json json_of(const queue::Delivery& delivery) {
+  return {{"id", delivery.id},
+          {"event", delivery.event},
+          {"url", delivery.url},
+          {"state", queue::name_of(delivery.state)},
+          {"created_at", time_json(delivery.created_at)},
+          {"next_attempt_at", time_json(delivery.next_attempt_at)},
+          {"attempts", array_of(delivery.attempts, attempt_json)}};
 }
 
-std::string write_history(const std::vector<queue::JobMove>& moves) {
-  return write_items(moves, [](const queue::JobMove& move) -> Json {
-    return {{"at", time_json(move.at)}, {"state", queue::name_of(move.state)},
-            {"attempt", move.attempt},  {"code", text_or_null(move.code)},
-            {"detail", move.detail},    {"worker", text_or_null(move.worker)}};
-  });
+Json json_of(const queue::JobMove& move) {
+  return {{"at", time_json(move.at)}, {"state", queue::name_of(move.state)},
+          {"attempt", move.attempt},  {"code", text_or_null(move.code)},
+          {"detail", move.detail},    {"worker", text_or_null(move.worker)}};
 }
 
-std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
-                           std::int64_t now_ms) {
-  Json items = array_of(views, [&](const queue::JobView& view) { return job_json(view, now_ms); });
-  return text_of({{"items", std::move(items)}, {"next_cursor", text_or_null(next_cursor)}});
+Json json_of(const queue::JobEvent& event) {
+  return {{"id", event.job.id},
+          {"state", event.state},
+          {"progress", event.progress},
+          {"at", time_json(event.at)},
+          {"kind", queue::name_of(event.job.kind)},
+          {"name", event.job.name},
+          {"batch", text_or_null(event.job.batch)},
+          {"owner", text_or_null(event.job.owner)}};
 }
 
-std::string write_event(const queue::JobEvent& event) {
-  return text_of({{"id", event.job.id},
-                  {"state", event.state},
-                  {"progress", event.progress},
-                  {"at", time_json(event.at)},
-                  {"kind", queue::name_of(event.job.kind)},
-                  {"name", event.job.name},
-                  {"batch", text_or_null(event.job.batch)},
-                  {"owner", text_or_null(event.job.owner)}});
-}
-
-static Json batch_json(const queue::BatchState& state) {
+/// The state is queued or running until every job has ended; then failed or cancelled if a job is, else succeeded.
+/// Progress is the share of ended jobs.
+Json json_of(const queue::BatchState& state) {
   using enum queue::JobState;
   const auto count = [&](queue::JobState which) {
     const auto found = state.jobs.find(which);
@@ -245,13 +215,12 @@ static Json batch_json(const queue::BatchState& state) {
             {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}};
 }
 
-std::string write_batch(const queue::BatchState& state) { return text_of(batch_json(state)); }
-
-std::string write_batch_list(const queue::BatchPage& page) {
-  return text_of({{"items", array_of(page.items, batch_json)}, {"next_cursor", text_or_null(page.next_cursor)}});
+Json json_of(const queue::BatchPage& page) {
+  Json items = array_of(page.items, [](const queue::BatchState& state) { return json_of(state); });
+  return {{"items", std::move(items)}, {"next_cursor", text_or_null(page.next_cursor)}};
 }
 
-static Json queue_json(const queue::QueueState& state) {
+Json json_of(const queue::QueueState& state) {
   Json by_state = Json::object(), by_priority = Json::object();
   for (const auto& [which, count] : state.jobs) by_state[queue::name_of(which)] = count;
   for (const auto& [priority, count] : state.depth.queued_by_priority) by_priority[std::to_string(priority)] = count;
@@ -263,62 +232,28 @@ static Json queue_json(const queue::QueueState& state) {
           {"eta_s", state.eta_s ? Json(to_milliseconds(*state.eta_s)) : Json(nullptr)}};
 }
 
-std::string write_queue(const queue::QueueState& state) { return text_of(queue_json(state)); }
-
-std::string write_nodes(const std::vector<queue::Node>& nodes) {
-  return write_items(nodes, [](const queue::Node& node) -> Json {
-    return {{"id", node.id},
-            {"name", node.name},
-            {"role", node.role},
-            {"version", node.version},
-            {"slots", node.slots},
-            {"running", node.running},
-            {"started_at", time_text(node.started_at)},
-            {"seen_at", time_text(node.seen_at)}};
-  });
+Json json_of(const queue::Node& node) {
+  return {{"id", node.id},
+          {"name", node.name},
+          {"role", node.role},
+          {"version", node.version},
+          {"slots", node.slots},
+          {"running", node.running},
+          {"started_at", time_text(node.started_at)},
+          {"seen_at", time_text(node.seen_at)}};
 }
 
-std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
-                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used) {
-  const auto usage_json = [](const queue::OwnerUsage& usage) -> Json {
-    return {{"queued_jobs", usage.queued_jobs}, {"artifact_bytes", usage.artifact_bytes}};
-  };
-  return text_of(
-      {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
-}
-
-std::string write_ticket(const std::string& url, std::optional<std::int64_t> expires_at_unix_ms) {
-  return text_of({{"url", url}, {"expires_at", time_json(expires_at_unix_ms)}});
-}
-
-std::string write_bulk(std::int64_t matched, std::int64_t done,
-                       const std::vector<std::pair<std::string, std::string_view>>& refused) {
-  Json items = array_of(refused, [](const auto& each) -> Json { return {{"id", each.first}, {"code", each.second}}; });
-  return text_of({{"matched", matched}, {"done", done}, {"refused", std::move(items)}});
-}
-
-std::string write_problem(const ProblemReply& problem) {
+Json json_of(const ProblemReply& problem) {
   Json json{{"type", problem.type},
             {"title", problem.title},
             {"status", problem.status},
             {"detail", problem.detail},
             {"request_id", problem.request_id}};
   if (!problem.errors.empty()) json["errors"] = errors_json(problem.errors);
-  return text_of(json);
+  return json;
 }
 
-std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
-                          const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
-  return text_of({{"version", version},
-                  {"build", build},
-                  {"sandbox", text_or_null(std::string(sandbox))},
-                  {"dashboard", dashboard},
-                  {"limits", limits_json(limits)}});
-}
-
-// ---- the service
-
-static Json workers_json(const ServiceStatus& status) {
+Json workers_json(const ServiceStatus& status) {
   const telemetry::GaugeValues& now = status.gauges;
   if (now.worker_pid == 0) return Json::array();
   return Json::array({{{"pid", now.worker_pid},
@@ -328,7 +263,7 @@ static Json workers_json(const ServiceStatus& status) {
                        {"sandbox", text_or_null(status.sandbox)}}});
 }
 
-static Json history_json(const telemetry::ServiceHistory::Hour& hour) {
+Json history_json(const telemetry::ServiceHistory::Hour& hour) {
   using Step = telemetry::ServiceHistory::Step;
   const auto series = [&](auto member) {
     return array_of(hour.steps, [&](const Step& step) {
@@ -350,27 +285,97 @@ static Json history_json(const telemetry::ServiceHistory::Hour& hour) {
           {"rss_bytes", series(&Step::rss_bytes)}};
 }
 
-std::string write_status(const ServiceStatus& status) {
+Json json_of(const ServiceStatus& status) {
   const telemetry::GaugeValues& now = status.gauges;
   Json limits = limits_json(status.limits);
   limits["artifact_bytes"] = now.artifact_bytes_max;
-  return text_of(
-      {{"ready", status.not_ready.empty()},
-       {"reason", status.not_ready},
-       {"draining", status.draining},
-       {"workers", workers_json(status)},
-       {"disk", {{"free_bytes", now.disk_space.free_bytes}, {"reserve_bytes", now.disk_space.reserve_bytes}}},
-       {"memory", {{"rss_bytes", or_null(now.rss_bytes)}}},
-       {"caches", {{"geometry_bytes", now.cache_geometry_bytes}, {"image_bytes", now.cache_image_bytes}}},
-       {"queue", queue_json(status.queue)},
-       {"streams", {{"open", now.event_listeners}, {"limit", status.streams_max}}},
-       {"version", {{"version", now.version}, {"build", now.build}}},
-       {"limits", std::move(limits)},
-       {"used",
-        {{"queued_jobs", status.queue.jobs.at(queue::JobState::queued)},
-         {"artifact_bytes", now.artifact_bytes},
-         {"uploads_bytes", now.upload_bytes}}},
-       {"history", status.hour ? history_json(*status.hour) : Json(nullptr)}});
+  return {{"ready", status.not_ready.empty()},
+          {"reason", status.not_ready},
+          {"draining", status.draining},
+          {"workers", workers_json(status)},
+          {"disk", {{"free_bytes", now.disk_space.free_bytes}, {"reserve_bytes", now.disk_space.reserve_bytes}}},
+          {"memory", {{"rss_bytes", or_null(now.rss_bytes)}}},
+          {"caches", {{"geometry_bytes", now.cache_geometry_bytes}, {"image_bytes", now.cache_image_bytes}}},
+          {"queue", json_of(status.queue)},
+          {"streams", {{"open", now.event_listeners}, {"limit", status.streams_max}}},
+          {"version", {{"version", now.version}, {"build", now.build}}},
+          {"limits", std::move(limits)},
+          {"used",
+           {{"queued_jobs", status.queue.jobs.at(queue::JobState::queued)},
+            {"artifact_bytes", now.artifact_bytes},
+            {"uploads_bytes", now.upload_bytes}}},
+          {"history", status.hour ? history_json(*status.hour) : Json(nullptr)}};
 }
+
+template <class Item>
+Json json_of(const std::vector<Item>& list) {
+  return {{"items", array_of(list, [](const Item& item) { return json_of(item); })}};
+}
+
+}  // namespace
+
+std::string time_text(std::int64_t unix_ms) {
+  const std::string milliseconds = std::to_string(1000 + unix_ms % 1000).substr(1);
+  return support::in_utc(unix_ms / 1000, "%Y-%m-%dT%H:%M:%S.") + milliseconds + 'Z';
+}
+
+std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
+
+std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms) {
+  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
+}
+
+std::string write_event(std::string_view event, std::int64_t now_ms) {
+  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
+}
+
+std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
+                           std::int64_t now_ms) {
+  Json items = array_of(views, [&](const queue::JobView& view) { return job_json(view, now_ms); });
+  return text_of({{"items", std::move(items)}, {"next_cursor", text_or_null(next_cursor)}});
+}
+
+std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
+                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used) {
+  const auto usage_json = [](const queue::OwnerUsage& usage) -> Json {
+    return {{"queued_jobs", usage.queued_jobs}, {"artifact_bytes", usage.artifact_bytes}};
+  };
+  return text_of(
+      {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
+}
+
+std::string write_ticket(const std::string& url, std::optional<std::int64_t> expires_at_unix_ms) {
+  return text_of({{"url", url}, {"expires_at", time_json(expires_at_unix_ms)}});
+}
+
+std::string write_bulk(std::int64_t matched, std::int64_t done,
+                       const std::vector<std::pair<std::string, std::string_view>>& refused) {
+  Json items = array_of(refused, [](const auto& each) -> Json { return {{"id", each.first}, {"code", each.second}}; });
+  return text_of({{"matched", matched}, {"done", done}, {"refused", std::move(items)}});
+}
+
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
+                          const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
+  return text_of({{"version", version},
+                  {"build", build},
+                  {"sandbox", text_or_null(std::string(sandbox))},
+                  {"dashboard", dashboard},
+                  {"limits", limits_json(limits)}});
+}
+
+template <class Resource>
+std::string write(const Resource& resource) {
+  return text_of(json_of(resource));
+}
+
+template std::string write(const queue::JobEvent&);
+template std::string write(const std::vector<queue::Delivery>&);
+template std::string write(const std::vector<queue::JobMove>&);
+template std::string write(const std::vector<queue::Node>&);
+template std::string write(const queue::BatchState&);
+template std::string write(const queue::BatchPage&);
+template std::string write(const queue::QueueState&);
+template std::string write(const ServiceStatus&);
+template std::string write(const ProblemReply&);
 
 }  // namespace resources

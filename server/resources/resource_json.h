@@ -29,31 +29,11 @@ std::string write_job(const queue::JobView& view, std::int64_t now_ms);
 std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms);
 
-/// {id, state, progress, at, kind, name, batch, owner}: the data of a server-sent event.
-std::string write_event(const queue::JobEvent& event);
-
 /// Body of a webhook: {type, timestamp, data: job}. `event` is "job.succeeded", "job.failed" or "job.cancelled".
 std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms);
 
 /// Body of a test call: {type, timestamp, data: {}}.
 std::string write_event(std::string_view event, std::int64_t now_ms);
-
-/// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
-std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
-
-/// {items: [{at, state, attempt, code, detail, worker}]}; an empty code or worker becomes null.
-std::string write_history(const std::vector<queue::JobMove>& moves);
-
-/// {id, name, state, progress, created_at, size, jobs{state: count}, owner, sweep, max_failed, links}. The state is
-/// queued or running until every job has ended; then failed or cancelled if a job is, else succeeded. Progress is the
-/// share of ended jobs.
-std::string write_batch(const queue::BatchState& state);
-
-/// {items: [batch], next_cursor}
-std::string write_batch_list(const queue::BatchPage& page);
-
-/// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
-std::string write_queue(const queue::QueueState& state);
 
 /// The state of the service (schema Status).
 struct ServiceStatus {
@@ -66,10 +46,6 @@ struct ServiceStatus {
   std::vector<std::pair<std::string, std::uint64_t>> limits;
   std::optional<telemetry::ServiceHistory::Hour> hour;
 };
-std::string write_status(const ServiceStatus& status);
-
-/// {items[{id, name, role, version, slots, running, started_at, seen_at}]}
-std::string write_nodes(const std::vector<queue::Node>& nodes);
 
 /// {name, scopes, quotas, used}; an empty name becomes null.
 std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
@@ -89,7 +65,11 @@ struct ProblemReply {
   std::string detail, request_id;
   std::vector<tracer::Issue> errors;
 };
-std::string write_problem(const ProblemReply& problem);
+
+/// A resource of a type with json_of() in resource_json.cpp: an event, a list of deliveries, moves or nodes, a batch, a
+/// page of batches, the queue, the status, a problem.
+template <class Resource>
+std::string write(const Resource& resource);
 
 /// {version, build, sandbox, dashboard, limits{name: value}}; an empty sandbox becomes null.
 std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,

@@ -123,7 +123,8 @@ class Readme(unittest.TestCase):
 
 class PageForContributors(unittest.TestCase):
     # Of each example what only its files have, and how many they are at most.
-    EXAMPLES = {"Add a material parameter": (r"\bdiffuse_transmission\b", 8), "Add an output format": (r"\btiff\b", 5)}
+    EXAMPLES = {"Add a material parameter": (r"\bdiffuse_transmission\b", 8), "Add an output format": (r"\btiff\b", 5),
+                "Add an endpoint": (r"jobs/\{id\}/history\b|json_of\(const queue::JobMove\b", 4)}
 
     def test_names_the_files_of_each_example(self):
         sources = [SCENE, HTTP] + [str(path) for path in tracked(".h", ".cpp", ".json", ".yaml") if path.parts[0] in ("tracer", "api", "server")]

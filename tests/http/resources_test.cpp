@@ -91,9 +91,9 @@ TEST(BatchJson, DerivesStateAndProgressFromItsJobs) {
   };
   for (const auto& [jobs, part] : table) {
     state.jobs = jobs;
-    expect_part(resources::write_batch(state), part);
+    expect_part(resources::write(state), part);
   }
-  expect_part(resources::write_batch(state), R"("max_failed":2)");
+  expect_part(resources::write(state), R"("max_failed":2)");
 }
 
 TEST(JobJson, ReplacesInvalidUtf8) {
@@ -103,19 +103,16 @@ TEST(JobJson, ReplacesInvalidUtf8) {
 }
 
 TEST(ProblemJson, WritesPointersAsUriFragments) {
-  const std::string text = resources::write_problem({"urn:x",
-                                                     "t",
-                                                     422,
-                                                     "d",
-                                                     "r",
-                                                     {{"/materials/r\xc3\xa9"
-                                                       "d ^/color",
-                                                       "out_of_range", "must be >= 0, got -1"}}});
+  const tracer::Issue issue{
+      "/materials/r\xc3\xa9"
+      "d ^/color",
+      "out_of_range", "must be >= 0, got -1"};
+  const std::string text = resources::write(resources::ProblemReply{"urn:x", "t", 422, "d", "r", {issue}});
   expect_part(text, R"("pointer":"#/materials/r%C3%A9d%20%5E/color","code":"out_of_range")");
 }
 
 TEST(ProblemJson, OmitsAnEmptyListOfErrors) {
-  EXPECT_EQ(resources::write_problem({"urn:x", "t", 404, "d", "r", {}}),
+  EXPECT_EQ(resources::write(resources::ProblemReply{"urn:x", "t", 404, "d", "r", {}}),
             R"({"type":"urn:x","title":"t","status":404,"detail":"d","request_id":"r"})"
             "\n");
 }

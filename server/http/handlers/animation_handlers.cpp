@@ -71,8 +71,6 @@ Answer reduce_frames(const std::shared_ptr<Reduction>& reduction, const ApiConte
   return animation_reply(reduction->frames.size(), open, reduction->query.frames_per_second);
 }
 
-}  // namespace
-
 Answer get_animation(Request& request, const ApiContext& context) {
   const auto query = read_query(request.head.query);
   if (!query) return query.error();
@@ -90,6 +88,12 @@ Answer get_animation(Request& request, const ApiContext& context) {
     return queries.open_unverified(images[i]);
   };
   return animation_reply(count, open, query->frames_per_second);
+}
+
+}  // namespace
+
+Endpoints animation_endpoints() {
+  return {{"GET", "/v1/batches/{id}/animation.apng", get_animation, {"fps", "max"}, true}};
 }
 
 }  // namespace http::handlers

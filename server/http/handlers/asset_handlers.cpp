@@ -5,9 +5,10 @@
 #include "tracer/sha256.h"
 
 namespace http::handlers {
+namespace {
 
 /// Rule for a name in the path; the number of characters that were received follows.
-static constexpr const char* asset_name_rule =
+constexpr const char* asset_name_rule =
     "an asset is named by the sha256 of its bytes, 64 lower-case hex digits; characters in the path: ";
 
 /// Existing assets are marked as used, so that they are kept until the client submits its job.
@@ -62,6 +63,14 @@ Answer get_asset(Request& request, const ApiContext& context) {
   return Reply{.content_type = "application/octet-stream",
                .headers = {{"ETag", '"' + sha256 + '"'}, {"Cache-Control", "max-age=31536000, immutable"}},
                .source = source_of(std::move(reader))};
+}
+
+}  // namespace
+
+Endpoints asset_endpoints() {
+  return {{"POST", "/v1/assets/missing", find_missing_assets},
+          {"PUT", "/v1/assets/{sha256}", put_asset},
+          {"GET", "/v1/assets/{sha256}", get_asset}};
 }
 
 }  // namespace http::handlers

@@ -16,7 +16,7 @@ namespace {
 constexpr int page_size = 1000;  // jobs read from the store at once
 
 Reply accepted_reply(const queue::BatchState& state) {
-  Reply reply = json_reply(202, resources::write_batch(state));
+  Reply reply = json_reply(202, resources::write(state));
   reply.headers.emplace_back("Location", "/v1/batches/" + state.batch.id);
   return reply;
 }
@@ -72,35 +72,6 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
   return submission;
 }
 
-}  // namespace
-
-std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context) {
-  std::vector<TarEntry> entries;
-  queue::JobFilter filter;
-  filter.batch = batch;
-  filter.state = queue::JobState::succeeded;
-  std::string cursor;
-  do {
-    const queue::JobPage page = context.queue.queries.list(filter, cursor, page_size);
-    for (const queue::Job& job : page.items) {
-      for (const queue::Artifact& artifact : job.artifacts) {
-        entries.push_back({file_name(job, artifact), artifact.bytes, job.ended_at.value_or(0), artifact});
-      }
-    }
-    cursor = page.next_cursor;
-  } while (!cursor.empty());
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const TarEntry& a, const TarEntry& b) { return a.name < b.name; });
-  return entries;
-}
-
-tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context) {
-  if (!is_id(id)) return Problem{failures::batch_not_found, "this is no batch id; ids are lower-case UUIDs"};
-  auto state = context.queue.queries.find_batch(id);
-  if (!state) return Problem{failures::batch_not_found, "there is no batch " + id};
-  return std::move(*state);
-}
-
 Answer submit_batch(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   const auto body = take_json(request, "a batch");
@@ -111,7 +82,7 @@ Answer submit_batch(Request& request, const ApiContext& context) {
   if (!submission) return submission.error();
   submission->idempotency = std::move(*idempotency);
   submission->write_reply = [](const queue::BatchState& state) -> queue::FirstReply {
-    return {202, "/v1/batches/" + state.batch.id, resources::write_batch(state)};
+    return {202, "/v1/batches/" + state.batch.id, resources::write(state)};
   };
   const auto submitted = context.queue.submission.submit_batch(std::move(*submission));
   if (!submitted) return problem_of(submitted.error());
@@ -120,13 +91,13 @@ Answer submit_batch(Request& request, const ApiContext& context) {
 }
 
 Answer get_batch(Request&, const queue::BatchState& state, const ApiContext&) {
-  return json_reply(200, resources::write_batch(state), "no-cache");
+  return json_reply(200, resources::write(state), "no-cache");
 }
 
 Answer list_batches(Request& request, const ApiContext& context) {
   const auto query = read_list_query(request.head.query);
   if (!query) return query.error();
-  return json_reply(200, resources::write_batch_list(context.queue.queries.list_batches(query->cursor, query->limit)));
+  return json_reply(200, resources::write(context.queue.queries.list_batches(query->cursor, query->limit)));
 }
 
 Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
@@ -167,6 +138,45 @@ Answer get_batch_artifacts(Request&, const queue::BatchState& state, const ApiCo
       .content_type = "application/x-tar",
       .headers = {{"Content-Disposition", "attachment; filename=\"" + id + ".tar\""}, {"Cache-Control", "no-cache"}},
       .source = tar_of(std::move(entries), open)};
+}
+
+}  // namespace
+
+std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context) {
+  std::vector<TarEntry> entries;
+  queue::JobFilter filter;
+  filter.batch = batch;
+  filter.state = queue::JobState::succeeded;
+  std::string cursor;
+  do {
+    const queue::JobPage page = context.queue.queries.list(filter, cursor, page_size);
+    for (const queue::Job& job : page.items) {
+      for (const queue::Artifact& artifact : job.artifacts) {
+        entries.push_back({file_name(job, artifact), artifact.bytes, job.ended_at.value_or(0), artifact});
+      }
+    }
+    cursor = page.next_cursor;
+  } while (!cursor.empty());
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const TarEntry& a, const TarEntry& b) { return a.name < b.name; });
+  return entries;
+}
+
+tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context) {
+  if (!is_id(id)) return Problem{failures::batch_not_found, "this is no batch id; ids are lower-case UUIDs"};
+  auto state = context.queue.queries.find_batch(id);
+  if (!state) return Problem{failures::batch_not_found, "there is no batch " + id};
+  return std::move(*state);
+}
+
+Endpoints batch_endpoints() {
+  return {{"POST", "/v1/batches", submit_batch, {}, true},
+          {"GET", "/v1/batches", list_batches, {"limit", "cursor"}},
+          {"GET", "/v1/batches/{id}", get_batch},
+          {"DELETE", "/v1/batches/{id}", remove_batch, {}, true},
+          {"POST", "/v1/batches/{id}/cancel", cancel_batch, {}, true},
+          {"POST", "/v1/batches/{id}/retry", retry_batch, {}, true},
+          {"GET", "/v1/batches/{id}/artifacts.tar", get_batch_artifacts}};
 }
 
 }  // namespace http::handlers

@@ -75,8 +75,6 @@ bool apply(const api::BulkRequest& bulk, const std::string& id, queue::JobLifecy
   return lifecycle.change(id, change, {}, durable) == queue::ChangeOutcome::changed;
 }
 
-}  // namespace
-
 Answer change_jobs(Request& request, const ApiContext& context) {
   const auto bulk = take_request(request, "a bulk request", api::parse_bulk, context.limits);
   if (!bulk) return bulk.error();
@@ -102,5 +100,9 @@ Answer change_jobs(Request& request, const ApiContext& context) {
   if (done > 0) context.queue.lifecycle.sync();
   return json_reply(200, resources::write_bulk(static_cast<std::int64_t>(ids->size()), done, refused));
 }
+
+}  // namespace
+
+Endpoints bulk_endpoints() { return {{"POST", "/v1/jobs/bulk", change_jobs, {}, true}}; }
 
 }  // namespace http::handlers

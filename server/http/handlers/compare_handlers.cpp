@@ -89,8 +89,6 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
   return json_reply(200, *std::move(text));
 }
 
-}  // namespace
-
 Answer compare_images(Request& request, const ApiContext& context) {
   const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits);
   if (!wanted) return wanted.error();
@@ -119,5 +117,9 @@ Answer compare_images(Request& request, const ApiContext& context) {
   return context.image_tasks->run(key_of(names, task.work), task,
                                   [&context](const ImageResult& result) { return comparison_reply(*result, context); });
 }
+
+}  // namespace
+
+Endpoints compare_endpoints() { return {{"POST", "/v1/compare", compare_images}}; }
 
 }  // namespace http::handlers

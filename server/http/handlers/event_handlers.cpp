@@ -14,7 +14,7 @@ std::string event_text(const queue::JobEvent& event) {
   using Kind = queue::JobEvent::Kind;
   const char* const name = event.kind == Kind::done ? "done" : (event.kind == Kind::progress ? "progress" : "state");
   // The data ends with a newline.
-  return "id: " + std::to_string(event.number) + "\nevent: " + name + "\ndata: " + resources::write_event(event) + '\n';
+  return "id: " + std::to_string(event.number) + "\nevent: " + name + "\ndata: " + resources::write(event) + '\n';
 }
 
 }  // namespace http
@@ -112,8 +112,6 @@ Answer reply_when_ended(const queue::JobView& view, Time deadline, const std::st
   });
 }
 
-}  // namespace
-
 Answer get_job_events(Request& request, const ApiContext& context) {
   const std::string& id = request.parameters.front();
   const std::optional<std::int64_t> after = last_event(request);
@@ -171,6 +169,8 @@ Answer get_job(Request& request, const ApiContext& context) {
   return answer_poll(poll, false, context);
 }
 
+}  // namespace
+
 Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context) {
   if (submitted.replayed) return replayed_reply(*submitted.replayed);
   if (submitted.from_cache) {
@@ -188,6 +188,12 @@ Answer submission_reply(const Request& request, const queue::Submitted& submitte
   const std::string applied = "wait=" + std::to_string(wait.count());
   const Time deadline = std::chrono::steady_clock::now() + wait;
   return reply_when_ended(submitted.view, deadline, applied, context, false);
+}
+
+Endpoints event_endpoints() {
+  return {{"GET", "/v1/jobs/{id}", get_job, {"wait"}},
+          {"GET", "/v1/jobs/{id}/events", get_job_events},
+          {"GET", "/v1/events", get_events, {"batch"}}};
 }
 
 }  // namespace http::handlers

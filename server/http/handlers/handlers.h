@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "server/http/handlers/routes.h"
@@ -20,6 +21,18 @@ using ContextHandler = Answer(Request&, const ApiContext&);
 using JobHandler = Answer(Request&, const queue::JobView&, const ApiContext&);
 using BatchHandler = Answer(Request&, const queue::BatchState&, const ApiContext&);
 
+/// A route with its handler, see Route. Each file of handlers lists its own.
+struct Endpoint {
+  std::string method, pattern;
+  std::variant<ContextHandler*, JobHandler*, BatchHandler*> handler;
+  std::vector<std::string> query{};
+  bool one_at_a_time = false;
+};
+using Endpoints = std::vector<Endpoint>;
+Endpoints animation_endpoints(), asset_endpoints(), batch_endpoints(), bulk_endpoints(), compare_endpoints();
+Endpoints event_endpoints(), image_endpoints(), job_endpoints(), page_endpoints(), service_endpoints();
+Endpoints view_endpoints(), webhook_endpoints();
+
 // ---- job_handlers.cpp
 struct ListQuery {
   queue::JobFilter filter;
@@ -28,26 +41,10 @@ struct ListQuery {
 };
 /// Reads the parameters of a list. The problem has the errors of all of them.
 tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs);
-ContextHandler submit_job, validate_job, measure, list_jobs, get_queue;
-/// The document as submitted; of a job of a batch, its scene with the patch applied.
-JobHandler get_scene;
-JobHandler get_history, change_job, cancel_job, retry_job, remove_job;
-
-// ---- bulk_handlers.cpp
-ContextHandler change_jobs;
-
-// ---- webhook_handlers.cpp
-JobHandler get_deliveries, redeliver;
-ContextHandler test_webhook, get_webhook_test;
-
-// ---- compare_handlers.cpp
-ContextHandler compare_images;
 
 // ---- image_handlers.cpp
 /// The reason why a job does not have this image.
 Problem image_not_found(const queue::Job& job, const std::string& name);
-ContextHandler render, get_preview;
-Answer get_image(Request& request, const ApiContext& context, const std::string& name);
 /// Determines an image task, for ImageTasks. `images` has the SHA-256 of each image.
 std::string key_of(const std::string& images, const queue::ImageWork& work);
 /// The PNG that an earlier request had the worker make of an artifact; null if it is not kept.
@@ -59,11 +56,7 @@ Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& wo
 Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
                        const ApiContext& context);
 
-// ---- view_handlers.cpp
-JobHandler get_view;
-
 // ---- event_handlers.cpp
-ContextHandler get_job, get_job_events, get_events;
 /// Reply to a submission: the first reply again if it was submitted before, 200 if the result was cached, 202 at once,
 /// or with "Prefer: wait=N" 200 as soon as the job has ended and 202 after N seconds.
 Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context);
@@ -71,8 +64,6 @@ Answer submission_reply(const Request& request, const queue::Submitted& submitte
 // ---- batch_handlers.cpp
 /// The batch with this id. Problem: 404.
 tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, const ApiContext& context);
-ContextHandler list_batches, submit_batch;
-BatchHandler get_batch, remove_batch, cancel_batch, retry_batch, get_batch_artifacts;
 
 /// The body of a reply that is produced while it is sent: size() bytes of read_piece(), which reads at least a byte.
 template <class Pieces>
@@ -100,9 +91,6 @@ BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
 /// The existing images of a batch, in its order. (batch_handlers.cpp)
 std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& context);
 
-// ---- animation_handlers.cpp
-ContextHandler get_animation;
-
 // ---- apng.cpp
 using OpenFrame = std::function<std::unique_ptr<queue::ArtifactReader>(std::size_t index)>;
 /// The images, which are PNG, as an endless animation that is produced while it is sent, as tar_of. None if they differ
@@ -110,18 +98,8 @@ using OpenFrame = std::function<std::unique_ptr<queue::ArtifactReader>(std::size
 /// missing or no PNG.
 std::optional<BodySource> apng_of(std::size_t images, OpenFrame open, int frames_per_second);
 
-// ---- asset_handlers.cpp
-ContextHandler find_missing_assets, put_asset, get_asset;
-
-// ---- page_handlers.cpp
-/// The page if the client prefers HTML, as browsers do; otherwise the overview as text.
-ContextHandler get_root;
-ContextHandler get_page_file;
-
 // ---- service_handlers.cpp
 Answer get_overview(const Request& request);
-ContextHandler get_version, get_me, get_nodes, create_ticket, get_status;
-ContextHandler get_openapi, get_scene_schema, get_scene_docs, get_docs;
 
 // ---- submissions.cpp
 /// A document, verbatim and parsed.

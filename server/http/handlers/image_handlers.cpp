@@ -192,47 +192,9 @@ Answer latest_preview(const std::string& id, std::uint32_t side, const ApiContex
   return Reply{.status = 204, .headers = {{"Cache-Control", "no-store"}}, .job_id = id};
 }
 
-}  // namespace
-
-std::string key_of(const std::string& images, const queue::ImageWork& work) {
-  std::string key = images + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' + std::to_string(work.layer) +
-                    (work.heat ? " heat " : " ");
-  std::vector<double> numbers{work.exposure};
-  for (const auto& more : {work.range, work.tolerance}) numbers.insert(numbers.end(), more.begin(), more.end());
-  for (const double number : numbers) key.append(reinterpret_cast<const char*>(&number), sizeof number);
-  for (const std::uint32_t edge : work.crop) key += ' ' + std::to_string(edge);
-  return key;
-}
-
-ImageResult find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
-  return context.image_tasks->find(key_of(artifact.sha256, work));
-}
-
-Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
-                     std::function<Answer(const ImageResult&)> use) {
-  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
-  if (!reader)
-    return Problem{failures::image_damaged, artifact.name + ", " + artifact.sha256 + ", is missing or damaged"};
-  return context.image_tasks->run(key_of(artifact.sha256, work), {work, {std::move(reader)}}, std::move(use));
-}
-
-Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
-                       const ApiContext& context) {
-  const auto reply = [id = job.id](const ImageResult& result) -> Answer { return preview_reply(id, result->bytes); };
-  if (const ImageResult kept = find_processed(artifact, work, context)) return reply(kept);
-  return process_image(artifact, work, context, reply);
-}
-
-Problem image_not_found(const queue::Job& job, const std::string& name) {
-  if (job.expired) return images_expired(job);
-  if (job.state == queue::JobState::succeeded) {
-    return {failures::image_not_found, "job " + job.id + " has no output " + name};
-  }
-  const std::string reason = queue::ended(job.state) ? "; it has no images" : "; its images exist once it succeeded";
-  return {failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
-}
-
-Answer get_image(Request& request, const ApiContext& context, const std::string& name) {
+/// The name is the end of the route.
+Answer get_image(Request& request, const ApiContext& context) {
+  const std::string name = request.route.substr(request.route.rfind('/') + 1);
   const auto found = find_job_of_image(request.parameters.front(), context);
   if (!found) return found.error();
   const queue::Job& job = *found;
@@ -301,6 +263,55 @@ Answer get_preview(Request& request, const ApiContext& context) {
   };
   const auto resume = [&context, id, side](bool) { return latest_preview(id, *side, context); };
   return DeferredReply{std::chrono::steady_clock::now() + preview_wait, watch, resume};
+}
+
+}  // namespace
+
+std::string key_of(const std::string& images, const queue::ImageWork& work) {
+  std::string key = images + ' ' + work.kind + ' ' + std::to_string(work.side) + ' ' + std::to_string(work.layer) +
+                    (work.heat ? " heat " : " ");
+  std::vector<double> numbers{work.exposure};
+  for (const auto& more : {work.range, work.tolerance}) numbers.insert(numbers.end(), more.begin(), more.end());
+  for (const double number : numbers) key.append(reinterpret_cast<const char*>(&number), sizeof number);
+  for (const std::uint32_t edge : work.crop) key += ' ' + std::to_string(edge);
+  return key;
+}
+
+ImageResult find_processed(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context) {
+  return context.image_tasks->find(key_of(artifact.sha256, work));
+}
+
+Answer process_image(const queue::Artifact& artifact, const queue::ImageWork& work, const ApiContext& context,
+                     std::function<Answer(const ImageResult&)> use) {
+  std::shared_ptr<queue::ArtifactReader> reader = context.queue.queries.open(artifact);
+  if (!reader)
+    return Problem{failures::image_damaged, artifact.name + ", " + artifact.sha256 + ", is missing or damaged"};
+  return context.image_tasks->run(key_of(artifact.sha256, work), {work, {std::move(reader)}}, std::move(use));
+}
+
+Answer processed_image(const queue::Job& job, const queue::Artifact& artifact, const queue::ImageWork& work,
+                       const ApiContext& context) {
+  const auto reply = [id = job.id](const ImageResult& result) -> Answer { return preview_reply(id, result->bytes); };
+  if (const ImageResult kept = find_processed(artifact, work, context)) return reply(kept);
+  return process_image(artifact, work, context, reply);
+}
+
+Problem image_not_found(const queue::Job& job, const std::string& name) {
+  if (job.expired) return images_expired(job);
+  if (job.state == queue::JobState::succeeded) {
+    return {failures::image_not_found, "job " + job.id + " has no output " + name};
+  }
+  const std::string reason = queue::ended(job.state) ? "; it has no images" : "; its images exist once it succeeded";
+  return {failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
+}
+
+Endpoints image_endpoints() {
+  Endpoints all{{"POST", "/v1/render", render}, {"GET", "/v1/jobs/{id}/preview", get_preview, {"max"}}};
+  std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
+                                 "measure.svg", "measure.png",  "reference.exr"};
+  for (const tracer::Format format : tracer::all_formats) names.push_back(tracer::file_name(format));
+  for (const std::string& name : names) all.push_back({"GET", "/v1/jobs/{id}/" + name, get_image});
+  return all;
 }
 
 }  // namespace http::handlers

@@ -154,19 +154,6 @@ Answer apply_change(const std::string& id, const ApiContext& context, const api:
   return reply;
 }
 
-}  // namespace
-
-tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs) {
-  ListQuery query;
-  std::string errors;
-  for (const auto& [name, value] : pairs) {
-    const std::string error = read_list_parameter(name, value, query);
-    if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
-  }
-  if (!errors.empty()) return Problem{failures::invalid_query, errors};
-  return query;
-}
-
 Answer submit_job(Request& request, const ApiContext& context) {
   if (auto problem = refuse_if_draining(context)) return *problem;
   auto scene = take_scene(request, context);
@@ -210,6 +197,7 @@ Answer list_jobs(Request& request, const ApiContext& context) {
   return json_reply(200, resources::write_job_list(views, page.next_cursor, context.clock()));
 }
 
+/// The document as submitted; of a job of a batch, its scene with the patch applied.
 Answer get_scene(Request&, const queue::JobView& view, const ApiContext& context) {
   auto document = context.queue.queries.document(view.job.id);
   if (!document) return Problem{failures::job_expired, "the document of job " + view.job.id + " has expired"};
@@ -222,11 +210,11 @@ Answer get_history(Request&, const queue::JobView& view, const ApiContext& conte
   const bool from_cache = moves.empty() && job.state == queue::JobState::succeeded;
   if (job.keep && moves.size() < queue::moves_max)
     moves.insert(moves.begin(), {job.created_at, from_cache ? job.state : queue::JobState::queued, 0, "", "", ""});
-  return json_reply(200, resources::write_history(moves), "no-cache");
+  return json_reply(200, resources::write(moves), "no-cache");
 }
 
 Answer get_queue(Request&, const ApiContext& context) {
-  return json_reply(200, resources::write_queue(context.queue.queries.state()), "no-cache");
+  return json_reply(200, resources::write(context.queue.queries.state()), "no-cache");
 }
 
 Answer change_job(Request& request, const queue::JobView& view, const ApiContext& context) {
@@ -283,6 +271,36 @@ Answer remove_job(Request&, const queue::JobView& view, const ApiContext& contex
       break;
   }
   return Reply{.status = 204};
+}
+
+}  // namespace
+
+tracer::Result<ListQuery, Problem> read_list_query(const Pairs& pairs) {
+  ListQuery query;
+  std::string errors;
+  for (const auto& [name, value] : pairs) {
+    const std::string error = read_list_parameter(name, value, query);
+    if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
+  }
+  if (!errors.empty()) return Problem{failures::invalid_query, errors};
+  return query;
+}
+
+Endpoints job_endpoints() {
+  return {{"POST", "/v1/jobs", submit_job},
+          {"GET",
+           "/v1/jobs",
+           list_jobs,
+           {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"}},
+          {"POST", "/v1/jobs/validate", validate_job},
+          {"POST", "/v1/measure", measure},
+          {"GET", "/v1/jobs/{id}/scene", get_scene},
+          {"GET", "/v1/jobs/{id}/history", get_history},
+          {"PATCH", "/v1/jobs/{id}", change_job},
+          {"DELETE", "/v1/jobs/{id}", remove_job},
+          {"POST", "/v1/jobs/{id}/cancel", cancel_job},
+          {"POST", "/v1/jobs/{id}/retry", retry_job},
+          {"GET", "/v1/queue", get_queue}};
 }
 
 }  // namespace http::handlers

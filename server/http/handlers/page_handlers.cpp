@@ -35,8 +35,7 @@ Reply file_reply(const Request& request, const web::File& file, const char* cach
   return reply;
 }
 
-}  // namespace
-
+/// The page if the client prefers HTML, as browsers do; otherwise the overview as text.
 Answer get_root(Request& request, const ApiContext& context) {
   const auto best = best_offer(request.head.header("accept"), {"text/plain", "text/html"});
   if (!context.dashboard || best != 1) return get_overview(request);
@@ -58,5 +57,9 @@ Answer get_page_file(Request& request, const ApiContext& context) {
   reply.headers.emplace_back("Vary", "Accept-Encoding");
   return reply;
 }
+
+}  // namespace
+
+Endpoints page_endpoints() { return {{"GET", "/", get_root}, {"GET", "/ui/{tree}/{file}", get_page_file}}; }
 
 }  // namespace http::handlers

@@ -4,11 +4,10 @@
 
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
-#include "tracer/encode.h"
 
 namespace http {
 
-using namespace handlers;  // NOLINT(google-build-using-namespace): the table names all of them
+using namespace handlers;  // NOLINT(google-build-using-namespace): the loop names the lists of all files
 
 namespace {
 
@@ -98,11 +97,6 @@ tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::K
 
 namespace {
 
-/// Query of the list of jobs.
-std::vector<std::string> list_parameters() {
-  return {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"};
-}
-
 using Context = std::shared_ptr<const ApiContext>;
 
 Handler bound(ContextHandler* handler, const Context& context) {
@@ -128,69 +122,18 @@ Handler bound(BatchHandler* handler, const Context& context) {
   };
 }
 
-void add_artifact_routes(std::vector<Route>& routes, const Context& context) {
-  std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
-                                 "measure.svg", "measure.png",  "reference.exr"};
-  for (const tracer::Format format : tracer::all_formats) names.push_back(tracer::file_name(format));
-  for (const std::string& name : names) {
-    const auto handler = [context, name](Request& request) { return get_image(request, *context, name); };
-    routes.push_back({"GET", "/v1/jobs/{id}/" + name, handler, {}});
-  }
-}
-
 }  // namespace
 
 std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto context = std::make_shared<const ApiContext>(api_context);
-  const auto with_context = [&](auto* handler) { return bound(handler, context); };
-  std::vector<Route> routes{
-      {"GET", "/", with_context(get_root), {}},
-      {"GET", "/ui/{tree}/{file}", with_context(get_page_file), {}},
-      {"GET", "/openapi.json", with_context(get_openapi), {}},
-      {"GET", "/docs", with_context(get_docs), {}},
-      {"GET", "/docs/scene", with_context(get_scene_docs), {}},
-      {"GET", "/schemas/scene.schema.json", with_context(get_scene_schema), {}},
-      {"GET", "/v1/version", with_context(get_version), {}},
-      {"GET", "/v1/me", with_context(get_me), {}},
-      {"GET", "/v1/status", with_context(get_status), {"history"}},
-      {"POST", "/v1/tickets", with_context(create_ticket), {}},
-      {"POST", "/v1/jobs", with_context(submit_job), {}},
-      {"GET", "/v1/jobs", with_context(list_jobs), list_parameters()},
-      {"POST", "/v1/jobs/validate", with_context(validate_job), {}},
-      {"POST", "/v1/jobs/bulk", with_context(change_jobs), {}, true},
-      {"POST", "/v1/compare", with_context(compare_images), {}},
-      {"POST", "/v1/render", with_context(render), {}},
-      {"POST", "/v1/measure", with_context(measure), {}},
-      {"GET", "/v1/jobs/{id}", with_context(get_job), {"wait"}},
-      {"GET", "/v1/jobs/{id}/scene", with_context(get_scene), {}},
-      {"GET", "/v1/jobs/{id}/history", with_context(get_history), {}},
-      {"PATCH", "/v1/jobs/{id}", with_context(change_job), {}},
-      {"DELETE", "/v1/jobs/{id}", with_context(remove_job), {}},
-      {"POST", "/v1/jobs/{id}/cancel", with_context(cancel_job), {}},
-      {"POST", "/v1/jobs/{id}/retry", with_context(retry_job), {}},
-      {"GET", "/v1/jobs/{id}/preview", with_context(get_preview), {"max"}},
-      {"GET", "/v1/jobs/{id}/view.png", with_context(get_view), {"layer", "exposure", "range", "map", "crop", "max"}},
-      {"GET", "/v1/jobs/{id}/events", with_context(get_job_events), {}},
-      {"GET", "/v1/events", with_context(get_events), {"batch"}},
-      {"POST", "/v1/batches", with_context(submit_batch), {}, true},
-      {"GET", "/v1/batches", with_context(list_batches), {"limit", "cursor"}},
-      {"GET", "/v1/batches/{id}", with_context(get_batch), {}},
-      {"DELETE", "/v1/batches/{id}", with_context(remove_batch), {}, true},
-      {"POST", "/v1/batches/{id}/cancel", with_context(cancel_batch), {}, true},
-      {"POST", "/v1/batches/{id}/retry", with_context(retry_batch), {}, true},
-      {"GET", "/v1/batches/{id}/artifacts.tar", with_context(get_batch_artifacts), {}},
-      {"GET", "/v1/batches/{id}/animation.apng", with_context(get_animation), {"fps", "max"}, true},
-      {"GET", "/v1/queue", with_context(get_queue), {}},
-      {"GET", "/v1/nodes", with_context(get_nodes), {}},
-      {"GET", "/v1/jobs/{id}/deliveries", with_context(get_deliveries), {}},
-      {"POST", "/v1/jobs/{id}/deliveries/{delivery}/redeliver", with_context(redeliver), {}},
-      {"POST", "/v1/webhooks/test", with_context(test_webhook), {}},
-      {"GET", "/v1/webhooks/test/{id}", with_context(get_webhook_test), {}},
-      {"POST", "/v1/assets/missing", with_context(find_missing_assets), {}},
-      {"PUT", "/v1/assets/{sha256}", with_context(put_asset), {}},
-      {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
-  };
-  add_artifact_routes(routes, context);
+  std::vector<Route> routes;
+  for (Endpoints (*const list)() :
+       {page_endpoints, service_endpoints, job_endpoints, event_endpoints, image_endpoints, view_endpoints,
+        bulk_endpoints, compare_endpoints, batch_endpoints, animation_endpoints, webhook_endpoints, asset_endpoints})
+    for (const auto& [method, pattern, handler, query, one_at_a_time] : list()) {
+      const auto bind = [&](auto* function) { return bound(function, context); };
+      routes.push_back({method, pattern, std::visit(bind, handler), query, one_at_a_time});
+    }
   return routes;
 }
 

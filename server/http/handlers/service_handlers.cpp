@@ -44,14 +44,6 @@ Reply documentation_reply(std::string_view page, const std::string& etag) {
   return reply;
 }
 
-}  // namespace
-
-Answer get_overview(const Request&) {
-  Reply reply = text_reply(index_text);
-  reply.headers.emplace_back("Vary", "Accept");
-  return reply;
-}
-
 Answer get_version(Request&, const ApiContext& context) {
   return json_reply(200, resources::write_version(tracer::version(), tracer::build(), context.sandbox(),
                                                   context.dashboard, context.effective_limits));
@@ -69,7 +61,7 @@ Answer get_me(Request& request, const ApiContext& context) {
 }
 
 Answer get_nodes(Request&, const ApiContext& context) {
-  return json_reply(200, resources::write_nodes(context.nodes()), "no-store");
+  return json_reply(200, resources::write(context.nodes()), "no-store");
 }
 
 Answer create_ticket(Request& request, const ApiContext& context) {
@@ -107,17 +99,37 @@ Answer get_status(Request& request, const ApiContext& context) {
   if (!has_history && query.front().second != "false")
     return Problem{failures::invalid_query, "history must be true or false"};
   const bool draining = context.readiness.draining();  // read first: as soon as it is true, it is the reason too
-  return json_reply(
-      200,
-      resources::write_status({.not_ready = context.readiness.reason(),
-                               .draining = draining,
-                               .sandbox = context.sandbox(),
-                               .gauges = context.gauges(),
-                               .queue = context.queue.queries.state(),
-                               .streams_max = context.events.listeners_max(),
-                               .limits = context.effective_limits,
-                               .hour = has_history ? std::optional(context.history.hour()) : std::nullopt}),
-      "no-store");
+  return json_reply(200,
+                    resources::write(resources::ServiceStatus{
+                        .not_ready = context.readiness.reason(),
+                        .draining = draining,
+                        .sandbox = context.sandbox(),
+                        .gauges = context.gauges(),
+                        .queue = context.queue.queries.state(),
+                        .streams_max = context.events.listeners_max(),
+                        .limits = context.effective_limits,
+                        .hour = has_history ? std::optional(context.history.hour()) : std::nullopt}),
+                    "no-store");
+}
+
+}  // namespace
+
+Answer get_overview(const Request&) {
+  Reply reply = text_reply(index_text);
+  reply.headers.emplace_back("Vary", "Accept");
+  return reply;
+}
+
+Endpoints service_endpoints() {
+  return {{"GET", "/openapi.json", get_openapi},
+          {"GET", "/docs", get_docs},
+          {"GET", "/docs/scene", get_scene_docs},
+          {"GET", "/schemas/scene.schema.json", get_scene_schema},
+          {"GET", "/v1/version", get_version},
+          {"GET", "/v1/me", get_me},
+          {"GET", "/v1/status", get_status, {"history"}},
+          {"GET", "/v1/nodes", get_nodes},
+          {"POST", "/v1/tickets", create_ticket}};
 }
 
 }  // namespace http::handlers

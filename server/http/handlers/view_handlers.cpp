@@ -114,8 +114,6 @@ const queue::Artifact* source_of_layer(const queue::Job& job, tracer::ViewedLaye
   return artifact;
 }
 
-}  // namespace
-
 Answer get_view(Request& request, const queue::JobView& view, const ApiContext& context) {
   const auto work = Parameters(request.head.query, view.job).read();
   if (!work) return work.error();
@@ -124,6 +122,12 @@ Answer get_view(Request& request, const queue::JobView& view, const ApiContext& 
   if (source == nullptr)
     return image_not_found(view.job, layer == tracer::ViewedLayer::color ? "image.png" : "image.exr");
   return processed_image(view.job, *source, *work, context);
+}
+
+}  // namespace
+
+Endpoints view_endpoints() {
+  return {{"GET", "/v1/jobs/{id}/view.png", get_view, {"layer", "exposure", "range", "map", "crop", "max"}}};
 }
 
 }  // namespace http::handlers

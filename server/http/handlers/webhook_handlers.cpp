@@ -10,10 +10,8 @@ namespace {
 const Problem webhooks_disabled{failures::webhooks_disabled, "it was started without the option webhook_secret_file"};
 
 Reply deliveries_reply(int status, const std::string& id, const ApiContext& context) {
-  return json_reply(status, resources::write_deliveries(context.deliveries.of_job(id)));
+  return json_reply(status, resources::write(context.deliveries.of_job(id)));
 }
-
-}  // namespace
 
 Answer get_deliveries(Request&, const queue::JobView& view, const ApiContext& context) {
   return deliveries_reply(200, view.job.id, context);
@@ -44,6 +42,15 @@ Answer get_webhook_test(Request& request, const ApiContext& context) {
     return Problem{failures::delivery_not_found, "there is no test call with this id"};
   }
   return deliveries_reply(200, id, context);
+}
+
+}  // namespace
+
+Endpoints webhook_endpoints() {
+  return {{"GET", "/v1/jobs/{id}/deliveries", get_deliveries},
+          {"POST", "/v1/jobs/{id}/deliveries/{delivery}/redeliver", redeliver},
+          {"POST", "/v1/webhooks/test", test_webhook},
+          {"GET", "/v1/webhooks/test/{id}", get_webhook_test}};
 }
 
 }  // namespace http::handlers
