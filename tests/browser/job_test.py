@@ -79,11 +79,15 @@ class Account(JobPage):
         values = read_exr_channels(self.daemon.get(f"/v1/jobs/{job['id']}/image.exr").body)["error"].ravel()
         for at in random.Random(1).sample(range(len(values)), 20):
             x, y = at % 80, at // 80
-            shown = self.browser.execute_script("""const [x, y] = arguments, box = document.querySelector('.canvas'), image = box.querySelector('img').getBoundingClientRect();
-              box.dispatchEvent(new PointerEvent('pointermove', {clientX: image.left + (x + 0.5) * image.width / 80, clientY: image.top + (y + 0.5) * image.height / 60, bubbles: true}));
-              return new Promise((done) => requestAnimationFrame(() => setTimeout(() => done(document.querySelector('.viewer .caption').innerText))));""", x, y)
-            self.assertIn(f"x {x}, y {y}", shown)
+            shown = self.browser.until(lambda x=x, y=y: self.caption_at(x, y), f"the caption of x {x}, y {y}")
             self.assertAlmostEqual(float(re.search(r"([\d.e-]+) levels", shown)[1]), values[at], delta=0.01 + 0.05 * values[at], msg=shown)
+
+    def caption_at(self, x, y):
+        """Points at a pixel of the image of 80 x 60 pixels; the caption once it is of that pixel. The longer text may have resized the image."""
+        shown = self.browser.execute_script("""const [x, y] = arguments, box = document.querySelector('.canvas'), image = box.querySelector('img').getBoundingClientRect();
+          box.dispatchEvent(new PointerEvent('pointermove', {clientX: image.left + (x + 0.5) * image.width / 80, clientY: image.top + (y + 0.5) * image.height / 60, bubbles: true}));
+          return document.querySelector('.viewer .caption').innerText;""", x, y)
+        return shown if f"x {x}, y {y} " in shown else None
 
     def test_offers_to_render_with_the_layers(self):
         job = self.finished(example("tiny", accuracy={"samples": [1, 1]}))
