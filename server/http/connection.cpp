@@ -13,7 +13,7 @@ namespace http {
 namespace {
 
 /// Bytes that are written to one client before other clients are served.
-constexpr std::uint64_t send_turn_bytes = 1u << 20;
+constexpr std::uint64_t send_burst_bytes = 1u << 20;
 
 bool must_wait() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
 
@@ -32,7 +32,7 @@ void Connection::close() {
   state_ = State::closed;
 }
 
-bool Connection::wants_to_read() const {
+bool Connection::needs_input() const {
   return state_ == State::reading_head || state_ == State::reading_body || state_ == State::lingering;
 }
 
@@ -41,7 +41,7 @@ Time Connection::transfer_deadline(std::chrono::milliseconds grace, std::uint64_
 }
 
 void Connection::receive(Time now) {
-  assert(wants_to_read());
+  assert(needs_input());
   std::array<char, 64u << 10> buffer;  // NOLINT(cppcoreguidelines-pro-type-member-init): 64 KiB of zeros for nothing
   const ssize_t received = ::recv(fd(), buffer.data(), buffer.size(), 0);
   if (received < 0 && must_wait()) return;
@@ -133,7 +133,7 @@ void Connection::end_stream(Time now) {
   keep_alive_ = false;
   state_ = State::writing;
   started_ = now;
-  if (!wants_to_write()) finish_reply(now);
+  if (!has_output()) finish_reply(now);
 }
 
 void Connection::reply(std::string text, std::optional<BodySource> source, bool keep_alive, Time now) {
@@ -146,7 +146,7 @@ void Connection::reply(std::string text, std::optional<BodySource> source, bool 
 }
 
 void Connection::send(Time now) {
-  for (std::uint64_t sent = 0; wants_to_write() && sent < send_turn_bytes;) {
+  for (std::uint64_t sent = 0; has_output() && sent < send_burst_bytes;) {
     const bool from_output = written_ < output_.size();
     const ssize_t wrote = from_output ? send_bytes(std::string_view(output_).substr(written_)) : send_source();
     if (wrote < 0 && must_wait()) return;
@@ -159,7 +159,7 @@ void Connection::send(Time now) {
       deadline_ = transfer_deadline(settings_.times.write_grace, written_ + source_written_);
     }
   }
-  if (wants_to_write() || source_left() > 0) return;
+  if (has_output() || source_left() > 0) return;
   if (state_ == State::writing) finish_reply(now);
   if (state_ == State::streaming) {
     std::string().swap(output_);  // most streams are silent most of the time, so none keeps a buffer
@@ -242,8 +242,8 @@ Time Client::deadline() const {
 std::uint32_t Client::events() const {
   std::uint32_t events = 0;
   if (is_waiting()) events |= EPOLLRDHUP;
-  if (connection.wants_to_read()) events |= EPOLLIN;
-  if (connection.wants_to_write()) events |= EPOLLOUT;
+  if (connection.needs_input()) events |= EPOLLIN;
+  if (connection.has_output()) events |= EPOLLOUT;
   return events;
 }
 
@@ -255,7 +255,7 @@ void Client::start_stream(std::string text, std::shared_ptr<BodyStream> body, Ti
 }
 
 void Client::feed_stream(Time now) {
-  while (stream && connection.state() == Connection::State::streaming && !connection.wants_to_write()) {
+  while (stream && connection.state() == Connection::State::streaming && !connection.has_output()) {
     BodyStream::Chunk chunk = stream->take();
     if (chunk.text.empty() && !chunk.last) return;
     heartbeat_due = now + stream->heartbeat_interval;
@@ -266,7 +266,7 @@ void Client::feed_stream(Time now) {
 
 void Client::send_heartbeat(Time now) {
   heartbeat_due = now + stream->heartbeat_interval;
-  if (!connection.wants_to_write()) connection.append(stream->heartbeat, now);
+  if (!connection.has_output()) connection.append(stream->heartbeat, now);
 }
 
 void Client::end_stream(Time now) {

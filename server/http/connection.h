@@ -42,8 +42,8 @@ class Connection {
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const std::string& remote() const { return remote_; }
   [[nodiscard]] Time deadline() const { return deadline_; }  ///< Time::max(): none
-  [[nodiscard]] bool wants_to_read() const;
-  [[nodiscard]] bool wants_to_write() const { return written_ < output_.size() || sendable() > 0; }
+  [[nodiscard]] bool needs_input() const;
+  [[nodiscard]] bool has_output() const { return written_ < output_.size() || sendable() > 0; }
   /// Between requests, with no byte of the next one read.
   [[nodiscard]] bool is_idle() const { return state_ == State::reading_head && input_.empty(); }
 

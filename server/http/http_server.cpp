@@ -184,8 +184,8 @@ class EventLoop {
     const bool failed = (events & (EPOLLERR | EPOLLHUP)) != 0;
     const bool left = (events & EPOLLRDHUP) != 0 && client.is_waiting();
     if (failed || left) connection.close();
-    if ((events & EPOLLIN) != 0 && connection.wants_to_read()) connection.receive(now_);
-    if ((events & EPOLLOUT) != 0 && connection.wants_to_write()) connection.send(now_);
+    if ((events & EPOLLIN) != 0 && connection.needs_input()) connection.receive(now_);
+    if ((events & EPOLLOUT) != 0 && connection.has_output()) connection.send(now_);
     client.feed_stream(now_);
     advance(client);
   }

@@ -79,7 +79,7 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
   exhausted = !socket && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
   if (exhausted) close_one_client();
   if (!socket) return std::nullopt;
-  exhausted = !leaves_kept(socket.get());
+  exhausted = !leaves_reserve(socket.get());
   if (exhausted) return std::nullopt;
   const int on = 1;  // replies are written whole; Nagle's algorithm would only add 40 ms
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -87,7 +87,7 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
 }
 
 /// A new descriptor is the lowest free one, so that all below it are in use.
-bool Listener::leaves_kept(int descriptor) const {
+bool Listener::leaves_reserve(int descriptor) const {
   rlimit limit{};
   if (descriptors_kept_ == 0 || ::getrlimit(RLIMIT_NOFILE, &limit) != 0) return true;
   return static_cast<rlim_t>(descriptor) + static_cast<rlim_t>(descriptors_kept_) < limit.rlim_cur;

@@ -30,7 +30,7 @@ class Listener {
 
  private:
   void close_one_client();
-  [[nodiscard]] bool leaves_kept(int descriptor) const;
+  [[nodiscard]] bool leaves_reserve(int descriptor) const;
 
   support::Descriptor socket_;
   support::Descriptor reserve_;  ///< closed for a moment to accept and close a client if there is no other descriptor

@@ -54,15 +54,15 @@ Events::Events(Writer write, Clock clock, EventSettings settings, Describe descr
       last_(clock_() * 1000),  // above all numbers of earlier runs, which had fewer than 1000 events a millisecond
       floor_(last_) {}
 
-void Events::remember(const JobSummary& job) {
+void Events::cache(const JobSummary& job) {
   const std::lock_guard lock(mutex_);
-  if (known_.size() >= settings_.kept) known_.clear();
-  known_.insert_or_assign(job.id, Known{job, 0});
+  if (cached_.size() >= settings_.kept) cached_.clear();
+  cached_.insert_or_assign(job.id, CachedJob{job, 0});
 }
 
 void Events::on_described(const JobSummary& job) noexcept {
   try {
-    remember(job);
+    cache(job);
   } catch (const std::bad_alloc&) {
     return;  // it is read later
   }
@@ -71,8 +71,8 @@ void Events::on_described(const JobSummary& job) noexcept {
 JobSummary Events::describe(const std::string& id, JobEvent::Kind kind) {
   {
     const std::lock_guard lock(mutex_);
-    const auto found = known_.find(id);
-    if (found != known_.end()) {
+    const auto found = cached_.find(id);
+    if (found != cached_.end()) {
       if (kind == JobEvent::Kind::state) found->second.progress_at = 0;
       return found->second.job;
     }
@@ -83,7 +83,7 @@ JobSummary Events::describe(const std::string& id, JobEvent::Kind kind) {
   } catch (const StoreFailure&) {
     return job;
   }
-  if (kind != JobEvent::Kind::done) remember(job);
+  if (kind != JobEvent::Kind::done) cache(job);
   return job;
 }
 
@@ -104,8 +104,8 @@ void Events::on_progress(const std::string& id, double fraction) noexcept {
   {
     const std::lock_guard lock(mutex_);
     if (!has_listener("") && !has_listener(id) && !has_listener(job.batch)) return;
-    const auto known = known_.find(id);
-    if (known != known_.end() && now - known->second.progress_at < settings_.progress_interval.count()) return;
+    const auto cached = cached_.find(id);
+    if (cached != cached_.end() && now - cached->second.progress_at < settings_.progress_interval.count()) return;
   }
   publish({0, kind, job, name_of(JobState::running), fraction, now});
 }
@@ -139,8 +139,8 @@ void Events::publish(JobEvent event) noexcept {
 void Events::deliver(JobEvent event) noexcept {
   try {
     const bool progress = event.kind == JobEvent::Kind::progress;
-    if (progress) known_[event.job.id] = {event.job, event.at};
-    if (event.kind == JobEvent::Kind::done) known_.erase(event.job.id);
+    if (progress) cached_[event.job.id] = {event.job, event.at};
+    if (event.kind == JobEvent::Kind::done) cached_.erase(event.job.id);
     const SharedEvent shared = std::make_shared<Written>(Written{std::move(event)});
     if (!progress) kept_.push_back(shared);
     if (kept_.size() > settings_.kept) {

@@ -94,7 +94,7 @@ class Events final : public JobObserver {
   using SharedEvent = std::shared_ptr<Written>;
 
   JobSummary describe(const std::string& id, JobEvent::Kind kind);
-  void remember(const JobSummary& job);
+  void cache(const JobSummary& job);
   void publish(JobEvent event) noexcept;
   void deliver(JobEvent event) noexcept;
   const std::string& text_of(Written& event) const;
@@ -113,11 +113,11 @@ class Events final : public JobObserver {
   std::function<void()> catch_up_;
   std::deque<SharedEvent> kept_;                           ///< oldest first
   std::set<std::pair<std::string, Listener*>> listeners_;  ///< by topic
-  struct Known {
+  struct CachedJob {
     JobSummary job;
     std::int64_t progress_at = 0;  ///< time of the latest progress event
   };
-  std::unordered_map<std::string, Known> known_;  ///< some jobs that have not ended, so that few are read again
+  std::unordered_map<std::string, CachedJob> cached_;  ///< some jobs that have not ended, so that few are read again
 };
 
 class Events::Listener {

@@ -69,12 +69,12 @@ std::optional<Claim> JobLifecycle::claim(const ClaimFilter& filter) {
     }
     const Job& job = claim->job;
     if (context_.notifications.notify_claimed(*claim)) continue;
-    if (!job.use_cache || !finish_like_equal({job.id, claim->fence}, job.content_key)) return claim;
+    if (!job.use_cache || !finish_as_duplicate({job.id, claim->fence}, job.content_key)) return claim;
   }
 }
 
 /// Ends a claimed job with the images of an equal one, if they exist.
-bool JobLifecycle::finish_like_equal(const Lease& lease, const std::string& content_key) {
+bool JobLifecycle::finish_as_duplicate(const Lease& lease, const std::string& content_key) {
   const std::optional<Job> equal = context_.stores.jobs.find_by_content_key(content_key, context_.clock());
   if (!equal || equal->artifacts.empty()) return false;
   ArtifactPins::Pinned pinned(context_.pins);
@@ -91,7 +91,7 @@ void JobLifecycle::end_followers(const std::string& id) {
   const RunningJobs::Followers followers = context_.running.take_followers(id);
   for (const Lease& lease : followers.leases) {
     try {
-      if (!finish_like_equal(lease, followers.content_key)) release(lease.job_id, lease.fence, {});
+      if (!finish_as_duplicate(lease, followers.content_key)) release(lease.job_id, lease.fence, {});
     } catch (const StoreFailure&) {
       context_.running.end_lease(lease.job_id, lease.fence);  // maintenance queues it again when the lease has ended
     }

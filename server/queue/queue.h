@@ -169,7 +169,7 @@ class JobLifecycle {
 
  private:
   bool finish(const Lease& lease, bool ended, const EndedJob& job);
-  bool finish_like_equal(const Lease& lease, const std::string& content_key);
+  bool finish_as_duplicate(const Lease& lease, const std::string& content_key);
   void end_followers(const std::string& id);
   bool cancel_follower(const std::string& id);
   void seed_throughput_estimate();

@@ -95,7 +95,7 @@ std::optional<TaskOutcome> TaskStore::outcome(const std::string& job_id, const s
   });
 }
 
-void TaskStore::offer_help() {
+void TaskStore::register_helper() {
   write([&](sql::Database& database) {
     return database.change(
         "INSERT INTO task_helpers VALUES (?1, ?2, clock_ms())"

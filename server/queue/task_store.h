@@ -57,8 +57,8 @@ class TaskStore {
   /// Keys of the tasks with results.
   std::vector<std::string> finished(const std::string& job_id);
   std::optional<TaskOutcome> outcome(const std::string& job_id, const std::string& key);
-  void offer_help();  ///< this node has nothing else to do for some seconds
-  int helpers();      ///< number of other nodes with the same program that offered help some seconds ago
+  void register_helper();  ///< this node has nothing else to do for some seconds
+  int helpers();           ///< number of other nodes with the same program that offered help some seconds ago
 
  private:
   template <class Work>

@@ -77,7 +77,7 @@ export class Drafts {
 
   /** The user changed the text. @param {string} text */
   edited(text) {
-    this.remember();
+    this.record();
     this.older.value = null;
     this.text = text;
     ++this.latest;
@@ -197,7 +197,7 @@ export class Drafts {
   }
 
   /** Keeps the image of the text that the user leaves. */
-  remember() {
+  record() {
     const shown = this.shown.value, history = this.history.value;
     if (!shown || this.dragging || shown.kind === 'refining' || shown.text !== this.text || history.includes(shown)) return;
     for (const old of history.slice(0, -HISTORY_MAX + 1)) URL.revokeObjectURL(old.url);

@@ -70,7 +70,7 @@ export class JobList {
       if (join < 0) this.cursor = next_cursor;
       this.order = [...first, ...rest];
       for (const job of items) this.jobs.set(job.id, job);
-      if (this.jobs.size > 2 * this.order.length + PAGE) this.forgetOthers();
+      if (this.jobs.size > 2 * this.order.length + PAGE) this.dropOthers();
       this.problem.value = null;
     } catch (error) {
       this.problem.value = error;
@@ -79,7 +79,7 @@ export class JobList {
     this.changed();
   }
 
-  forgetOthers() {
+  dropOthers() {
     const shown = new Set(this.order);
     for (const id of this.jobs.keys()) if (!shown.has(id)) this.jobs.delete(id);
   }

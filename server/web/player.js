@@ -21,8 +21,8 @@ class Frames {
     this.closing = new AbortController();
   }
 
-  /** Decodes an image and those after it, and forgets the others. @param {number} index */
-  want(index) {
+  /** Decodes an image and those after it, and drops the others. @param {number} index */
+  prefetch(index) {
     const wanted = new Set(Array.from({length: Math.min(AHEAD + 1, this.urls.length)}, (_, i) => (index + i) % this.urls.length));
     for (const [at, bitmap] of this.bitmaps) {
       if (wanted.has(at)) continue;
@@ -41,7 +41,7 @@ class Frames {
       this.bitmaps.set(at, bitmap);
       this.decoded(at);
     } catch {
-      // The one before stays; want() requests it again.
+      // The one before stays; prefetch() requests it again.
       this.bitmaps.delete(at);
     }
   }
@@ -66,7 +66,7 @@ export function Player({urls, fps, size}) {
   };
   const show = (/** @type {number} */ at) => {
     index.value = (at + urls.length) % urls.length;
-    frames.current?.want(index.value);
+    frames.current?.prefetch(index.value);
     draw(index.value);
   };
   const step = (/** @type {number} */ by) => { plays.value = false; show(index.value + by); };
@@ -85,7 +85,7 @@ export function Player({urls, fps, size}) {
         late.value += due - 1;
         shownAt += 1000 * due / fps.value;
         show(index.value + due);
-      } else frames.current?.want(index.value);
+      } else frames.current?.prefetch(index.value);
       frame = requestAnimationFrame(tick);
     };
     frame = requestAnimationFrame(tick);

@@ -62,8 +62,8 @@ TEST_F(TaskStoreTest, GivesTasksToOtherNodesOfTheSameBuildOnly) {
   EXPECT_FALSE(third.tasks().claim_other("")) << "another build";
   EXPECT_FALSE(two.claim_other("x " + job_id + " ")) << "excluded";
   EXPECT_TRUE(two.claim_other("x "));
-  two.offer_help();
-  third.tasks().offer_help();
+  two.register_helper();
+  third.tasks().register_helper();
   EXPECT_EQ(one.helpers(), 1);
   EXPECT_EQ(two.helpers(), 0);
 }

@@ -45,10 +45,10 @@ tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request,
                                                          const ApiContext& context) {
   queue::BatchSubmission submission;
   std::optional<Problem> problem;
-  std::set<std::string> known_assets;
+  std::set<std::string> checked_assets;
   const auto take = [&](api::Frame frame) {
     tracer::Scene& scene = frame.document.scene;
-    std::erase_if(scene.assets, [&](const tracer::Asset& asset) { return !known_assets.insert(asset.name).second; });
+    std::erase_if(scene.assets, [&](const tracer::Asset& asset) { return !checked_assets.insert(asset.name).second; });
     const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene, frame.content);
     if (!problem) problem = deployment_problem(scene, memory_bytes, "/scene", context);
     queue::Submission fresh = submission_of(

@@ -1,5 +1,5 @@
 #pragma once
-/// Names of files of which the process remembers one fact.
+/// Names of files that share one property.
 
 #include <cstddef>
 #include <mutex>
@@ -8,7 +8,7 @@
 
 namespace storage::files {
 
-/// At most `names_max` of 100 bytes each; then all are forgotten. Thread-safe.
+/// At most `names_max` of 100 bytes each; then all are removed. Thread-safe.
 class NameSet {
  public:
   explicit NameSet(std::size_t names_max) : names_max_(names_max) {}

@@ -50,7 +50,7 @@ std::unique_ptr<PostgresDatabase> ConnectionPool::take() {
   }
 }
 
-void ConnectionPool::give_back(std::unique_ptr<PostgresDatabase> database) {
+void ConnectionPool::release(std::unique_ptr<PostgresDatabase> database) {
   const std::lock_guard lock(mutex_);
   if (database->is_broken()) {
     idle_.clear();  // the others of a server that has ended are lost too
@@ -72,7 +72,7 @@ bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool i
   std::string transaction_id, server_run;
   bool committing = false;
   try {
-    const ConnectionPool::Loan database(pool_);
+    const ConnectionPool::PooledConnection database(pool_);
     try {
       const bool is_synced = synced == sql::Synced::now;
       server_run = database->server_run();
@@ -100,13 +100,13 @@ bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool i
   }
 }
 
-/// The fate of a transaction whose COMMIT had no answer. Throws StoreFailure where it cannot be learnt: another
+/// The outcome of a transaction whose COMMIT had no answer. Throws StoreFailure where it is unknown: another
 /// transaction that has committed may have got its id after a crash of the server.
 bool PostgresTransactions::has_committed(const std::string& transaction_id, const std::string& server_run) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!transaction_id.empty() && std::chrono::steady_clock::now() < end) {
     try {
-      const ConnectionPool::Loan database(pool_);
+      const ConnectionPool::PooledConnection database(pool_);
       const bool crashed = database->server_run() != server_run;
       const std::string id = "'" + transaction_id + "'",
                         lost = crashed ? "pg_snapshot_xmax(pg_current_snapshot()) <= " + id + "::xid8" : "false";
@@ -125,7 +125,7 @@ bool PostgresTransactions::has_committed(const std::string& transaction_id, cons
 
 void PostgresTransactions::run_read(const Run& work) {
   for (int attempt = 1;; ++attempt) {
-    const ConnectionPool::Loan database(pool_);
+    const ConnectionPool::PooledConnection database(pool_);
     try {
       database->begin_read();
       work(*database);

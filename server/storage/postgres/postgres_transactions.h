@@ -19,12 +19,12 @@ class ConnectionPool {
  public:
   ConnectionPool(std::string dsn, int connections_max) : dsn_(std::move(dsn)), free_(connections_max) {}
 
-  class Loan {
+  class PooledConnection {
    public:
-    explicit Loan(ConnectionPool& pool) : pool_(pool), database_(pool.take()) {}
-    ~Loan() { pool_.give_back(std::move(database_)); }
-    Loan(const Loan&) = delete;
-    Loan& operator=(const Loan&) = delete;
+    explicit PooledConnection(ConnectionPool& pool) : pool_(pool), database_(pool.take()) {}
+    ~PooledConnection() { pool_.release(std::move(database_)); }
+    PooledConnection(const PooledConnection&) = delete;
+    PooledConnection& operator=(const PooledConnection&) = delete;
     PostgresDatabase& operator*() const { return *database_; }
     PostgresDatabase* operator->() const { return database_.get(); }
 
@@ -35,7 +35,7 @@ class ConnectionPool {
 
  private:
   std::unique_ptr<PostgresDatabase> take();
-  void give_back(std::unique_ptr<PostgresDatabase> database);
+  void release(std::unique_ptr<PostgresDatabase> database);
 
   const std::string dsn_;
   std::mutex mutex_;

@@ -113,15 +113,15 @@ CURL* SignedHttp::take() {
   return connection;
 }
 
-void SignedHttp::give_back(CURL* connection) {
+void SignedHttp::release(CURL* connection) {
   curl_easy_reset(connection);  // keeps the open connection
   const std::lock_guard lock(mutex_);
   idle_.push_back(connection);
 }
 
 HttpAnswer SignedHttp::send(const HttpRequest& request, const Credentials& credentials) {
-  const auto give = [this](CURL* connection) { give_back(connection); };
-  const std::unique_ptr<CURL, decltype(give)> easy(take(), give);
+  const auto end = [this](CURL* connection) { release(connection); };
+  const std::unique_ptr<CURL, decltype(end)> easy(take(), end);
   Exchange exchange{request, {}};
   set_transport(easy.get(), settings_, exchange);
   set_method(easy.get(), request);

@@ -59,7 +59,7 @@ class SignedHttp {
 
  private:
   CURL* take();
-  void give_back(CURL* connection);
+  void release(CURL* connection);
 
   HttpSettings settings_;
   std::mutex mutex_;

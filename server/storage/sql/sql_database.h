@@ -42,7 +42,7 @@ class Statement {
   [[nodiscard]] virtual bool is_null(int column) const = 0;
   [[nodiscard]] virtual std::int64_t integer(int column) const = 0;
   [[nodiscard]] virtual std::string text(int column) const = 0;  ///< also of a BLOB: the bytes as they are
-  virtual void reset() noexcept = 0;                             ///< ends the run and forgets the parameters
+  virtual void reset() noexcept = 0;                             ///< ends the run and clears the parameters
 };
 
 /// "?, ?, ?"

@@ -120,12 +120,12 @@ void SqliteDatabase::script(const std::string& sql) {
   if (result != SQLITE_OK) fail(connection_.get(), result);
 }
 
-void SqliteDatabase::checkpoint_at(int pages_wanted, int pages_max) {
-  checkpoint_pages_wanted_ = pages_wanted;
+void SqliteDatabase::checkpoint_at(int pages_target, int pages_max) {
+  checkpoint_pages_target_ = pages_target;
   checkpoint_pages_max_ = pages_max;
   const auto after_commit = [](void* self, sqlite3* connection, const char* name, int pages) {
     const auto* database = static_cast<const SqliteDatabase*>(self);
-    if (pages < database->checkpoint_pages_wanted_) return SQLITE_OK;
+    if (pages < database->checkpoint_pages_target_) return SQLITE_OK;
     const bool wait = pages >= database->checkpoint_pages_max_;
     sqlite3_wal_checkpoint_v2(connection, name, wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE, nullptr,
                               nullptr);

@@ -23,9 +23,9 @@ class SqliteDatabase final : public sql::Database {
 
   void script(const std::string& sql);  ///< several statements, unprepared
 
-  /// From now on commits also checkpoint the log: as far as readers allow once it has `pages_wanted` pages, and waiting
+  /// From now on commits also checkpoint the log: as far as readers allow once it has `pages_target` pages, and waiting
   /// for readers once it has `pages_max`, so that steady reading cannot make it grow without bound.
-  void checkpoint_at(int pages_wanted, int pages_max);
+  void checkpoint_at(int pages_target, int pages_max);
 
   /// With `wait`, commits wait for the disk from now on (synchronous = FULL, else NORMAL). Not within a transaction.
   void sync_commits(bool wait);
@@ -45,7 +45,7 @@ class SqliteDatabase final : public sql::Database {
   std::map<std::string, std::unique_ptr<sql::Statement>> statements_;
   const bool synchronous_;
   std::optional<bool> commits_wait_;
-  int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
+  int checkpoint_pages_target_ = 0, checkpoint_pages_max_ = 0;
 };
 
 bool is_new(SqliteDatabase& database);  ///< nothing was created in it

@@ -94,13 +94,13 @@ void ResultBacklog::run() {
     } else if (pause && changed_.wait_for(lock, settings_.store_pause, [&] { return stopping_; })) {
       return;
     } else {
-      pause = !try_first(lock);
+      pause = !store_first(lock);
     }
   }
 }
 
 /// False if it could not be stored.
-bool ResultBacklog::try_first(std::unique_lock<std::mutex>& lock) {
+bool ResultBacklog::store_first(std::unique_lock<std::mutex>& lock) {
   const std::shared_ptr<Waiting> first = waiting_.front();
   lock.unlock();
   std::string failure;

@@ -43,7 +43,7 @@ class ResultBacklog {
   };
   void run();
   void move_to_disk(Image& image) const;
-  bool try_first(std::unique_lock<std::mutex>& lock);
+  bool store_first(std::unique_lock<std::mutex>& lock);
 
   const SupervisorSettings& settings_;
   const Store store_;

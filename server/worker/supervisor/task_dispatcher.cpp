@@ -81,7 +81,7 @@ void TaskDispatcher::run(Time now, bool draining) {
   next_.second = now + second;
   if (jobs_.running() > 0) count_helpers();
   if (!helping_.empty() || !own_.empty()) call_store("renew_tasks", [this] { store_->renew(); });
-  if (!draining && can_help()) call_store("offer_help", [this] { store_->offer_help(); });
+  if (!draining && can_help()) call_store("register_helper", [this] { store_->register_helper(); });
 }
 
 /// Claims for jobs that have ended here, and may run elsewhere.
