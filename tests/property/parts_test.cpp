@@ -82,7 +82,7 @@ class RandomExchange final : public PartExchange {
       case 2:
         return result.substr(0, counters) + std::string(result.size() - counters, '\xff');  // no finite number
       default:
-        result[4 * sizeof(std::uint64_t)] ^= 1;
+        result[5 * sizeof(std::uint64_t)] ^= 1;
         return result;  // another number of samples
     }
   }
