@@ -159,8 +159,8 @@ class FullDisk(unittest.TestCase):
             for key, (document, body) in answered.items():
                 again = daemon.request("POST", "/v1/jobs", document, {"Idempotency-Key": key})
                 self.assertEqual(again.body, body, "answered as the first time")
-            for key, document in unanswered.items():
-                self.assertIn(client.submit(key, document).status, (200, 202))
+            for key, document in unanswered.items():  # a refusal loses nothing: the client repeats it
+                wait_until(lambda: client.submit(key, document).status in (200, 202), key)  # pylint: disable=cell-var-from-loop
             kills.check_jobs(self, daemon, answered | client.answered, removed, attempts_max=3)
 
 
