@@ -28,7 +28,8 @@ from tests.support import descendants
 def work():
     script = 'import os, subprocess; os.setsid(); subprocess.Popen(["sleep", "1000"]); print(flush=True); os._exit(0)'
     subprocess.run([sys.executable, "-c", script], check=True, stdout=subprocess.DEVNULL)
-    pathlib.Path(sys.argv[1]).write_text(" ".join(map(str, descendants.descendants(os.getpid()))))
+    others = set(descendants.descendants(os.getppid())) - {os.getpid()}
+    pathlib.Path(sys.argv[1]).write_text(" ".join(map(str, others)))
     print("ready", flush=True)
     return 7 if sys.argv[2] == "ends" else time.sleep(1000)
 sys.exit(descendants.supervise(work))

@@ -2,9 +2,9 @@
 
 `END_WITH_PARENT` before a command: the kernel kills the process as soon as the thread that started it ends.
 
-`supervise(work)`: a run of many programs. They are descendants of a child of this process that adopts orphans
-(PR_SET_CHILD_SUBREAPER), so that none can leave it, not even by a session of its own. The child kills them all when the work is
-done, when this process gets SIGTERM, SIGINT or SIGHUP, and when it is killed itself.
+`supervise(work)`: a run of many programs. A child of this process, the reaper, adopts orphans (PR_SET_CHILD_SUBREAPER), and a child
+of the reaper does the work, so that no program can leave the reaper, not even by a session of its own. The reaper kills them all when
+the work is done, when this process gets SIGTERM, SIGINT or SIGHUP, and when it is killed.
 """
 import contextlib
 import ctypes
@@ -18,11 +18,6 @@ import traceback
 END_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-
-
-def set_process_option(option, value):
-    if ctypes.CDLL(None, use_errno=True).prctl(option, value, 0, 0, 0) != 0:
-        raise OSError(ctypes.get_errno(), "prctl")
 
 
 def parents():
@@ -62,49 +57,58 @@ def kill_descendants():
         time.sleep(0.01)
 
 
-def wait(process):
-    """Waits for a Popen, and for the orphans that end before it; its exit code."""
-    while process.returncode is None:
-        pid, status = os.wait()
-        if pid == process.pid:
-            process.returncode = os.waitstatus_to_exitcode(status)
-    return process.returncode
+def wait(child, on_signal):
+    """The exit code of a child of this process, which has blocked SIGNALS and SIGCHLD: none can come between a look and a wait, as it
+    could with a handler. Other children that end are reaped."""
+    while True:
+        number = signal.sigwait({*SIGNALS, signal.SIGCHLD})
+        if number in SIGNALS:
+            on_signal(number)
+            continue
+        pid = -1
+        while pid != 0:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if pid == child:
+                code = os.waitstatus_to_exitcode(status)
+                return code if code >= 0 else 128 - code
 
 
-def run_as_reaper(work, clean_up, parent):
-    """Does the work, ends all descendants, and ends this process."""
-    def end(code):
-        for number in SIGNALS:
-            signal.signal(number, signal.SIG_IGN)
-        kill_descendants()
-        clean_up()
+def fork(do):
+    """The pid of a child that does it and ends with its exit code."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            code = do()
+        except BaseException:  # pylint: disable=broad-exception-caught
+            traceback.print_exc()
         sys.stdout.flush()
-        sys.stderr.flush()
         os._exit(code)
-
-    for number in SIGNALS:
-        signal.signal(number, lambda signum, _: end(128 + signum))
-    set_process_option(PR_SET_CHILD_SUBREAPER, 1)
-    set_process_option(PR_SET_PDEATHSIG, signal.SIGTERM)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-    code = 1
-    try:
-        if os.getppid() == parent:
-            code = work()
-    except BaseException:  # pylint: disable=broad-exception-caught
-        traceback.print_exc()
-    end(code)
+    return child
 
 
 def supervise(work, clean_up=lambda: None):
-    """Returns the exit code that `work()` returns, or 128 + the signal that ended it. `clean_up()` is called at last."""
+    """Returns the exit code that `work()` returns, or 128 + the signal that ended it. `clean_up()` is called at last. From then on
+    this process blocks SIGNALS."""
     parent = os.getpid()
+
+    def unblock_and_work():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {*SIGNALS, signal.SIGCHLD})
+        return work()
+
+    def reap():
+        def end(code):
+            kill_descendants()
+            clean_up()
+            os._exit(code)
+
+        prctl = ctypes.CDLL(None).prctl
+        if prctl(PR_SET_CHILD_SUBREAPER, 1) or prctl(PR_SET_PDEATHSIG, signal.SIGTERM) or os.getppid() != parent:
+            end(1)
+        end(wait(fork(unblock_and_work), lambda number: end(128 + number)))
+
     sys.stdout.flush()
-    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    child = os.fork()
-    if child == 0:
-        run_as_reaper(work, clean_up, parent)
-    for number in SIGNALS:
-        signal.signal(number, lambda signum, _: os.kill(child, signum))
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    signal.pthread_sigmask(signal.SIG_BLOCK, {*SIGNALS, signal.SIGCHLD})
+    child = fork(reap)
+    return wait(child, lambda number: os.kill(child, number))

@@ -88,8 +88,7 @@ def test(part, preset, temporary):
     command = ["ctest", "--test-dir", directory, "--parallel", str(os.cpu_count()), "--output-on-failure", "--no-tests=error",
                "--test-output-size-passed", "10000000", "--test-output-size-failed", "10000000",
                "--output-junit", RESULTS / f"{part}.xml", "--label-regex", rf"^part\.{part}$"]
-    # pylint: disable-next=consider-using-with
-    descendants.wait(subprocess.Popen(command, env=environment_of(part, temporary)))
+    subprocess.run(command, env=environment_of(part, temporary), check=False)
     if not (RESULTS / f"{part}.xml").exists():
         raise ValueError(f"{part} ran nothing")
 
