@@ -8,9 +8,9 @@ import unittest
 import numpy
 
 from tests.support import images
-from tests.support.whittle import SOURCE, scene, whittle
+from tests.support.whittle import BIN, SOURCE, scene, whittle
 
-CORPUS = SOURCE / "tests" / "fuzz" / "corpus" / "image"
+CORPUS = BIN.parent / "corpus" / "image"
 
 
 class Diff(unittest.TestCase):
