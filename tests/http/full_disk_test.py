@@ -161,6 +161,7 @@ class FullDisk(unittest.TestCase):
                 self.assertEqual(again.body, body, "answered as the first time")
             for key, document in unanswered.items():  # a refusal loses nothing: the client repeats it
                 wait_until(lambda: client.submit(key, document).status in (200, 202), key)  # pylint: disable=cell-var-from-loop
+            self.assertLessEqual(client.statuses, {200, 202, 503})
             kills.check_jobs(self, daemon, answered | client.answered, removed, attempts_max=3)
 
 
