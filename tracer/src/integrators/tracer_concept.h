@@ -13,6 +13,7 @@
 #include "tracer/render.h"
 #include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/integrators/sample_signature.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -49,6 +50,7 @@ struct Batch {
   std::vector<Vec2> lens;          ///< position on the lens, in [0,1)^2; empty in scenes without a lens
   std::vector<double> share;       ///< fraction of the pixel's width; empty in scenes without filtered textures
   std::uint32_t light_points = 1;  ///< points per area light at hits of camera rays; later bounces use one
+  bool sign = false;               ///< signatures are wanted
 
   /// Empties the batch and keeps its memory.
   void clear() {
@@ -58,6 +60,7 @@ struct Batch {
     lens.clear();
     share.clear();
     light_points = 1;
+    sign = false;
   }
 };
 
@@ -93,6 +96,7 @@ concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderCo
   { tracer.trace() } -> std::same_as<bool>;
   { traced.radiance() } -> std::same_as<const std::vector<Color>&>;
   { traced.omitted() } -> std::same_as<const std::vector<OmittedRadiance>&>;
+  { traced.signatures() } -> std::same_as<const std::vector<SampleSignature>&>;
   { traced.gbuffer() } -> std::same_as<const GBuffer&>;
   { traced.statistics() } -> std::same_as<const RenderStatistics&>;
 } && requires(const CompiledScene& scene, const Approximations& approximate, const InParallel& in_parallel,

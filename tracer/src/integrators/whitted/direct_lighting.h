@@ -55,6 +55,12 @@ class ShadowRays {
 
   /// Traces all rays and adds their radiance to the samples, in the order of append().
   void add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence);
+  /// Adds the results of add_unoccluded() to the signatures of the samples.
+  void sign(std::vector<SampleSignature>& signatures, std::uint32_t depth, std::uint32_t light) const {
+    for (std::size_t i = 0; i < rays_.size(); ++i)
+      signatures[rays_.sample(i)].add_light(
+          light, depth, blocked_[i] == 0 && (!needs_.transmissive_shadows || transmittance_[i] == Color{1, 1, 1}));
+  }
 
  private:
   /// Remaining parts of shadow rays. `number`: index of the shadow ray.
@@ -233,7 +239,7 @@ class DirectLighting {
       for (std::uint32_t point = 0; point < points; ++point) {
         if (state_.control.cancelled()) return;
         const double lights_done = number + (point + 1.0) / points;
-        shade_light(rays, {light, number, point, points, budget * lights_done}, coherence);
+        shade_light(rays, {light, number, point, points, budget * lights_done}, depth, coherence);
       }
     }
     for (const double culled : culled_radiance_)
@@ -269,13 +275,14 @@ class DirectLighting {
     return true;
   }
 
-  void shade_light(const RayQueue& rays, const LightPass& pass, Coherence coherence) {
+  void shade_light(const RayQueue& rays, const LightPass& pass, std::uint32_t depth, Coherence coherence) {
     shadow_.clear();
     if (!pass.light.is_area_light()) set_light_points(lanes, [&](int) { return pass.light.position; });
     for (const ShadingPointQueue* queue : {&shading_points_, &corner_points_, &far_points_})
       for (std::size_t i = 0; i < queue->packets(); ++i) shade_packet(rays, pass, queue->packet(i));
     state_.statistics.rays.shadow += shadow_.size();
     shadow_.add_unoccluded(state_.radiance, state_.media, coherence);
+    if (!state_.signatures.empty()) shadow_.sign(state_.signatures, depth, pass.number);
   }
 
   void shade_packet(const RayQueue& rays, const LightPass& pass, const ShadingPointPacket& packet) {

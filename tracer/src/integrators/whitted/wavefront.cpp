@@ -63,6 +63,7 @@ bool Wavefront<Features>::trace_all(BounceQueuesPtr first_bounce) {
   state_.media.reset();
   if (state_.writes_gbuffer()) state_.gbuffer.reset(count);
   state_.statistics.samples += count;
+  state_.signatures.assign(state_.batch.sign ? count : 0, {});
   std::vector<BounceQueuesPtr> pending;
   pending.push_back(std::move(first_bounce));
   std::size_t pending_rays = pending.back()->size();
@@ -112,7 +113,7 @@ void Wavefront<Features>::release_queues(BounceQueuesPtr queues) {
 
 template <class Features>
 void Wavefront<Features>::generate_camera_rays(RayQueue& rays) const {
-  const auto& [samples, x, y, lens, share, light_points] = state_.batch;
+  const auto& [samples, x, y, lens, share, light_points, sign] = state_.batch;
   const CompiledScene& scene = state_.scene;
   const std::size_t count = samples.size();
   const std::size_t eyes = scene.camera.is_anaglyph() ? 2 : 1;
@@ -249,6 +250,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (coefficients.any_emitted)
       for (int i = 0; i < hit.count; ++i) state_.radiance[shading_points.sample[i]] += emission_of_lane(rays, i);
     if (writes) write_gbuffer(shading_points);
+    if (!state_.signatures.empty()) sign(rays, depth, shading_points);
     lighting_.add_positions();
     if (diffuses || (spawns && (coefficients.reflects | coefficients.splits) != 0))
       secondary_.spawn(rays, shading_points, next);
@@ -256,6 +258,31 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
       lighting_.add_far_sides(rays, depth, shading_points,
                               [&](int lane) { return secondary_.far_side(shading_points, lane); });
     lighting_.move_to_vertices(rays, depth, shading_points);
+  }
+}
+
+template <class Features>
+void Wavefront<Features>::sign(const RayQueue& rays, std::uint32_t depth, const ShadingPointPacket& shading_points) {
+  const HitPacket& hit = state_.hit;
+  for (int i = 0; i < hit.count; ++i) {
+    SampleSignature& signature = state_.signatures[shading_points.sample[i]];
+    const Vec3 normal = shading_points.normal[i], face = hit.points.face[i];
+    const bool back = hit.back_face[i] > 0;
+    std::uint64_t surface = mix(hit.points.object[i] * 2 + (back ? 1 : 0));
+    const Vec3 outward = back ? -normal : normal;
+    const bool flat =
+        std::abs(dot(outward, face)) > 1 - 1e-12 && curvature_at(state_.scene, hit.ray_hits.primitive[i]) == 0;
+    if (flat)
+      surface = mix(surface ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(face.x * 8)) * 400 +
+                                                         static_cast<std::int64_t>(std::round(face.y * 8)) * 20 +
+                                                         static_cast<std::int64_t>(std::round(face.z * 8))));
+    if (depth == 0) {
+      signature.add_surface(static_cast<std::uint32_t>(surface >> 32), normal);
+      if (state_.template needs<&Requirements::textures>() && hit.coefficients.textured != 0)
+        textures_.sign(rays, shading_points, i, signature);
+    } else {
+      signature.add_secondary(surface ^ hit.path[i] * std::uint64_t{0x9e3779b97f4a7c15u});
+    }
   }
 }
 

@@ -11,6 +11,7 @@
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/textures/texture.h"
+#include "tracer/src/textures/texture_cell.h"
 
 namespace tracer {
 
@@ -55,6 +56,20 @@ class TextureLookup {
   /// Color C of the lane's material. Precondition: apply_colors() was called if the packet has textured lanes.
   [[nodiscard]] Color color_of_lane(int lane) const {
     return at_lane(state_.scene.materials[state_.hit.material[lane]].color, lane);
+  }
+
+  /// Adds the texture of that color, at the hit of a camera ray. Precondition: as above.
+  void sign(const RayQueue& rays, const ShadingPointPacket& shading_points, int lane,
+            SampleSignature& signature) const {
+    const auto* id = std::get_if<TextureId>(&state_.scene.materials[state_.hit.material[lane]].color);
+    if (id == nullptr) return;
+    const auto ray = static_cast<std::size_t>(state_.hit.ray[lane]);
+    const Surface surface = surface_of_lane(shading_points, lane);
+    const CompiledCamera::Footprint pixel = state_.scene.camera.pixel_footprint(rays.direction(ray));
+    const Vec2 width =
+        uv_footprint(uv_gradients_at(state_.scene, state_.hits.at(ray), surface), surface.geometric_normal,
+                     rays.direction(ray), pixel.width + std::abs(pixel.spread) * state_.hits.t[ray]);
+    add_texture(signature, state_.scene.textures[id->index], uv_[lane], width, image_of(*id));
   }
 
   /// Applies bump and normal maps; stores the normals before that at `unperturbed`, by hit.
@@ -157,6 +172,7 @@ class Wavefront {
 
   [[nodiscard]] const std::vector<Color>& radiance() const { return state_.radiance; }
   [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const { return state_.omitted; }
+  [[nodiscard]] const std::vector<SampleSignature>& signatures() const { return state_.signatures; }
   [[nodiscard]] const GBuffer& gbuffer() const { return state_.gbuffer; }
   [[nodiscard]] const RenderStatistics& statistics() const { return state_.statistics; }
   static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const Approximations& approximate,
@@ -182,6 +198,7 @@ class Wavefront {
   void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
+  void sign(const RayQueue& rays, std::uint32_t depth, const ShadingPointPacket& shading_points);
 
   WavefrontState<Features> state_;
   std::vector<std::uint32_t> escaped_rays_;  ///< rays of the queue that hit no surface

@@ -157,6 +157,7 @@ struct WavefrontState {
   Batch batch;
   std::vector<Color> radiance;
   std::vector<OmittedRadiance> omitted;
+  std::vector<SampleSignature> signatures;  ///< empty unless the batch wants them
   GBuffer gbuffer;
   RenderStatistics statistics;
   MediumStack media;
