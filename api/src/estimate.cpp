@@ -10,7 +10,7 @@
 namespace api {
 namespace {
 
-constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 200, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
+constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 90, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
 constexpr std::uint64_t few_patches_bytes = 64u << 20, many_patches_bytes = 320u << 20;
 

@@ -18,7 +18,7 @@ def mirrors(width=320, height=240, samples=None, **changes):
 
 
 FIXED = mirrors(samples=[324, 324])
-TARGET = mirrors(accuracy={"target_error": 0.12})
+TARGET = mirrors(accuracy={"target_error": 0.06})
 CROP = mirrors(640, 480, samples=[256, 256])
 CROP["image"]["crop"] = [101, 37, 450, 300]
 

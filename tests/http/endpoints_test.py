@@ -100,7 +100,7 @@ class Validating(OneDaemon):
         self.assertEqual(verdict["estimate"], {"samples": 400, "memory_bytes": 10 * 10 * 40 + 2 * 650})
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
         estimate = json_of(reply)["estimate"]
-        self.assertEqual((estimate["samples"], estimate["memory_bytes"]), (300, 10 * 10 * 200 + 2 * 650))
+        self.assertEqual((estimate["samples"], estimate["memory_bytes"]), (300, 10 * 10 * 90 + 2 * 650))
 
     def test_estimates_seconds_from_earlier_renders(self):
         with Daemon() as daemon:

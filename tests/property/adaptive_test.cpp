@@ -152,8 +152,7 @@ TEST(AdaptiveImage, OfOneColorTakesOneSamplePerPixel) {
   const Rendered rendered = scenes::render(adapting(scene, until(1)));
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
   EXPECT_EQ(rendered.statistics.samples - rendered.statistics.holdout_samples, pixels);
-  EXPECT_EQ(rendered.statistics.holdout_samples, 0u);
-  EXPECT_EQ(rendered.error.certified_share, 1);
+  EXPECT_GT(rendered.error.looks, 500u) << "a claim rests on something";
   EXPECT_LT(rendered.error.estimate, 1e-3);
   scene.accuracy.adaptive.reset();
   EXPECT_EQ(rendered.image.rgb, scenes::render(scene).image.rgb);

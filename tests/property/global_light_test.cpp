@@ -298,11 +298,7 @@ TEST(GlobalLight, ReachesATargetErrorThatIsTrue) {
   reference.accuracy.adaptive.reset();
   reference.accuracy.samples = 4096;
   reference.accuracy.seed = 7;
-  const std::vector<std::uint8_t> seen = scenes::codes(rendered.image),
-                                  truth = scenes::codes(scenes::render(reference).image);
-  double squared = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) squared += std::pow(int{seen[i]} - int{truth[i]}, 2);
-  const double error = std::sqrt(squared / static_cast<double>(seen.size()));
+  const double error = compare(to_display(scenes::render(reference).image), to_display(rendered.image))->rmse;
   EXPECT_LE(error, rendered.error.estimate);
   EXPECT_GE(error, 0.3 * rendered.error.estimate);
 }

@@ -114,7 +114,7 @@ TEST(Preview, IsTheMeanOverTheAreaOfItsPixel) {
 
 TEST(Preview, OfAdaptiveSamplingConvergesToTheImage) {
   Scene scene = adaptive();
-  scene.accuracy.adaptive->target_error = 0.15;
+  scene.accuracy.adaptive->samples_min = 64;
   const Rendered rendered = scenes::render(scene, 2);
   std::vector<double> errors;
   // A busy machine may show a single state of the image.

@@ -2,7 +2,6 @@
 // clock.
 #include <gtest/gtest.h>
 
-#include <string>
 #include <vector>
 
 #include "tests/support/scenes.h"
@@ -104,33 +103,6 @@ TEST(AccuracyTargetError, BoundsTheErrorAndAddsRays) {
   for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_LE(points[i].error, targets[i]);
 }
 
-TEST(AccuracyPreset, ReducesTheErrorFromDraftToReference) {
-  using enum Preset;
-  expect_less_error_with_more_rays(curve(still_life(), converged_still_life(),
-                                         std::vector{draft, standard, fine, reference},
-                                         [](Accuracy& accuracy, Preset value) {
-                                           accuracy.adaptive.emplace().target_error = target_error_of(value);
-                                           accuracy.cutoff_by_chance = true;
-                                         }));
-}
-
-TEST(AccuracyTimeBudget, ReducesTheErrorByTheGivenClock) {
-  Scene scene = still_life();
-  std::vector<Point> points;
-  for (const double budget_ms : {10.0, 30.0, 100.0, 300.0}) {
-    scene.accuracy.adaptive.emplace().time_budget_ms = budget_ms;
-    scene.accuracy.cutoff_by_chance = true;
-    RenderControl control;
-    double now_ms = 0;  // advances by 1 ms per call; deterministic with one thread
-    const auto compiled = compile(scene, control);
-    ASSERT_TRUE(compiled.has_value());
-    const auto rendered = render(**compiled, {.elapsed_ms = [&] { return ++now_ms; }, .threads = 1}, control);
-    ASSERT_TRUE(rendered.has_value());
-    points.push_back(measured(*rendered, converged_still_life()));
-  }
-  expect_less_error_with_more_rays(points);
-}
-
 TEST(AccuracyMaxDepth, ReducesTheErrorAndAddsRays) {
   expect_less_error_with_more_rays(curve(corridor(), converged(corridor()),
                                          std::vector<std::uint32_t>{0, 1, 2, 4, 8, 16, 32},
@@ -141,22 +113,6 @@ TEST(AccuracyCutoff, ReducesTheErrorAndAddsRaysAsItDecreases) {
   expect_less_error_with_more_rays(curve(corridor(), converged(corridor()),
                                          std::vector<double>{0.9, 0.5, 0.25, 0.1, 0.03},
                                          [](Accuracy& accuracy, double value) { accuracy.cutoff = value; }));
-}
-
-TEST(AccuracyCutoff, CullsNegligibleLights) {
-  Scene scene = scenes::empty(16);
-  scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
-  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-  scenes::add(scene, Sphere{{0, 0.7, 0}, 0.5}, scenes::matte({1, 1, 1}));
-  for (int i = 0; i < 200; ++i)
-    scene.lights.push_back(scenes::point_light({0.05 * (i - 100), 2, 0.5}, {3e-3, 3e-3, 3e-3}));
-  const auto points = curve(scene, converged(scene), std::vector<double>{0.3, 0.1, 0.01, 0},
-                            [](Accuracy& accuracy, double value) { accuracy.cutoff = value; });
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    EXPECT_LE(points[i].error, points[i - 1].error) << "step " << i;
-    EXPECT_GT(points[i].rays.shadow, points[i - 1].rays.shadow) << "step " << i;
-  }
-  EXPECT_GT(points.front().error, 2 * points.back().error);
 }
 
 TEST(AreaLight, HasAtLeast16ShadowRaysPerPixel) {
@@ -176,53 +132,33 @@ TEST(AreaLight, HasAtLeast16ShadowRaysPerPixel) {
   EXPECT_NEAR(shadow_rays_of(3), 64, 4);
 }
 
-/// Rays and error of the still life with an approximation; `{}` is none. The samples suffice for the noise to be
-/// smaller than the error of each approximation.
-class ApproximatedStillLife : public ::testing::Test {
- protected:
-  [[nodiscard]] static Point with(const Approximations& approximations) {
-    Scene scene = still_life();
-    scene.accuracy.samples = 64;
-    if (!approximations.any()) return measured(scenes::render(scene, 2), converged_still_life());
-    return measured(scenes::approximated(scene, approximations), converged_still_life());
-  }
-  Point expect_cheaper_and_worse(const Approximations& approximations, const std::string& what) const {
-    const Point cheap = with(approximations);
-    EXPECT_LT(cheap.rays.total(), exact.rays.total()) << what;
-    EXPECT_GT(cheap.error, 1.5 * exact.error) << what;
-    return cheap;
-  }
-  inline static const Point exact = with({});
-};
-
-TEST_F(ApproximatedStillLife, NeedsFewerRaysWithoutShadowsAndHasLessErrorWithShadowMaps) {
-  const Point none = expect_cheaper_and_worse({.shadows = Approximations::Shadows::none}, "none");
-  const Point map = expect_cheaper_and_worse({.shadows = Approximations::Shadows::map}, "map");
-  EXPECT_LT(map.error, none.error);
-  EXPECT_EQ(none.rays.shadow, 0u);
-}
-
-TEST_F(ApproximatedStillLife, NeedsFewerRaysWithoutReflectionsOrWithTheEnvironmentOnly) {
-  expect_cheaper_and_worse({.reflections = Approximations::Reflections::none}, "none");
-  expect_cheaper_and_worse({.reflections = Approximations::Reflections::environment}, "environment");
-}
-
-TEST_F(ApproximatedStillLife, NeedsFewerRaysAndHasMoreErrorWithFewerLights) {
-  Point last = exact;
-  for (const std::uint32_t lights : {5u, 3u, 1u}) {
-    const Point fewer = expect_cheaper_and_worse({.nearest_lights = lights}, std::to_string(lights));
-    EXPECT_LT(fewer.rays.shadow, last.rays.shadow) << lights;
-    EXPECT_GT(fewer.error, last.error) << lights;
-    last = fewer;
-  }
-}
-
-TEST_F(ApproximatedStillLife, HasMoreErrorButEqualCameraRaysWithCheaperShading) {
-  for (const auto shading : {Approximations::Shading::gouraud, Approximations::Shading::flat}) {
-    const Point cheap = with({.shading = shading});
+/// The samples suffice for the noise to be smaller than the error of each approximation.
+TEST(AccuracyApproximate, TakesFewerRaysAndAddsError) {
+  Scene scene = still_life();
+  scene.accuracy.samples = 64;
+  const Point exact = measured(scenes::render(scene, 2), converged_still_life());
+  const auto with = [&](const Approximations& approximations) {
+    const Point cheap = measured(scenes::approximated(scene, approximations), converged_still_life());
     EXPECT_GT(cheap.error, 1.5 * exact.error);
-    EXPECT_EQ(cheap.rays.camera, exact.rays.camera);
+    return cheap;
+  };
+  using Shadows = Approximations::Shadows;
+  using Reflections = Approximations::Reflections;
+  using Shading = Approximations::Shading;
+  const Point map = with({.shadows = Shadows::map}), none = with({.shadows = Shadows::none});
+  EXPECT_LT(map.error, none.error);
+  Point fewer = exact;
+  for (const std::uint32_t lights : {5u, 3u, 1u}) {
+    const Point fewest = with({.nearest_lights = lights});
+    EXPECT_LT(fewest.rays.shadow, fewer.rays.shadow) << lights;
+    EXPECT_GT(fewest.error, fewer.error) << lights;
+    fewer = fewest;
   }
+  for (const Point& cheap :
+       {map, none, fewer, with({.reflections = Reflections::none}), with({.reflections = Reflections::environment})})
+    EXPECT_LT(cheap.rays.total(), exact.rays.total());
+  for (const auto shading : {Shading::gouraud, Shading::flat})
+    EXPECT_EQ(with({.shading = shading}).rays.camera, exact.rays.camera);
 }
 
 }  // namespace

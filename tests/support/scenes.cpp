@@ -11,7 +11,7 @@
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/src/sampling/camera_samples.h"
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 #include "tracer/validate.h"
 
 namespace scenes {

@@ -19,7 +19,6 @@ struct Trial {
   std::optional<double> target{};
   bool target_met = true;  ///< as claimed
   double proven = std::numeric_limits<double>::infinity();
-  double tone = 0;  ///< part of the claim
   MeasuredError error{};
   double samples_per_pixel = 0;
 

@@ -22,14 +22,6 @@ Trial claim_of_one(double truth) {
   return trial;
 }
 
-/// `count` claims of which each is broken with `probability`.
-ClaimStatistics random_claims(std::uint64_t count, double probability, std::uint64_t seed) {
-  Random random(seed);
-  ClaimStatistics statistics;
-  for (std::uint64_t i = 0; i < count; ++i) statistics.add(claim_of_one(random.chance(probability) ? 1.5 : 0.8));
-  return statistics;
-}
-
 double normal(Random& random) {
   return std::sqrt(-2 * std::log(random.in(1e-300, 1))) * std::cos(2 * 3.14159265358979 * random.in(0, 1));
 }
@@ -74,21 +66,9 @@ TEST(ClaimStatistics, RejectsFromTheCountThatIsRarerThanAThousandth) {
   EXPECT_FALSE(ClaimStatistics{}.rejected());
 }
 
-TEST(ClaimStatistics, RejectsClaimsThatAreBrokenTooOften) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    EXPECT_TRUE(random_claims(600, 0.14, seed).rejected()) << seed;
-    EXPECT_TRUE(random_claims(60, 0.46, seed).rejected()) << seed;
-  }
-}
-
-TEST(ClaimStatistics, AcceptsClaimsThatHoldWithTheirConfidence) {
-  int rejected = 0;
-  for (std::uint64_t seed = 1; seed <= 500; ++seed) rejected += random_claims(400, 0.05, seed).rejected() ? 1 : 0;
-  EXPECT_LE(rejected, 4);  // 0.5 are expected; more than 4 have a probability of 0.0002
-}
-
 TEST(ClaimStatistics, RejectsOneClaimBelowATenthOfTheTruth) {
-  ClaimStatistics statistics = random_claims(400, 0, 1);
+  ClaimStatistics statistics;
+  for (int i = 0; i < 400; ++i) statistics.add(claim_of_one(0.8));
   EXPECT_FALSE(statistics.rejected());
   statistics.add(claim_of_one(11));
   EXPECT_TRUE(statistics.rejected());

@@ -14,14 +14,13 @@ namespace error_coverage {
 
 /// Settings that a scene is rendered with.
 enum class SettingGroup {
-  targets,         ///< target errors of 4 to 0.5 levels
-  budgets,         ///< target errors and time budgets
-  fixed_samples,   ///< 1 to 64 samples in every pixel
-  approximations,  ///< target errors with the approximations of the scene
-  bounds,          ///< with the default depth and cutoff
-  files,           ///< target errors, compared with the decoded files
-  tiles,           ///< target errors, also of the worst tile
-  noisy_tiles,     ///< the same with larger targets: small ones take thousands of samples in every pixel
+  targets,        ///< target errors of 4 to 0.5 levels
+  budgets,        ///< target errors and time budgets
+  fixed_samples,  ///< 1 to 64 samples in every pixel
+  bounds,         ///< with the default depth and cutoff
+  files,          ///< target errors, compared with the decoded files
+  tiles,          ///< target errors, also of the worst tile
+  noisy_tiles,    ///< the same with larger targets: small ones take thousands of samples in every pixel
 };
 
 struct CorpusScene {
@@ -41,30 +40,23 @@ struct CorpusEntry {
   std::string family{}, name{};
   SettingGroup settings = SettingGroup::targets;
   std::function<CorpusScene(Canvas, oracle::Random&)> build{};
-  bool exact = true;      ///< the converged image has a closed form
-  bool extended = false;  ///< for long runs only
+  bool exact = true;  ///< the converged image has a closed form
 };
 
-/// Every entry, family by family. `source_directory`: root of the repository, for the example scenes.
-std::vector<CorpusEntry> corpus(const std::string& source_directory);
+/// Every entry.
+std::vector<CorpusEntry> corpus();
 
 /// The entries of each file.
-std::vector<CorpusEntry> feature_entries();
-std::vector<CorpusEntry> display_entries();
-std::vector<CorpusEntry> ordinary_entries();
-std::vector<CorpusEntry> difficult_entries();
+std::vector<CorpusEntry> flat_entries();
+std::vector<CorpusEntry> sampled_entries();
 std::vector<CorpusEntry> global_entries();
-std::vector<CorpusEntry> example_entries(const std::string& source_directory);
 
-/// A scene of the random grammar; it depends on `seed` alone. Three in four have a closed form.
+/// A scene of the random grammar, which depends on the arguments alone. Three in four have a closed form.
 struct GrammarScene {
   Canvas canvas;
   CorpusScene scene;
 };
-GrammarScene grammar_scene(std::uint64_t seed, Canvas largest);
-
-/// A scene with objects on a floor, lit by an area light, in perspective. Its image is estimated.
-CorpusScene random_solids(Canvas canvas, oracle::Random& random);
+GrammarScene grammar_scene(std::uint64_t seed, Canvas largest = {320, 240});
 
 /// The scene and the exact image of `flat`.
 CorpusScene finished(FlatScene& flat);

@@ -74,11 +74,12 @@ Polygon disc(const Vec2& center, double radius, int corners) {
   return polygon;
 }
 
-double area(const Polygon& polygon) { return area_and_centroid(polygon).first; }
-
-Color LinearRadiance::at(const Vec2& position) const {
-  return sum(center, sum(scaled(along_x, position.x), scaled(along_y, position.y)));
+Polygon half_plane_from(Canvas canvas, const Vec2& place, double angle) {
+  const double reach = canvas.width + canvas.height;
+  return rectangle({place.x - reach * std::sin(angle), place.y + reach * std::cos(angle)}, 2 * reach, 2 * reach, angle);
 }
+
+Color LinearRadiance::at(const Vec2& position) const { return sum(center, scaled(along_y, position.y)); }
 
 BoxFilteredImage::BoxFilteredImage(Canvas canvas, const LinearRadiance& ground)
     : canvas_(canvas), ground_(ground), rgb_(3 * std::size_t{canvas.width} * canvas.height) {
@@ -135,6 +136,14 @@ Scene orthographic_scene(Canvas canvas) {
   return scene;
 }
 
+Material& add_textured_plane(Scene& scene, const Texture& texture, double z) {
+  scene.textures.push_back(texture);
+  Material material = scenes::matte({});
+  material.color = TextureId{0};
+  scenes::add(scene, Plane{{0, 0, z}, {0, 0, 1}, Vec3{1, 0, 0}}, material);
+  return scene.materials.back();
+}
+
 FlatScene::FlatScene(Canvas canvas, const Color& ground, View view)
     : canvas_(canvas), view_(view), scene_(orthographic_scene(canvas)), image_(canvas, {.center = ground}) {
   scene_.background.color = ground;
@@ -160,11 +169,8 @@ FlatScene::FlatScene(Canvas canvas, const Color& bottom, const Color& top)
   texture.scale = {1, 1.0 / canvas.height};
   texture.offset = {0, 0.5};
   texture.wrap = Texture::Wrap::clamp;
-  scene_.textures.push_back(texture);
   scene_.ambient = {1, 1, 1};
-  Material material = scenes::matte({});
-  material.color = TextureId{0};
-  scenes::add(scene_, Plane{{0, 0, -1}, {0, 0, 1}, Vec3{1, 0, 0}}, material);
+  add_textured_plane(scene_, texture, -1);
 }
 
 Vec3 FlatScene::world(const Vec2& position) const {

@@ -1,6 +1,6 @@
 #pragma once
 /// Flat scenes whose converged image has a closed form: emissive convex polygons in front of a ground whose radiance is
-/// linear in x and y, seen by an orthographic camera. The box filter of a pixel is the exact area of the polygon
+/// linear in y, seen by an orthographic camera. The box filter of a pixel is the exact area of the polygon
 /// clipped to the pixel (Sutherland & Hodgman 1974).
 
 #include <span>
@@ -23,11 +23,12 @@ using Polygon = std::vector<tracer::Vec2>;
 Polygon rectangle(const tracer::Vec2& center, double width, double height, double angle = 0);
 /// Regular polygon of `corners`, with the area of the circle of `radius`.
 Polygon disc(const tracer::Vec2& center, double radius, int corners = 64);
-double area(const Polygon& polygon);
+/// The part of the image that is on the left of a line through `place` at this angle.
+Polygon half_plane_from(Canvas canvas, const tracer::Vec2& place, double angle);
 
-/// Radiance that is linear in the position: `center` + x `along_x` + y `along_y`, components may be negative.
+/// Radiance that is linear in y: `center` + y `along_y`, components may be negative.
 struct LinearRadiance {
-  tracer::Color center{}, along_x{}, along_y{};
+  tracer::Color center{}, along_y{};
   [[nodiscard]] tracer::Color at(const tracer::Vec2& position) const;
 };
 
@@ -79,6 +80,8 @@ class FlatScene {
 
 /// Orthographic camera of FlatScene over an otherwise empty scene.
 tracer::Scene orthographic_scene(Canvas canvas);
+/// Adds a plane that fills the image; its color is `texture`, the first one of the scene. Returns its material.
+tracer::Material& add_textured_plane(tracer::Scene& scene, const tracer::Texture& texture, double z = 0);
 
 /// Image of a checker of unit cells scaled by `cell` pixels and moved by `offset` cells: the product of two square
 /// waves, integrated over each pixel.

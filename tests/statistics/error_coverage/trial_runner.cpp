@@ -14,7 +14,7 @@ using namespace tracer;
 
 namespace {
 
-Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t threads, Renderer renderer) {
+Rendered render_scene(const Scene& scene, const Assets& assets, Renderer renderer) {
   const auto start = std::chrono::steady_clock::now();
   RenderControl control;
   const auto compiled = compile(scene, control, assets);
@@ -24,7 +24,7 @@ Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t th
           [start] {
             return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
           },
-      .threads = threads};
+      .threads = 0};
   auto rendered = renderer(**compiled, settings, control);
   if (!rendered) throw std::runtime_error(rendered.error().detail);
   return std::move(*rendered);
@@ -78,43 +78,35 @@ std::string Setting::name() const {
   return text.str();
 }
 
-std::vector<Setting> settings_of(SettingGroup group, bool extended) {
+std::vector<Setting> settings_of(SettingGroup group) {
   std::vector<Setting> settings;
-  const auto add_targets = [&](std::initializer_list<double> targets) {
+  const auto add = [&](std::initializer_list<double> targets, std::initializer_list<double> budgets,
+                       std::initializer_list<std::uint32_t> samples) {
     for (const double target : targets) settings.push_back({.target_error = target});
-  };
-  const auto add_samples = [&](std::initializer_list<std::uint32_t> counts) {
-    for (const std::uint32_t count : counts) settings.push_back({.samples = count});
-  };
-  const auto add_budgets = [&](std::initializer_list<double> budgets) {
     for (const double budget : budgets) settings.push_back({.time_budget_ms = budget});
+    for (const std::uint32_t count : samples) settings.push_back({.samples = count});
   };
   switch (group) {
     case SettingGroup::targets:
-      add_targets({4, 2, 1, 0.5});
+      add({4, 2, 1, 0.5}, {}, {});
       break;
     case SettingGroup::budgets:
-      add_targets({4, 1});
-      add_budgets({50, 200});
-      if (extended) add_budgets({1000, 3000, 10000});
+      add({4, 1}, {50, 200}, {});
       break;
     case SettingGroup::fixed_samples:
-      add_samples({1, 2, 4, 8, 16, 32, 64});
+      add({}, {}, {1, 2, 4, 8, 16, 32, 64});
       break;
-    case SettingGroup::approximations:
     case SettingGroup::tiles:
-      add_targets({4, 2, 1});
+      add({4, 2, 1}, {}, {});
       break;
     case SettingGroup::noisy_tiles:
-      add_targets({16, 8, 4});
-      if (extended) add_targets({2, 1});
+      add({16, 8, 4}, {}, {});
       break;
     case SettingGroup::bounds:
-      add_targets({4});
-      add_samples({4, 16});
+      add({4}, {}, {4, 16});
       break;
     case SettingGroup::files:
-      add_targets({1, 0.25});
+      add({1, 0.25}, {}, {});
       break;
   }
   return settings;
@@ -127,20 +119,18 @@ Setting random_setting(oracle::Random& random) {
   return {.target_error = random.spread(0.3, 5)};
 }
 
-TrialRunner::TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene,
-                         const ReferenceOptions& options)
-    : entry_(entry), canvas_(canvas), scene_(scene), threads_(options.threads), truth_(truth_of(scene, options)) {}
+TrialRunner::TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, double reference_samples)
+    : entry_(entry), canvas_(canvas), scene_(scene), truth_(truth_of(scene, reference_samples)) {}
 
 std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, Renderer renderer) const {
   Scene scene = scene_.scene;
   scene.accuracy = accuracy_of(setting, scene_.scene.accuracy.approximate, seed);
   scene.accuracy.model = scene_.scene.accuracy.model;
   if (measures_tiles(entry_.settings)) scene.output.layers = {Layer::error};
-  const Rendered rendered = render_scene(scene, scene_.assets, threads_, renderer);
+  const Rendered rendered = render_scene(scene, scene_.assets, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};
   trial.claimed = rendered.error.estimate;
   trial.proven = rendered.error.proven;
-  trial.tone = rendered.error.tone;
   trial.target = rendered.error.target;
   trial.target_met = rendered.error.target_met;
   trial.error = truth_.error_of(to_display(rendered.image, scene.output));

@@ -15,8 +15,7 @@ struct Setting {
   [[nodiscard]] std::string name() const;
 };
 
-/// Settings of a group. `extended`: also those that take long.
-std::vector<Setting> settings_of(SettingGroup group, bool extended);
+std::vector<Setting> settings_of(SettingGroup group);
 /// A setting of the random grammar.
 Setting random_setting(oracle::Random& random);
 
@@ -29,7 +28,7 @@ using Renderer = tracer::Result<tracer::Rendered, tracer::Failure> (*)(const tra
 class TrialRunner {
  public:
   /// Throws std::runtime_error if the scene cannot be rendered. References must outlive it.
-  TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, const ReferenceOptions& options);
+  TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, double reference_samples = 4e6);
 
   /// The trials of one render: of the image, and with `files` of each file, with measures_tiles() of the worst tile.
   std::vector<Trial> run(const Setting& setting, std::uint64_t seed, Renderer renderer = tracer::render) const;
@@ -40,7 +39,6 @@ class TrialRunner {
   const CorpusEntry& entry_;
   Canvas canvas_;
   const CorpusScene& scene_;
-  std::uint32_t threads_;
   Truth truth_;
 };
 

@@ -2,7 +2,6 @@
 /// True errors: of a displayed image against a closed form, or against two independent reference images.
 
 #include <array>
-#include <filesystem>
 
 #include "tests/statistics/error_coverage/corpus.h"
 #include "tracer/compare.h"
@@ -29,18 +28,13 @@ class Truth {
   std::array<tracer::DisplayImage, 2> halves_;
 };
 
-struct ReferenceOptions {
-  double samples = 4e6;             ///< number over all pixels, in each half
-  std::uint32_t threads = 0;        ///< 0: all
-  std::filesystem::path directory;  ///< cache, by the hash of an image of few samples; empty: none
-};
-
 /// The scene with uniform samples, Russian roulette in place of a cutoff, and without approximations. Textures are
 /// looked up at points, to which filtering converges.
 tracer::Scene reference_scene(const tracer::Scene& scene, std::uint32_t samples, std::uint64_t seed);
 
-/// Throws std::runtime_error if the scene cannot be rendered.
-Truth truth_of(const CorpusScene& scene, const ReferenceOptions& options);
+/// Throws std::runtime_error if the scene cannot be rendered. `reference_samples`: number over all pixels, in each of
+/// two reference images.
+Truth truth_of(const CorpusScene& scene, double reference_samples);
 
 /// Side of the tiles of MeasuredError::worst_tile.
 inline constexpr std::uint32_t tile_side = 16;

@@ -4,6 +4,7 @@
 
 #include "tests/support/random.h"
 #include "tracer/src/sampling/image_error.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 namespace {

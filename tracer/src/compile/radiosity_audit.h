@@ -14,7 +14,7 @@
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 

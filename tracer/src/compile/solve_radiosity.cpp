@@ -13,7 +13,7 @@
 #include "tracer/src/compile/scene_cache_entry.h"
 #include "tracer/src/compile/surface_rows.h"
 #include "tracer/src/parallel/parallel_for.h"
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 namespace {

@@ -1,52 +1,65 @@
 #pragma once
-/// Takes samples where they lower the error most, until the target error is reached or the time budget is used up. Each
-/// round allocates samples by predictions, traces them and estimates the remaining error: of refined pixels from their
-/// halves, of pilots from looks (sampling/pixel_state.h, sampling/looks.h).
+/// Takes samples where they lower the error most, until the target error is reached or the time budget is used up.
+///
+/// 1. Pilots: one sample in the middle of every pixel (pilot.h).
+/// 2. Parts of the scene that are too thin for these are projected onto the image (subpixel_features.h).
+/// 3. Both sort the pixels into classes (pixel_classes.h).
+/// 4. Tile by tile the pixels get as many samples as their class needs (class_allocation.h, tile_sets.h), in a
+/// scattered
+///    order and in steps: after each step the classes are better known (refinement.h).
+/// 5. Rounds with further samples follow if the error is still larger than the target.
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
+#include "tracer/src/sampling/brightest_pixel.h"
 #include "tracer/src/sampling/deadline.h"
-#include "tracer/src/sampling/error_goal.h"
+#include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/film.h"
 #include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/pilot.h"
-#include "tracer/src/sampling/proven_error.h"
-#include "tracer/src/sampling/round_tracer.h"
-#include "tracer/src/sampling/sample_allocation.h"
-#include "tracer/src/sampling/tiles.h"
+#include "tracer/src/sampling/rare_light.h"
+#include "tracer/src/sampling/refinement.h"
+#include "tracer/src/sampling/subpixel_features.h"
 
 namespace tracer {
 
-/// `Looks` is LookPool except in tests of what a faulty one does to the estimate.
-template <Tracer T, class Looks = LookPool>
+template <Tracer T>
 class AdaptiveSampler {
  public:
   AdaptiveSampler(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
       : scene_(scene),
         control_(control),
         target_(*scene.accuracy.adaptive),
-        deadline_(settings, target_, concurrency(settings.threads),
-                  scene.accuracy.approximate.any() ? approximation_share : 0),
         tiles_(scene.image.window()),
-        film_(scene, scene.image.window(), in_parallel_),
-        goal_(target_, film_.size(), scene.needs.global_light ? ErrorGoal::rounds_of_paths : ErrorGoal::few_rounds),
+        deadline_(settings, target_,
+                  static_cast<std::uint32_t>(std::min<std::uint64_t>(concurrency(settings.threads), tiles_.count())),
+                  scene.accuracy.approximate.any() ? approximation_share : 0),
+        decay_{.stratified = !scene.needs.lens && !uses_random_choices(scene)},
+        film_(scene, scene.image.window(), decay_),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
         context_{scene, settings, control, pool_},
-        look_tracer_(context_, PartKind::looks) {}
+        refinement_(film_, tiles_, target_, decay_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
     control_.begin(progress_parts);
     deadline_.reserve_time_to_write();
     trace_pilots();
-    if (pilots_.complete() && deadline_.leaves(round_overhead_ms_per_pixel * static_cast<double>(film_.size()))) {
+    known_.pilots = pool_.statistics().samples;
+    display_.emplace(film_.display());
+    if (pilots_.complete() && !control_.cancelled()) {
+      sample_thin_parts();
+      find_brightest();
+      refinement_.classify(features_.squared, *display_, in_parallel_);
+      film_.forget_signatures();
+      update_error();
       refine();
     } else if (!control_.cancelled()) {
       estimate_pilots();
@@ -60,235 +73,228 @@ class AdaptiveSampler {
   }
 
  private:
-  static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
-  /// Looks before the first round, which correct the predictions of pilots, and the part of all rays that looks may
-  /// take beyond the least number.
-  static constexpr std::size_t first_looks = 256;
-  static constexpr double look_share = 0.05;
   /// Fraction of a time budget for the error of approximations.
   static constexpr double approximation_share = 0.2;
-  /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
-  static constexpr double round_overhead_ms_per_pixel = 150e-6;
 
   void trace_pilots() {
-    if (trace_pilots_in_parts()) return;
+    const PreviewTiles::Open open(preview_);
+    PilotRound<T> round(film_, tiles_, pilots_, preview_);
+    if (trace_in_parts<T>(round, context_)) return;
     for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
-      each_tile([&](std::uint64_t tile, T& tracer) { pilots_.trace(tile, stride, tracer); });
+      // In a scattered order, so that tiles that are left out at the deadline are spread over the image.
+      for_each_tile(tiles_.count(), context_.settings.threads, [&](std::uint64_t index) {
+        if (control_.cancelled()) return;
+        typename TracerPool<T>::Lease tracer(pool_);
+        pilots_.trace(tiles_.scattered(index), stride, *tracer);
+      });
       deadline_.measure_rate(pool_.statistics().samples);
       if (deadline_.over()) break;
     }
     if (!control_.cancelled()) pilots_.fill_tiles();
   }
 
-  bool trace_pilots_in_parts() {
-    const PreviewTiles::Open open(preview_);
-    PilotRound<T> round(film_, tiles_, pilots_, preview_);
-    return trace_in_parts<T>(round, context_);
+  void sample_thin_parts() {
+    const std::vector<SubpixelFeature> features = find_indirect_features(scene_, 2 * film_.size() + 4096);
+    if (features.empty()) return;
+    // The classes of many features show their errors, without a sample of each.
+    const bool few = features.size() < film_.size() / 8 + 64;
+    const std::vector<Color> radiance =
+        few ? sample_features(std::span(features), scene_, pool_, in_parallel_, [this] { return stopped(); })
+            : std::vector<Color>(features.size(), unknown_radiance);
+    features_ =
+        features_of_pixels(features, radiance, {film_.rgb(), {}, film_.width()}, scene_.image.window(), *display_);
   }
+
+  [[nodiscard]] bool stopped() const { return control_.cancelled() || deadline_.over(); }
 
   void refine() {
-    film_.begin(T::bounds(scene_, scene_.accuracy.approximate, in_parallel_, control_));
-    set_costs();
-    if (scene_.output.overflow == Output::Overflow::scale) find_brightest();
-    film_.certify(goal_.certified());
-    if (!control_.cancelled() && !deadline_.over()) find_features();
-    deadline_.reserve_time_for([&] {
-      film_.predict_variance(film_.display());
-      if (deadline_.set()) update_estimate();
+    while (!stopped() && refinement_.begin_round()) {
+      bool any = false;
+      const auto rays = [&] { return pool_.statistics().rays.total(); };
+      const std::uint64_t before = rays();
+      const double affordable = deadline_.affordable(before);
+      while (!stopped()) {
+        const auto step = refinement_.next_step(std::max(0.0, affordable - static_cast<double>(rays() - before)));
+        if (!step) break;
+        any = true;
+        trace(*step);
+      }
+      if (!any) break;
+      find_brightest();
+      update_error();
+      if (target_reached() || !refinement_.leaves_room()) break;
+    }
+  }
+
+  void trace(const Refinement::Step& step) {
+    const std::span<const PixelClass> classes = refinement_.classes();
+    const TileMerger merger(film_, classes, step.plan, decay_, *display_);
+    std::vector<SetsRound::Unit> units(step.last - step.first);
+    in_parallel_(units.size(), [&](std::uint64_t i) {
+      units[i].tile = tiles_.scattered(step.first + i);
+      units[i].sets = plan_tile(scene_, film_, tiles_.pixels(units[i].tile), tiles_, classes, step.plan);
     });
-    if (look(first_looks) == 0 && !deadline_.set()) update_estimate();
-    refine_in_rounds();
-    if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
-    bound_error();
+    std::vector<TileBook> books(units.size());
+    trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, std::size_t place, const SetSums& sums) {
+      merger.merge(place, sets, sums, books[unit]);
+    });
+    TileBook all;
+    for (const TileBook& book : books) all.add(book);
+    refinement_.add(step, all);
   }
 
-  /// Samples the pixels that may be the brightest until that channel is roughly known: levels depend on it.
-  void find_brightest() {
-    constexpr double any_tone = std::numeric_limits<double>::infinity();
-    for (std::uint32_t round = 0; round < rounds_max && !control_.cancelled() && !deadline_.over(); ++round) {
-      SampleAllocation allocation{.half = std::vector<std::uint32_t>(film_.size())};
-      const double affordable = deadline_.affordable(pool_.statistics().rays.total()) / 2;
-      film_.raise_brightest(any_tone, cost_, affordable, target_, allocation);
-      if (allocation.empty) return;
-      trace_round(allocation);
-      update_estimate();  // Few samples may agree by chance; neighbors predict their noise.
-    }
-  }
-
-  /// Measures the error of the approximations with the image so far. If samples can reach the target beside it, more of
-  /// them are taken.
-  ApproximationError measure_approximation_error() {
-    if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
-    const DisplayTransform display = film_.display();
-    ApproximationError measured = ApproximationLooks<T>(scene_, context_.settings, control_, display, mean_)
-                                      .measure(deadline_, pool_.statistics());
-    known_.approximation = measured.error;
-    known_.fixed += known_.approximation.squared_upper;
-    summarize();
-    const bool refined = !film_.pixels().empty() && (target_.target_error || target_.tile_error);
-    if (refined && !target_reached() && goal_.leaves_room(known_)) {
-      refine_in_rounds();
-      bound_error();
-    }
-    return measured;
-  }
-
-  void refine_in_rounds() {
-    known_.rounds_before = round_;
-    for (++round_; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
-      look_before_samples();
-      const bool enough = round_ > 1 || target_.samples_min == 1;
-      if (enough && target_reached() && !any_unsafe(film_.pixels(), goal_.bound_max())) {
-        if (look(looks_wanted()) == 0) break;
-        continue;
+  /// Calls merge(index of the unit, sets, place, sums) for all sets; of a unit in order and under the lock of its tile.
+  template <class Merge>
+  void trace_sets_of(std::span<const SetsRound::Unit> units, const Merge& merge) {
+    const auto merge_set = [&](std::uint64_t unit, std::size_t index, const SetSums& sums) {
+      const SampleSets& sets = units[unit].sets[index];
+      merge(unit, sets, tiles_.place(tiles_.pixel(units[unit].tile, sets.at)), sums);
+    };
+    SetsRound round(scene_, units);
+    const PreviewTiles::Open open(preview_);
+    if (trace_in_parts<T>(round, context_)) {
+      for (std::uint64_t i = 0; i < units.size(); ++i) {
+        PreviewTiles::Tile preview(preview_, units[i].tile);
+        const std::lock_guard lock(preview);
+        for (std::size_t set = 0; set < round.sums(i).size(); ++set) merge_set(i, set, round.sums(i)[set]);
       }
-      const AllocationGoal goal = allocation_goal();
-      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, goal, target_);
-      if (target_.tile_error)
-        raise_in_tiles(film_.pixels(), film_.width(), film_.excess_tiles(*target_.tile_error), target_, allocation);
-      film_.raise_brightest(goal_.tone_max(known_), cost_, goal.cost / 2, target_, allocation);
-      if (allocation.empty) {
-        if (look(looks_wanted()) == 0 && !later_round_helps()) break;
-        continue;
-      }
-      looks_.begin_epoch();
-      trace_round(allocation);
-      deadline_.reserve_time_for([&] { update_estimate(); });
+    } else {
+      for_each_tile(units.size(), context_.settings.threads, [&](std::uint64_t i) {
+        if (control_.cancelled()) return;
+        typename TracerPool<T>::Lease tracer(pool_);
+        PreviewTiles::Tile preview(preview_, units[i].tile);
+        const auto stop = [&](std::size_t samples) {
+          return control_.cancelled() || deadline_.over_before(static_cast<double>(samples));
+        };
+        trace_sets(scene_, tiles_.pixels(units[i].tile), units[i].sets, *tracer, stop,
+                   [&](std::size_t index, const SetSums& sums) {
+                     const std::lock_guard lock(preview);
+                     merge_set(i, index, sums);
+                   });
+      });
     }
-  }
-
-  /// Takes `count` looks or as many as there is time for. Returns their number.
-  std::size_t look(std::size_t count) {
-    const double affordable = deadline_.holdout_samples() / (2 * look_half);
-    const LookDraws draws =
-        looks_.draw(film_.pixels(), static_cast<std::size_t>(std::min(affordable, static_cast<double>(count))),
-                    scene_.accuracy.seed);
-    if (draws.looks.empty()) return 0;
-    const DisplayTransform display = film_.display();
-    const std::vector<FreshError> errors = [&] {
-      const PreviewTiles::Open open(preview_);  // tiles are only read
-      return look_tracer_.squared_errors(draws.looks, mean_, display);
-    }();
-    looks_.add(draws, errors);
-    if (round_ == 0) {  // the first round refines the pixels that are found anyway
-      update_estimate();
-      return draws.looks.size();
-    }
-    estimate_with_looks();
-    for (std::size_t i = 0; i < errors.size(); ++i) film_.raise_variance(draws.looks[i].place, errors[i].squared);
-    return draws.looks.size();
-  }
-
-  /// True if a later round, with a lower goal, may still reach the target though this one needs no samples.
-  [[nodiscard]] bool later_round_helps() const {
-    const double left = known_.fixed + known_.tone;  // no pixel may lower the tone
-    return !target_reached() && (target_.target_error ? left < goal_.squared() : deadline_.set());
-  }
-
-  /// Takes looks while they lower the estimate for less than samples do.
-  void look_before_samples() {
-    // Most of the estimate is what few looks cannot exclude.
-    const auto mostly_unseen = [&] { return 2 * known_.unseen > known_.sampled.squared_upper; };
-    const auto looks_are_few = [&] { return 2 * look_tracer_.samples() < pool_.statistics().samples; };
-    while (deadline_.set() && mostly_unseen() && looks_are_few() && look(looks_min - looks_.count()) > 0) continue;
-    if (round_ == 1) return;
-    if (goal_.is_large(known_.unseen)) look(looks_min - looks_.count());
-    while (goal_.is_large(known_.uncertain) && looks_are_few() && look(affordable_looks()) > 0) continue;
-  }
-
-  /// Number of further looks at an image whose estimate reaches the target: until that is proven.
-  [[nodiscard]] std::size_t looks_wanted() const {
-    return target_reached() && looks_.proven() <= goal_.proven() ? 0 : affordable_looks();
-  }
-
-  /// Number of further looks that cost only a part of the work so far.
-  [[nodiscard]] std::size_t affordable_looks() const {
-    const double affordable = look_share * static_cast<double>(pool_.statistics().samples) / (2 * look_half);
-    const std::size_t most = std::max(looks_min, static_cast<std::size_t>(affordable)), count = looks_.count();
-    return count < most - most / 8 ? std::min(most - count, std::max(count, first_looks)) : 0;
-  }
-
-  void set_costs() {
-    cost_.resize(film_.size());
-    for (std::uint64_t tile = 0; tile < tiles_.count(); ++tile)
-      for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = pilots_.cost(tile);
-  }
-
-  /// Estimates the error of an image without rounds from looks alone, which may have missed whatever the scene
-  /// contains.
-  void estimate_pilots() {
-    constexpr double count_min = 32, count_max = 2048;
-    const double count = std::clamp(deadline_.holdout_samples() / (2 * look_half), count_min, count_max);
-    const DisplayTransform display = film_.display();
-    const float brightest = rounded_up(radiance_bound(scene_).value_or(std::numeric_limits<double>::infinity()));
-    const RadianceInterval any{.low = {}, .high = {brightest, brightest, brightest}};
-    const std::vector<float> bounds(film_.size(), squared_error_bound(any, display));
-    const LookDraws draws = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
-    const std::vector<FreshError> errors = look_tracer_.squared_errors(draws.looks, mean_, display);
-    SummedLooks sum;
-    for (std::size_t i = 0; i < errors.size(); ++i) sum.add(errors[i].squared * draws.looks[i].weight);
-    known_.sampled = SampledParts{}.estimated(sum.estimate(errors.size(), draws.range));
-    measure_fixed_parts(display);
-    summarize();
-  }
-
-  /// Samples features that are too small for the pilots, and adds what is visible to the film.
-  void find_features() {
-    const std::vector<SubpixelFeature> features = find_subpixel_features(scene_, 2 * film_.size() + 4096);
-    const std::vector<Color> radiance = sample_features(std::span(features), scene_, pool_, in_parallel_,
-                                                        [this] { return control_.cancelled() || deadline_.over(); });
-    const DisplayTransform display = film_.display();
-    for (std::size_t i = 0; i < features.size(); ++i)
-      if (finite(radiance[i]))
-        film_.add_feature(tiles_.place({features[i].x, features[i].y}), features[i], radiance[i], display);
-  }
-
-  void trace_round(const SampleAllocation& allocation) {
-    if (may_divide(scene_, context_.settings)) {
-      const PreviewTiles::Open open(preview_);
-      AllocatedRound round(film_, tiles_, preview_, allocation.half);
-      if (trace_in_parts<T>(round, context_)) return;
-    }
-    RoundTracer<T> round(scene_, control_, film_, tiles_, deadline_, preview_);
-    each_tile([&](std::uint64_t tile, T& tracer) { round.trace(tile, allocation.half, tracer); });
-    if (deadline_.set()) withdraw_without_samples(film_.pixels());  // for lack of time
     deadline_.measure_rate(pool_.statistics().samples);
   }
 
-  void update_estimate() {
-    const DisplayTransform display = film_.display();
-    parts_ = update_variances({film_.pixels(), film_.width(), film_.bounds()}, display, looks_.errors(), in_parallel_);
-    measure_fixed_parts(display);
-    estimate_with_looks();
+  /// Samples the pixels that may be the brightest one, if levels depend on it: until it is roughly known, then until
+  /// that is a small part of the error.
+  void find_brightest() {
+    constexpr double rough = 0.05;
+    constexpr std::uint32_t first_round = 1u << 24;  // beyond those of the classes
+    if (scene_.output.overflow != Output::Overflow::scale) return;
+    if (!brightest_) brightest_.emplace(film_, features_.brightest, !decay_.stratified);
+    for (std::uint32_t step = 0; step < BrightestPixels::steps_max && !stopped(); ++step) {
+      double tolerance = rough;
+      if (refinement_.classified()) {
+        known_.tone = tone_error(film_.rgb(), scene_.output, brightest_->range(), in_parallel_);
+        const double allowed = 0.1 * refinement_.wanted();
+        if (known_.tone <= allowed) break;
+        const BrightestRange range = brightest_->range();
+        tolerance = std::min(rough, (range.high - range.low) / range.found * std::sqrt(allowed / known_.tone) / 2);
+      }
+      std::vector<SetsRound::Unit> units;
+      std::map<std::uint64_t, std::size_t> unit_of_tile;
+      for (const auto& [place, samples] : brightest_->next(tolerance, target_.samples_max)) {
+        const std::uint64_t tile = tiles_.index(tiles_.pixel(place));
+        const auto [unit, is_new] = unit_of_tile.emplace(tile, units.size());
+        if (is_new) units.push_back({tile, {}});
+        units[unit->second].sets.push_back({.at = tiles_.index_in_tile(tiles_.pixel(place)),
+                                            .kind = SampleSets::Kind::measured,
+                                            .samples = samples,
+                                            .round = first_round + brightest_steps_});
+      }
+      if (units.empty()) break;
+      const SetsPlan plan{.round = first_round + brightest_steps_++};
+      const TileMerger merger(film_, refinement_.classes(), plan, decay_, *display_);
+      std::vector<std::vector<std::pair<std::size_t, SetSums>>> found(units.size());
+      std::vector<TileBook> books(units.size());
+      trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, std::size_t place, const SetSums& sums) {
+        merger.merge(place, sets, sums, books[unit]);
+        found[unit].emplace_back(place, sums);
+      });
+      for (const TileBook& book : books) refinement_.add(book);
+      for (const auto& of_unit : found)
+        for (const auto& [place, sums] : of_unit) brightest_->add(place, sums);
+      show();
+    }
+    known_.tone = tone_error(film_.rgb(), scene_.output, brightest_->range(), in_parallel_);
   }
 
-  /// Measures what only samples of the image change.
-  void measure_fixed_parts(const DisplayTransform& display) {
-    known_.omitted = film_.omitted_error(display);
-    known_.tone = film_.tone_error();
-    known_.fixed = parts_.certified_mean() + known_.omitted.both + known_.approximation.squared_upper;
-    if (target_.tile_error) known_.worst_tile = film_.tile_errors().worst();
+  /// Shows the image with the brightest channel as it is known by now.
+  void show() {
+    const DisplayTransform before = *display_;
+    display_.emplace(film_.display());
+    const double value = *std::ranges::max_element(film_.rgb()) / 4;  // clipped by neither
+    if (!(before.level(value) > 0)) return;
+    const double scale = std::pow(display_->level(value) / before.level(value), 2);
+    film_.scale_errors(scale);
+    refinement_.scale_errors(scale);
   }
 
-  void estimate_with_looks() {
-    const EstimatedSum looks = looks_.estimate(film_.pixels());
-    known_.sampled = parts_.estimated(looks);
-    known_.unseen = looks.unseen;
-    known_.uncertain =
-        known_.sampled.squared_upper - parts_.estimated({.squared = looks.squared, .variance = 0}).squared_upper;
-    summarize();
+  /// Estimates the error of an image of which pixels have no sample from looks alone, which may have missed whatever
+  /// the scene contains.
+  void estimate_pilots() {
+    constexpr double count_min = 32, count_max = 2048;
+    const double count = std::clamp(deadline_.holdout_samples() / (2 * look_half), count_min, count_max);
+    const float brightest = rounded_up(radiance_bound(scene_).value_or(std::numeric_limits<double>::infinity()));
+    const RadianceInterval any{.low = {}, .high = {brightest, brightest, brightest}};
+    const std::vector<float> bounds(film_.size(), squared_distance_bound(any, {}, *display_));
+    const LookDraws draws = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
+    LookTracer<T> tracer(context_, PartKind::looks);
+    const std::vector<double> errors = tracer.squared_errors(draws.looks, mean_, *display_);
+    SummedLooks sum;
+    for (std::size_t i = 0; i < errors.size(); ++i) sum.add(errors[i] * draws.looks[i].weight);
+    set_error(sum.estimate(errors.size(), draws.range), errors.size());
   }
 
-  void summarize() {
-    error_ = error_estimate({known_.sampled, known_.omitted, known_.tone, known_.approximation, known_.proven},
-                            film_.size());
-    if (scene_.accuracy.approximate.any()) error_.proven = std::numeric_limits<double>::infinity();
+  void update_error() {
+    if (refinement_.classified()) set_error(sampled_error(), refinement_.looks());
+  }
+
+  [[nodiscard]] SampledError sampled_error() const {
+    SampledError error = refinement_.error();
+    if (decay_.stratified) return error;
+    constexpr double chance_min = 0.5;  // with more edges than noise, no light is rare
+    const UniformPixels pixels{film_.rgb(), film_.deviations(), film_.width()};
+    const Blocks blocks(film_.size(), film_.width());
+    const auto add_block = [&](std::uint64_t block, SummedErrors& sum) {
+      std::vector<float> errors;  // of whole rows
+      blocks.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) {
+        errors.push_back(refinement_.pixel_error(place));
+      });
+      sum.squared -= std::accumulate(errors.begin(), errors.end(), 0.0);
+      sum.add(add_rare_light(pixels, *display_, blocks.first_row(block), errors, chance_min));
+      sum.squared += std::accumulate(errors.begin(), errors.end(), 0.0);
+    };
+    const SummedErrors rare = sum_in_parallel<SummedErrors>(in_parallel_, blocks.count(), add_block);
+    error.squared += rare.squared;
+    error.squared_upper += rare.squared + error_deviations * std::sqrt(rare.spread);
+    return error;
+  }
+
+  void set_error(const SampledError& sampled, std::uint64_t looks) {
+    ErrorParts parts{.sampled = sampled,
+                     .omitted = film_.omitted_error(*display_, in_parallel_),
+                     .tone = known_.tone,
+                     .approximation = known_.approximation};
+    known_.sampled = sampled.squared_upper;
+    known_.fixed = parts.omitted.both + known_.approximation.squared_upper;
+    refinement_.set_fixed(known_.fixed + known_.tone);
+    error_ = error_estimate(parts, film_.size());
     error_.target = target_.target_error;
     error_.tile_target = target_.tile_error;
-    error_.worst_tile = std::hypot(known_.worst_tile, std::sqrt((known_.fixed + known_.tone) / goal_.channels()));
+    error_.looks = looks;
+    if (target_.tile_error) error_.worst_tile = worst_tile();
     known_.first = std::max(known_.first, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
+  }
+
+  /// Error of the worst tile in levels, with its share of what samples do not lower.
+  [[nodiscard]] double worst_tile() const {
+    const double channels = 3 * static_cast<double>(film_.size());
+    if (!refinement_.classified()) return std::sqrt((known_.sampled + known_.fixed + known_.tone) / channels);
+    return std::hypot(refinement_.tile_errors().worst(), std::sqrt((known_.fixed + known_.tone) / channels));
   }
 
   /// Fraction of the time budget, or of the way to the target error on a logarithmic scale.
@@ -298,71 +304,49 @@ class AdaptiveSampler {
     return std::log(known_.first / error_.estimate) / std::log(known_.first / *target_.target_error);
   }
 
+  /// Measures the error of the approximations with the image so far. If samples can reach the target beside it, more of
+  /// them are taken.
+  ApproximationError measure_approximation_error() {
+    if (!scene_.accuracy.approximate.any() || control_.cancelled()) return {};
+    ApproximationError measured = ApproximationLooks<T>(scene_, context_.settings, control_, *display_, mean_)
+                                      .measure(deadline_, pool_.statistics());
+    known_.approximation = measured.error;
+    if (!refinement_.classified()) {
+      add_approximation(error_, known_.approximation, film_.size());
+      return measured;
+    }
+    update_error();
+    if ((target_.target_error || target_.tile_error) && !target_reached() && refinement_.leaves_room()) refine();
+    return measured;
+  }
+
   [[nodiscard]] bool target_reached() const {
     if (target_.target_error || target_.tile_error) return targets_reached(error_);
     return deadline_.set() && error_.estimate <= invisible_error;
   }
 
-  [[nodiscard]] AllocationGoal allocation_goal() {
-    AllocationGoal goal{0, deadline_.affordable(pool_.statistics().rays.total())};
-    goal.bound_max = goal_.bound_max();
-    goal.round = round_;
-    if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
-    double predicted = 0;
-    for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    goal.squared_error = goal_.of_round(known_, predicted, round_ - known_.rounds_before);
-    return goal;
-  }
-
-  /// Visits the tiles in a scattered order, so that those left out at the deadline are spread over the image.
-  template <class Work>
-  void each_tile(const Work& work) {
-    const std::uint64_t count = tiles_.count();
-    const PreviewTiles::Open open(preview_);
-    for_each_tile(count, context_.settings.threads, [&](std::uint64_t index) {
-      if (control_.cancelled()) return;
-      typename TracerPool<T>::Lease tracer(pool_);
-      work(scattered(index, count), *tracer);
-    });
-  }
-
-  /// Proves what can be proven of the sampling error, and measures the worst tile; to be called when all samples are
-  /// taken.
-  void bound_error() {
-    known_.worst_tile = film_.tile_errors().worst();
-    const std::span<const PixelState> pixels = film_.pixels();
-    const bool any_open = std::ranges::any_of(pixels, &PixelState::open);
-    const auto certified = std::ranges::count_if(pixels, [](const auto& p) { return p.certified && !p.refined(); });
-    known_.certified_share = static_cast<double>(certified) / static_cast<double>(film_.size());
-    const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
-    if (theorem)
-      known_.proven = parts_.certified + parts_.undetected + (any_open ? looks_.proven() : 0) +
-                      proven_refined_error(pixels, film_.display(), 0.025);
-    summarize();
-  }
-
-  [[nodiscard]] ErrorEstimate::Limit limit() {
+  [[nodiscard]] ErrorEstimate::Limit limit() const {
     using enum ErrorEstimate::Limit;
     const bool targets = target_.target_error || target_.tile_error;
     if (targets && targets_reached(error_)) return target;
     if (deadline_.set() && deadline_.over()) return time_budget;
     if (!targets && target_reached()) return invisible;
-    if ((targets || deadline_.set()) && !goal_.leaves_room(known_)) return fixed_parts;
-    // Another round would have no time, or no pixels to sample.
-    return deadline_.set() && !at_maximum(film_.pixels(), target_) ? time_budget : samples_max;
+    if (!refinement_.leaves_room()) return fixed_parts;
+    return deadline_.set() ? time_budget : samples_max;
   }
 
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    rendered.statistics.holdout_samples = look_tracer_.samples();
-    film_.write(rendered, {known_.sampled, looks_.estimate(film_.pixels()).squared, pilots_.complete()});
+    error_.worst_tile = worst_tile();
+    std::vector<float> errors(film_.size(), static_cast<float>(known_.sampled / static_cast<double>(film_.size())));
+    for (std::size_t place = 0; refinement_.classified() && place < film_.size(); ++place)
+      errors[place] = refinement_.pixel_error(place);
+    film_.write(rendered, errors, known_.pilots, in_parallel_);
     rendered.error = error_;
     rendered.error.bounded = scene_.has_bounded_patches() &&
                              ((error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded);
     rendered.error.target_met = targets_reached(error_);
-    rendered.error.looks = looks_.count();
-    rendered.error.certified_share = known_.certified_share;
     rendered.error.limit = limit();
     return rendered;
   }
@@ -370,24 +354,29 @@ class AdaptiveSampler {
   const CompiledScene& scene_;
   RenderControl& control_;
   const Adaptive& target_;
-  Deadline deadline_;
   Tiles tiles_;
+  Deadline deadline_;
   const InParallel in_parallel_ = [this](auto n, const auto& work) {
     for_each_tile(n, context_.settings.threads, work);
   };
+  const SampleDecay decay_;
   Film film_;
-  ErrorGoal goal_;
   const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
   PreviewTiles preview_;
   Pilots<T> pilots_;
-  std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
   TracerPool<T> pool_;
   const PartContext<T> context_;
-  LookTracer<T> look_tracer_;
-  Looks looks_;
-  std::uint32_t round_ = 0;
-  SampledParts parts_;  ///< error after the last round
-  KnownErrors known_;
+  Refinement refinement_;
+  PixelFeatures features_;
+  std::optional<BrightestPixels> brightest_;
+  std::uint32_t brightest_steps_ = 0;
+  std::optional<DisplayTransform> display_;
+  struct {
+    SampledError approximation;
+    double tone = 0, fixed = 0, sampled = 0;  ///< squared, over the image; the last is an upper bound
+    double first = 0;                         ///< levels
+    std::uint64_t pilots = 0;
+  } known_;
   ErrorEstimate error_;
 };
 

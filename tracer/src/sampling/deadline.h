@@ -8,7 +8,7 @@
 
 namespace tracer {
 
-/// Any thread may call set(), over(), over_before(), spent(), leaves() and fraction_elapsed() while no thread calls the
+/// Any thread may call set(), over(), over_before(), spent() and fraction_elapsed() while no thread calls the
 /// rest.
 class Deadline {
  public:
@@ -30,7 +30,6 @@ class Deadline {
   [[nodiscard]] bool over_before(double samples) const {
     return set() && settings_.elapsed_ms() + samples * thread_ms_per_sample_ >= end_ms();
   }
-  [[nodiscard]] bool leaves(double ms) const { return !set() || settings_.elapsed_ms() + ms < end_ms(); }
   [[nodiscard]] double fraction_elapsed() const {
     return set() ? std::min(1.0, settings_.elapsed_ms() / budget_ms_) : 0;
   }
@@ -48,14 +47,6 @@ class Deadline {
     thread_ms_per_sample_ = traced_ms() * threads_ / static_cast<double>(samples);
   }
 
-  /// Calls `work` and reserves its time twice: every round repeats it after its samples, and so does the end.
-  template <class Work>
-  void reserve_time_for(const Work& work) {
-    const double before = set() ? settings_.elapsed_ms() : 0;
-    work();
-    if (set()) reserve_ms_ = 2 * (settings_.elapsed_ms() - before) + write_ms_ + reserve_share_ * budget_ms_;
-  }
-
   /// Number of holdout samples that validation may take; infinite without a budget, 0 before any rate was measured.
   [[nodiscard]] double holdout_samples() const {
     if (!set()) return never;
@@ -63,14 +54,14 @@ class Deadline {
     return holdout_share * budget_ms_ * threads_ / thread_ms_per_sample_;
   }
 
-  /// Number of rays that the next round may take; `rays`: number of all rays so far. Half of the remaining time, so
-  /// that a later round can use better estimates, or nearly all of it when little is left.
+  /// Number of rays that the next round may take; `rays`: number of all rays so far. Most of the remaining
+  /// time, so that a later round can use better estimates, or nearly all of it when little is left.
   [[nodiscard]] double affordable(std::uint64_t rays) const {
     if (!set()) return never;
     const double left = end_ms() - settings_.elapsed_ms();
     const double rays_per_ms = static_cast<double>(rays) / traced_ms();
     const bool last = left < 0.3 * budget_ms_;
-    return std::max(0.0, left * (last ? 0.9 : 0.5) * rays_per_ms);
+    return std::max(0.0, left * (last ? 0.9 : 0.65) * rays_per_ms);
   }
 
  private:

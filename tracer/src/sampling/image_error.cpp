@@ -7,9 +7,9 @@
 #include <variant>
 
 #include "tracer/src/math/lanes.h"
+#include "tracer/src/sampling/brightest_pixel.h"
 #include "tracer/src/sampling/rare_light.h"
 #include "tracer/src/sampling/tile_errors.h"
-#include "tracer/src/sampling/tone_error.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -170,27 +170,68 @@ std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> feat
                                            const UniformPixels& pixels, const PixelWindow& window,
                                            const DisplayTransform& display) {
   constexpr double hits_min = 4;
+  constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
+  const auto place_of = [&](const SubpixelFeature& feature) {
+    return std::size_t{feature.y - window.y0} * pixels.width + (feature.x - window.x0);
+  };
+  const auto hit = [&](const SubpixelFeature& feature, const Color& found) {
+    const std::size_t first = 3 * place_of(feature);
+    for (std::size_t c = 0; c < 3 && !pixels.deviation.empty(); ++c) {
+      const double change = std::abs(found.*channels[c] - pixels.rgb[first + c]) / pixels.samples;
+      if (change > 0 && pixels.deviation[first + c] >= change / 2) return true;
+    }
+    return false;
+  };
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    if (finite(radiance[i]) && double{features[i].share} * pixels.samples < hits_min && !hit(features[i], radiance[i]))
+      open.push_back(i);
+  std::ranges::stable_sort(open, {}, [&](std::size_t i) { return place_of(features[i]); });
   std::vector<MissedFeature> missed;
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    const SubpixelFeature& feature = features[i];
-    if (!finite(radiance[i]) || double{feature.share} * pixels.samples >= hits_min) continue;
-    const std::size_t place = std::size_t{feature.y - window.y0} * pixels.width + (feature.x - window.x0);
+  for (auto first = open.begin(), last = first; first != open.end(); first = last) {
+    const std::size_t place = place_of(features[*first]);
+    while (last != open.end() && place_of(features[*last]) == place) ++last;
     double squared = 0, brightest = 0;
-    bool hit = false;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double found = c == 0 ? radiance[i].r : c == 1 ? radiance[i].g : radiance[i].b;
-      const double value = pixels.rgb[3 * place + c], with = value + (found - value) * feature.share;
-      const double change = std::abs(found - value) / pixels.samples;
-      hit |= change > 0 && !pixels.deviation.empty() && pixels.deviation[3 * place + c] >= change / 2;
+      const double value = pixels.rgb[3 * place + c];
+      double with = value, covered = 0;
+      for (auto i = first; i != last; ++i) {
+        const double share = std::min(double{features[*i].share}, 1 - covered);
+        with += (radiance[*i].*channels[c] - value) * share;
+        covered += share;
+      }
       squared += std::pow(display.level(with) - display.level(value), 2);
       brightest = std::max(brightest, with);
     }
-    if (!hit && squared > 0)
-      missed.push_back(
-          {static_cast<std::uint32_t>(place), static_cast<float>(squared * feature.count), film_value(brightest)});
+    if (squared > 0)
+      missed.push_back({static_cast<std::uint32_t>(place), static_cast<float>(squared * features[*first].count),
+                        film_value(brightest)});
   }
-  std::ranges::sort(missed, {}, &MissedFeature::place);
   return missed;
+}
+
+PixelFeatures features_of_pixels(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
+                                 const UniformPixels& pixels, const PixelWindow& window,
+                                 const DisplayTransform& display) {
+  constexpr MissedFeature unknown{.squared = 3 * 300, .brightest = std::numeric_limits<float>::infinity()};
+  constexpr float beside = 0.25;  // a feature may reach into the pixels next to it
+  const std::size_t width = pixels.width, height = pixels.rows();
+  PixelFeatures all{std::vector<float>(width * height, -1.0F), std::vector<float>(width * height)};
+  const auto raise = [&](std::size_t place, const MissedFeature& feature) {
+    const std::size_t x = place % width, y = place / width;
+    for (std::size_t row = y - std::min<std::size_t>(y, 1); row <= std::min(y + 1, height - 1); ++row)
+      for (std::size_t at = row * width + x - std::min<std::size_t>(x, 1);
+           at <= row * width + std::min(x + 1, width - 1); ++at) {
+        all.squared[at] = std::max(all.squared[at], at == place ? feature.squared : beside * feature.squared);
+        all.brightest[at] = std::max(all.brightest[at], feature.brightest);
+      }
+  };
+  for (std::size_t i = 0; i < features.size(); ++i)
+    raise(std::size_t{features[i].y - window.y0} * width + (features[i].x - window.x0),
+          finite(radiance[i]) ? MissedFeature{} : unknown);
+  for (const MissedFeature& missed : missed_features(features, radiance, pixels, window, display))
+    raise(missed.place, missed);
+  return all;
 }
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {

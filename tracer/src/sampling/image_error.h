@@ -76,12 +76,11 @@ struct OmittedSample {
   OmittedRadiance omitted;  ///< mean over the pixel's samples
 };
 
-/// Subpixel feature that the samples of its pixel have missed.
+/// Subpixel features that the samples of their pixel have missed.
 struct MissedFeature {
   std::uint32_t place = 0;
-  float squared =
-      0;  ///< squared error, in squared code values, summed over the channels and the features it stands for
-  float brightest = 0;  ///< channel of the pixel with the feature
+  float squared = 0;    ///< error, in squared code values, summed over the channels and the pixels it stands for
+  float brightest = 0;  ///< channel of the pixel with the features
 };
 
 /// References must outlive it.
@@ -97,12 +96,23 @@ struct UniformPixels {
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };
 
-/// Features that the samples of their pixels have missed, ascending by place. `radiance` is parallel to `features`;
-/// features without finite radiance are left out. A feature was hit if the halves of the pixel's samples differ by half
-/// of what one hit changes; where four hits are expected it was not missed.
+/// Features that the samples of their pixels have missed, those of a pixel together, ascending by place. `radiance` is
+/// parallel to `features`; features without finite radiance are left out. A feature was hit if the halves of the
+/// pixel's samples differ by half of what one hit changes; where four hits are expected it was not missed.
 std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
                                            const UniformPixels& pixels, const PixelWindow& window,
                                            const DisplayTransform& display);
+
+/// The pixels of a window that have a feature in them or next to them, row by row; empty: there are none.
+struct PixelFeatures {
+  /// Squared error if the one sample that is in the pixel's mean has missed the feature, in squared code values, summed
+  /// over the channels; -1 for pixels without a feature.
+  std::vector<float> squared{};
+  std::vector<float> brightest{};  ///< channel of the pixel with the feature; infinite if it is not known
+};
+PixelFeatures features_of_pixels(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
+                                 const UniformPixels& pixels, const PixelWindow& window,
+                                 const DisplayTransform& display);
 
 /// Variance of every pixel's mean, in squared code values, summed over the channels; row by row, best in ascending
 /// order. One thread.

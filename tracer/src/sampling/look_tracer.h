@@ -45,10 +45,10 @@ class LookTracer {
 
   /// Squared error of the image at each look, in squared code values, summed over the channels; 0 where a half has no
   /// finite sample. `value`: the image's pixel at a place. Throws std::bad_alloc.
-  std::vector<FreshError> squared_errors(std::span<const Look> looks, const std::function<Color(std::size_t)>& value,
-                                         const DisplayTransform& display) {
+  std::vector<double> squared_errors(std::span<const Look> looks, const std::function<Color(std::size_t)>& value,
+                                     const DisplayTransform& display) {
     const std::vector<std::optional<Halves>> found = halves(looks, look_half);
-    std::vector<FreshError> errors(looks.size());
+    std::vector<double> errors(looks.size());
     for (std::size_t i = 0; i < looks.size(); ++i)
       if (found[i]) errors[i] = fresh_error(value(looks[i].place), *found[i], display);
     return errors;

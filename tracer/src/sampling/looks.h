@@ -1,11 +1,9 @@
 #pragma once
-/// Looks: fresh pairs of halves of randomly drawn pixels, which validate the pixels that have only their pilot.
+/// Looks: fresh pairs of halves of randomly drawn pixels, which validate an image.
 ///
 /// A look at a pixel with the value X takes two independent halves R1 and R2 of samples that are in no pixel. The
 /// product (X - R1)(X - R2) is an unbiased estimate of the pixel's squared error. Pixels are drawn in proportion to the
-/// bounds of their squared errors, known before any look, so that no error can hide: n looks without a find prove that
-/// the sum of the errors is about 3 / n of the sum of the bounds, whatever the size of the image. A part of the looks
-/// follows the predicted errors, which lowers the variance. Each error is divided by its pixel's probability (Hansen &
+/// bounds of their squared errors, known before any look. Each error is divided by its pixel's probability (Hansen &
 /// Hurwitz 1943, "On the theory of sampling from finite populations").
 
 #include <algorithm>
@@ -15,9 +13,8 @@
 #include <vector>
 
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/sampling/confidence_sequence.h"
 #include "tracer/src/sampling/error_estimate.h"
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 
@@ -44,10 +41,6 @@ struct LookDraws {
   double range = 0;
 };
 
-/// Draws `count` open pixels with replacement and counts the looks in the pixels; none if no pixel is open.
-/// Deterministic in `stream` and `seed`.
-LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint64_t stream, std::uint64_t seed);
-
 /// Draws from all pixels by `bounds` of their squared errors alone, after `first` earlier draws. All of them are
 /// stratified over the sum: the draws depend on each other, and estimates from them vary less.
 LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed);
@@ -66,42 +59,10 @@ class SummedLooks {
   }
   /// Their mean over `count` looks, which estimates the error of all pixels with bounds that add up to `bounds`. Fewer
   /// looks than `looks_min` without a find add what they cannot exclude.
-  [[nodiscard]] EstimatedSum estimate(std::size_t count, double bounds) const;
+  [[nodiscard]] SampledError estimate(std::size_t count, double bounds) const;
 
  private:
   double sum_ = 0, squares_ = 0, largest_ = 0;
-};
-
-/// All looks at an image. They stay valid over rounds of sampling: a pixel that is refined for other reasons than its
-/// own look leaves the pool; a pixel that was repaired because of its look stays, since it stands for others.
-class LookPool {
- public:
-  /// draw_looks() with other draws at each call.
-  LookDraws draw(std::span<PixelState> pixels, std::size_t count, std::uint64_t seed) {
-    return draw_looks(pixels, count, stream_++, seed);
-  }
-  /// Adds the looks of one call of draw_looks(); `errors` are parallel to them.
-  void add(const LookDraws& draws, std::span<const FreshError> errors);
-  /// Starts the proof again, because pixels were refined.
-  void begin_epoch();
-
-  [[nodiscard]] std::size_t count() const { return looks_.size(); }
-  /// One entry per look.
-  [[nodiscard]] std::span<const LookError> errors() const { return errors_; }
-  /// Estimate of the error of the open pixels; without looks from the predictions.
-  [[nodiscard]] EstimatedSum estimate(std::span<const PixelState> pixels) const;
-  /// Upper bound of the same, valid with probability 1 - alpha for any number of looks and epochs; infinite without
-  /// looks in this epoch.
-  [[nodiscard]] double proven() const;
-
- private:
-  static constexpr double alpha = 0.025;
-  std::uint64_t stream_ = 0;
-  std::vector<Look> looks_;
-  std::vector<LookError> errors_;
-  double range_ = 0;  ///< largest weighted bound in this epoch
-  double alpha_ = alpha / 2;
-  ConfidenceSequence sequence_{alpha / 2};
 };
 
 }  // namespace tracer

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -16,7 +17,7 @@
 #include "tracer/src/sampling/looks.h"
 #include "tracer/src/sampling/part_bytes.h"
 #include "tracer/src/sampling/pilot.h"
-#include "tracer/src/sampling/round_tracer.h"
+#include "tracer/src/sampling/sample_sets.h"
 #include "tracer/src/sampling/tiles.h"
 #include "tracer/src/sampling/uniform_tracer.h"
 
@@ -79,11 +80,8 @@ UnitOutcome trace_uniform_unit(const CompiledScene& scene, PartReader& unit, T& 
 /// The only tile of a window, as a part of a film that is elsewhere.
 struct TileFilm {
   TileFilm(const CompiledScene& scene, const PixelWindow& window)
-      : tiles(window), film(scene, window, in_order), preview(nullptr, tiles, window, {}) {}
+      : tiles(window), film(scene, window, {}), preview(nullptr, tiles, window, {}) {}
 
-  const InParallel in_order = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
-    for (std::uint64_t i = 0; i < count; ++i) work(i);
-  };
   const RenderSettings settings;
   const Deadline never{settings, {}, 1};
   Tiles tiles;
@@ -91,38 +89,15 @@ struct TileFilm {
   PreviewTiles preview;
 };
 
-/// Calls use(field...) with the omitted radiance and the layers, where the scene has them.
-template <class Use>
-bool with_sums(const Film::PixelSums& sums, const Use& use) {
-  return (sums.omitted == nullptr || use(*sums.omitted)) &&
-         (sums.layers == nullptr || LayerAccumulator::with_fields(*sums.layers, use));
-}
 inline void write_sums(const Film::PixelSums& sums, PartWriter& writer) {
-  with_sums(sums, [&](const auto&... fields) {
-    writer.put_each(fields...);
-    return true;
-  });
+  if (sums.omitted != nullptr) writer.put(*sums.omitted);
+  if (sums.layers != nullptr)
+    LayerAccumulator::with_fields(*sums.layers, [&](const auto&... fields) { writer.put_each(fields...); });
 }
-inline bool read_sums(const Film::PixelSums& sums, PartReader& reader) {
-  return with_sums(sums, [&](auto&... fields) { return reader.get_each(fields...); });
-}
-
-/// Writes the sums of a refined pixel.
-inline void write_halves(const Film::PixelSums& sums, PartWriter& writer) {
-  const PixelState& state = *sums.state;
-  writer.put_each(state.half_count[0], state.half_count[1]);
-  if (!state.begun()) return;
-  writer.put_each(state.half[0], state.half[1], state.squares[0], state.squares[1], state.squares[2]);
-  write_sums(sums, writer);
-}
-/// Reads them, with at most `half` samples in each half.
-inline bool read_halves(const Film::PixelSums& sums, std::uint32_t half, PartReader& reader) {
-  PixelState& state = *sums.state;
-  if (!reader.get_each(state.half_count[0], state.half_count[1])) return false;
-  if (state.half_count[0] > half || state.half_count[1] > half) return false;
-  if (!state.begun()) return true;
-  return reader.get_each(state.half[0], state.half[1], state.squares[0], state.squares[1], state.squares[2]) &&
-         read_sums(sums, reader);
+[[nodiscard]] inline bool read_sums(const Film::PixelSums& sums, PartReader& reader) {
+  if (sums.omitted != nullptr && !reader.get(*sums.omitted)) return false;
+  return sums.layers == nullptr ||
+         LayerAccumulator::with_fields(*sums.layers, [&](auto&... fields) { return reader.get_each(fields...); });
 }
 
 /// The pilot of every pixel.
@@ -138,13 +113,15 @@ class PilotRound final : public PartRound {
   bool store(std::uint64_t unit, PartReader& result) override {
     PreviewTiles::Tile tile(preview_, unit);
     const std::lock_guard lock(tile);
-    float cost = 0;
-    if (!result.get(cost)) return false;
     for (const Pixel& pixel : tiles_.pixels(unit)) {
-      const Film::PixelSums sums = film_.sums(tiles_.place(pixel));
-      if (!result.get_each(sums.rgb[0], sums.rgb[1], sums.rgb[2]) || !read_sums(sums, result)) return false;
+      const std::size_t place = tiles_.place(pixel);
+      Color radiance;
+      SampleSignature signature;
+      const bool read = signature.with_fields([&](auto&... fields) { return result.get_each(fields...); });
+      if (!read || !result.get(radiance) || !read_sums(film_.sums(place), result)) return false;
+      film_.set_pilot(place, 1, radiance, signature);
     }
-    pilots_.set_traced(unit, cost);
+    pilots_.set_traced(unit);
     return true;
   }
 
@@ -164,97 +141,82 @@ UnitOutcome trace_pilot_unit(const CompiledScene& scene, PartReader& unit, T& tr
   Pilots<T> pilots(scene, own.film, own.tiles, own.never, own.preview);
   pilots.trace(0, 1, tracer);
   if (!pilots.complete()) return UnitOutcome::cancelled;
-  result.put(pilots.cost(0));
   for (const Pixel& pixel : own.tiles.pixels(0)) {
-    const Film::PixelSums sums = own.film.sums(own.tiles.place(pixel));
-    result.put_each(sums.rgb[0], sums.rgb[1], sums.rgb[2]);
-    write_sums(sums, result);
+    const std::size_t place = own.tiles.place(pixel);
+    SampleSignature(own.film.signatures()[place]).with_fields([&](auto&... fields) { result.put_each(fields...); });
+    result.put(own.film.mean(place));
+    write_sums(own.film.sums(place), result);
   }
   return UnitOutcome::traced;
 }
 
-/// Samples that continue the halves of some pixels.
-class AllocatedRound final : public PartRound {
+/// Sets of samples, by tile.
+class SetsRound final : public PartRound {
  public:
-  /// `half`: samples in each half after the round, by place; 0: unchanged.
-  AllocatedRound(Film& film, const Tiles& tiles, PreviewTiles& preview, const std::vector<std::uint32_t>& half)
-      : film_(film), tiles_(tiles), preview_(preview), half_(half) {
-    for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
-      std::uint64_t samples = 0;
-      each_pixel(tile, [&](std::uint16_t, std::size_t place) {
-        for (const std::uint32_t count : film_.pixel(place).half_count)
-          samples += half_[place] - std::min(half_[place], count);
-        return true;
-      });
-      if (samples > 0) units_.push_back({tile, samples});
-    }
-  }
+  struct Unit {
+    std::uint64_t tile = 0;
+    std::vector<SampleSets> sets;
+  };
+  SetsRound(const CompiledScene& scene, std::span<const Unit> units)
+      : scene_(scene), units_(units), sums_(units.size()) {}
   [[nodiscard]] PartKind kind() const override { return PartKind::round; }
   [[nodiscard]] std::uint64_t count() const override { return units_.size(); }
-  [[nodiscard]] std::uint64_t samples(std::uint64_t unit) const override { return units_[unit].samples; }
+  [[nodiscard]] std::uint64_t samples(std::uint64_t unit) const override {
+    std::uint64_t samples = 0;
+    for (const SampleSets& sets : units_[unit].sets) samples += sets.samples;
+    return samples;
+  }
   void describe(std::uint64_t unit, PartWriter& writer) const override {
     writer.put(units_[unit].tile);
-    each_pixel(units_[unit].tile, [&](std::uint16_t at, std::size_t place) {
-      writer.put_each(at, half_[place]);
-      write_halves(film_.sums(place), writer);
-      return true;
-    });
+    for (const SampleSets& sets : units_[unit].sets)
+      writer.put_each(sets.at, static_cast<std::uint8_t>(sets.kind), sets.samples, sets.round);
   }
   bool store(std::uint64_t unit, PartReader& result) override {
-    PreviewTiles::Tile tile(preview_, units_[unit].tile);
-    const std::lock_guard lock(tile);
-    return each_pixel(units_[unit].tile, [&](std::uint16_t, std::size_t place) {
-      return read_halves(film_.sums(place), half_[place], result);
-    });
-  }
-
- private:
-  struct Unit {
-    std::uint64_t tile, samples;
-  };
-  /// Calls use(index in the tile, place) for each pixel with samples, while it returns true.
-  template <class Use>
-  bool each_pixel(std::uint64_t tile, const Use& use) const {
-    std::uint16_t at = 0;
-    for (const Pixel& pixel : tiles_.pixels(tile)) {
-      const std::size_t place = tiles_.place(pixel);
-      if (half_[place] > 0 && !use(at, place)) return false;
-      ++at;
-    }
+    sums_[unit].assign(units_[unit].sets.size(), {});
+    for (std::size_t i = 0; i < sums_[unit].size(); ++i)
+      if (!read(units_[unit].sets[i], sums_[unit][i], result)) return false;
     return true;
   }
+  /// The sums of a unit's sets. A unit may be stored again, so that these are merged when the round is over.
+  [[nodiscard]] std::span<const SetSums> sums(std::uint64_t unit) const { return sums_[unit]; }
 
-  Film& film_;
-  const Tiles& tiles_;
-  PreviewTiles& preview_;
-  const std::vector<std::uint32_t>& half_;
-  std::vector<Unit> units_;
+ private:
+  [[nodiscard]] bool read(const SampleSets& sets, SetSums& sums, PartReader& result) const {
+    if (!result.get_each(sums.count[0], sums.count[1], sums.mean[0], sums.mean[1])) return false;
+    const std::uint32_t most = sets.kind == SampleSets::Kind::joint ? sets.samples : sets.samples / 2;
+    if (sums.count[0] > most || sums.count[1] > most) return false;
+    return read_sums({&sums.omitted, scene_.needs.layers ? &sums.layers : nullptr}, result);
+  }
+
+  const CompiledScene& scene_;
+  std::span<const Unit> units_;
+  std::vector<std::vector<SetSums>> sums_;  ///< by unit
 };
 
 template <Tracer T>
-UnitOutcome trace_allocated_unit(const CompiledScene& scene, const RenderControl& control, PartReader& unit, T& tracer,
-                                 PartWriter& result) {
+UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderControl& control, PartReader& unit, T& tracer,
+                            PartWriter& result) {
+  constexpr std::uint32_t samples_max = 1u << 20;
   std::uint64_t tile = 0;
   const Tiles tiles(scene.image.window());
-  if (!unit.get(tile) || tile >= tiles.count() || !scene.accuracy.adaptive) return UnitOutcome::malformed;
-  TileFilm own(scene, tiles.window(tile));
-  own.film.begin({});
-  const std::vector<Pixel> pixels = own.tiles.pixels(0);
-  std::vector<std::uint32_t> half(pixels.size());
-  const std::uint32_t half_max = std::max(scene.accuracy.adaptive->samples_max, scene.accuracy.adaptive->samples_min);
-  for (std::size_t next = 0; !unit.at_end();) {
-    std::uint16_t at = 0;
-    if (!unit.get(at) || at < next || at >= pixels.size()) return UnitOutcome::malformed;
-    next = at + std::size_t{1};
-    const std::size_t place = own.tiles.place(pixels[at]);
-    if (!unit.get(half[place]) || half[place] == 0 || half[place] > half_max) return UnitOutcome::malformed;
-    if (!read_halves(own.film.sums(place), half_max, unit)) return UnitOutcome::malformed;
+  if (!unit.get(tile) || tile >= tiles.count()) return UnitOutcome::malformed;
+  const std::vector<Pixel> pixels = tiles.pixels(tile);
+  std::vector<SampleSets> sets;
+  while (!unit.at_end()) {
+    SampleSets& one = sets.emplace_back();
+    std::uint8_t kind = 0;
+    if (!unit.get_each(one.at, kind, one.samples, one.round) || one.at >= pixels.size() || kind > 2 ||
+        one.samples < 2 || one.samples > samples_max || one.samples % 2 != 0)
+      return UnitOutcome::malformed;
+    one.kind = static_cast<SampleSets::Kind>(kind);
   }
-  RoundTracer<T>(scene, control, own.film, own.tiles, own.never, own.preview).trace(0, half, tracer);
-  if (control.cancelled()) return UnitOutcome::cancelled;
-  for (const Pixel& pixel : pixels)
-    if (const std::size_t place = own.tiles.place(pixel); half[place] > 0) write_halves(own.film.sums(place), result);
-  return UnitOutcome::traced;
+  const auto write = [&](std::size_t, SetSums sums) {
+    result.put_each(sums.count[0], sums.count[1], sums.mean[0], sums.mean[1]);
+    write_sums({&sums.omitted, scene.needs.layers ? &sums.layers : nullptr}, result);
+  };
+  const bool traced = trace_sets(
+      scene, pixels, sets, tracer, [&](std::size_t) { return control.cancelled(); }, write);
+  return traced ? UnitOutcome::traced : UnitOutcome::cancelled;
 }
 
 // ---- looks
@@ -374,7 +336,7 @@ UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderCo
     case PartKind::pilots:
       return trace_pilot_unit<T>(scene, unit, tracer, result);
     case PartKind::round:
-      return trace_allocated_unit<T>(scene, control, unit, tracer, result);
+      return trace_sets_unit<T>(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
       return trace_look_unit<T>(scene, kind == PartKind::exact_looks, unit, tracer, result);

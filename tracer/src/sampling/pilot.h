@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -22,13 +21,6 @@ inline std::span<const std::uint32_t> pilot_strides(bool deadline) {
   return deadline ? std::span(strides) : std::span(strides).last(1);
 }
 
-/// A permutation of [0, count) that scatters neighbors: multiples of about the golden ratio, coprime to `count`.
-inline std::uint64_t scattered(std::uint64_t index, std::uint64_t count) {
-  auto step = static_cast<std::uint64_t>(static_cast<double>(count) * 0.6180339887498949) | 1;
-  while (std::gcd(step, count) != 1) step += 2;
-  return (index * step) % count;
-}
-
 /// Traces the pilots tile by tile and stores them in the film as preview blocks.
 template <Tracer T>
 class Pilots {
@@ -40,8 +32,7 @@ class Pilots {
         tiles_(tiles),
         deadline_(deadline),
         preview_(preview),
-        stride_(tiles.count(), unsampled),
-        cost_(tiles.count(), 1) {}
+        stride_(tiles.count(), unsampled) {}
 
   /// Traces the tile's pixels on a grid of that stride, or none if there is no time. The first pass of the first tile
   /// is always traced, so that the image is never empty. One thread at a time for each tile.
@@ -53,23 +44,22 @@ class Pilots {
     batch.clear();
     std::vector<std::size_t> places;
     batch.light_points = light_points;
+    batch.sign = true;
     for (const Pixel& pixel : pixels) {
       const std::size_t place = tiles_.place(pixel);
       if (!on_grid(place, stride) || on_grid(place, stride_[tile])) continue;
       push(batch, scene_, sample(pixel));
       places.push_back(place);
     }
-    const std::uint64_t before = tracer.statistics().rays.total();
     if (!tracer.trace()) return;
     PreviewTiles::Tile preview(preview_, tile);
     const std::lock_guard lock(preview);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Color& radiance = tracer.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the tracer
-      film_.set_preview_block(places[i], stride, radiance, tracer.omitted(), tracer.gbuffer(), i);
+      film_.add_pilot_sums(places[i], tracer.omitted(), tracer.gbuffer(), i);
+      film_.set_pilot(places[i], stride, radiance, tracer.signatures()[i]);
     }
-    const std::uint64_t rays = tracer.statistics().rays.total() - before;
-    if (!places.empty()) cost_[tile] = static_cast<float>(rays) / static_cast<float>(places.size());
     stride_[tile] = static_cast<std::uint8_t>(stride);
   }
 
@@ -84,13 +74,8 @@ class Pilots {
   [[nodiscard]] bool complete() const {
     return std::all_of(stride_.begin(), stride_.end(), [](std::uint8_t stride) { return stride == 1; });
   }
-  /// Rays per sample of the tile, in its last pass.
-  [[nodiscard]] float cost(std::uint64_t tile) const { return cost_[tile]; }
-  /// The pilots of the tile are in the film, at that cost.
-  void set_traced(std::uint64_t tile, float cost) {
-    cost_[tile] = cost;
-    stride_[tile] = 1;
-  }
+  /// The pilots of the tile are in the film.
+  void set_traced(std::uint64_t tile) { stride_[tile] = 1; }
 
  private:
   static constexpr std::uint8_t unsampled = 255;
@@ -114,7 +99,6 @@ class Pilots {
   const Deadline& deadline_;
   PreviewTiles& preview_;
   std::vector<std::uint8_t> stride_;  ///< finest stride so far, by tile
-  std::vector<float> cost_;           ///< by tile
 };
 
 }  // namespace tracer

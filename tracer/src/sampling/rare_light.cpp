@@ -23,7 +23,7 @@ struct ChanceSpread {
 /// chance causes what the pixels' deviations explain or, of a single sample, the differences between neighbors; the
 /// rest is what the image shows.
 ChanceSpread chance_spread(const UniformPixels& pixels, const DisplayTransform& display, const Cell& cell,
-                           std::size_t channel) {
+                           std::size_t channel, double chance_min) {
   double sum = 0, squares = 0, by_chance = 0;
   const auto each_value = [&](const auto& use) {
     for (std::size_t y = cell.first_row; y < cell.last_row; ++y)
@@ -40,7 +40,7 @@ ChanceSpread chance_spread(const UniformPixels& pixels, const DisplayTransform& 
     }
   });
   const double count = cell.pixels(), mean = sum / count, spread = squares - sum * mean;
-  if (!(spread > 0)) return {};
+  if (!(spread > 0) || by_chance < chance_min * spread) return {};
   const double level = display.level(mean);
   ChanceSpread result{0, sum * sum / squares};
   each_value([&](std::size_t i, std::size_t) { result.squared += std::pow(display.level(pixels.rgb[i]) - level, 2); });
@@ -51,7 +51,7 @@ ChanceSpread chance_spread(const UniformPixels& pixels, const DisplayTransform& 
 }  // namespace
 
 SummedErrors add_rare_light(const UniformPixels& pixels, const DisplayTransform& display, std::size_t first_row,
-                            std::span<float> variances) {
+                            std::span<float> variances, double chance_min) {
   constexpr std::size_t cell_pixels = 1024;  // few enough to be alike, enough to have hits of one in a hundred
   const std::size_t rows = variances.size() / pixels.width;
   const std::size_t cells = std::max<std::size_t>(1, variances.size() / cell_pixels);
@@ -65,7 +65,7 @@ SummedErrors add_rare_light(const UniformPixels& pixels, const DisplayTransform&
     };
     double missing = 0, variance = 0;
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      const ChanceSpread spread = chance_spread(pixels, display, cell, channel);
+      const ChanceSpread spread = chance_spread(pixels, display, cell, channel, chance_min);
       missing += spread.squared;
       variance += spread.squared * spread.squared / spread.hits;
     }

@@ -12,8 +12,8 @@ namespace tracer {
 /// find by chance in a mirror: most pixels then have no sample of it and hence no deviation, and it is cut off at white
 /// in the others. Each cell of about a thousand pixels gets the mean squared distance of its pixels from the cell's
 /// mean, as far as chance causes it. A cell without any sample of the light gets nothing. Returns the uncertainty that
-/// this adds.
+/// this adds. Cells of which chance causes less than `chance_min` of the spread are left out.
 SummedErrors add_rare_light(const UniformPixels& pixels, const DisplayTransform& display, std::size_t first_row,
-                            std::span<float> variances);
+                            std::span<float> variances, double chance_min = 0);
 
 }  // namespace tracer

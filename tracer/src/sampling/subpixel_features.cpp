@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "tracer/src/math/sampling.h"
@@ -28,6 +29,45 @@ Capsule bounding_capsule(const Quadric& quadric) {
   const Vec3 center = quadric.origin + m.x * middle.x + m.y * middle.y + m.z * middle.z;
   std::sort(half.begin(), half.end(), [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
   return {center, half[0], length(half[1])};
+}
+
+/// Infinite plane of a surface.
+struct FlatSurface {
+  Vec3 point, normal;  ///< unit
+  bool reflects = false;
+};
+
+/// Planes of the scene's flat surfaces: at most `count_max`, those of meshes of few triangles.
+std::vector<FlatSurface> flat_surfaces(const CompiledScene& scene, std::size_t count_max) {
+  constexpr std::size_t triangles_max = 256;
+  std::vector<FlatSurface> surfaces;
+  const auto add = [&](const Vec3& point, const Vec3& normal, std::uint32_t object) {
+    const bool reflects = max_component(scene.terms[scene.objects.material[object]].reflectance) > 0;
+    for (FlatSurface& other : surfaces)
+      if (std::abs(dot(other.normal, normal)) > 1 - 1e-9 && std::abs(dot(point - other.point, normal)) < 1e-9) {
+        other.reflects |= reflects;
+        return;
+      }
+    if (surfaces.size() < count_max) surfaces.push_back({point, normal, reflects});
+  };
+  const GeometrySet& geometry = scene.geometry();
+  for (std::size_t i = 0; i < geometry.planes.point.size(); ++i)
+    add(geometry.planes.point[i], geometry.planes.normal[i], geometry.planes.object[i]);
+  for (const TriangleGeometry& mesh : geometry.triangles) {
+    if (mesh.triangles.size() > triangles_max || !mesh.normals.empty()) continue;
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      const Vec3 normal = cross(mesh.position(b) - mesh.position(a), mesh.position(c) - mesh.position(a));
+      if (dot(normal, normal) > 0) add(mesh.position(a), normalize(normal), mesh.object_of(i));
+    }
+  }
+  for (const QuadricGeometry& quadrics : geometry.quadrics)
+    for (std::size_t i = 0; i < quadrics.quadrics.size(); ++i) {
+      const Quadric& q = quadrics.quadrics[i];
+      if (q.kind == kind_of<UnitDisc>)
+        add(q.origin, normalize(cross(q.render_from_shape.x, q.render_from_shape.y)), quadrics.object[i]);
+    }
+  return surfaces;
 }
 
 /// Bounds of the vertices, along the line from one of the farthest to the vertex farthest from it, moved to the mean of
@@ -53,16 +93,55 @@ class FeatureFinder {
   FeatureFinder(const CompiledScene& scene, std::size_t count_max, std::size_t stride)
       : scene_(scene), window_(scene.image.window()), count_max_(count_max), stride_(stride) {}
 
+  /// Also finds the features that these mirror, and their shadows there.
+  void search(std::vector<FlatSurface> surfaces) { surfaces_ = std::move(surfaces); }
+
   /// Adds the features of every n-th capsule.
   template <class MakeCapsule>
   void add_one_of(const MakeCapsule& make_capsule) {
     if (candidates_++ % stride_ != 0) return;
-    for (std::size_t eye = 0; eye < scene_.camera.eyes(); ++eye) add(make_capsule(), eye);
+    const Capsule capsule = make_capsule();
+    add(capsule);
+    for (const FlatSurface& surface : surfaces_) {
+      if (surface.reflects) add(mirrored(capsule, surface));
+      for (const CompiledLight& light : scene_.lights)
+        if (const auto shadow = shadow_on(surface, light, capsule)) add(*shadow);
+    }
   }
 
   std::vector<SubpixelFeature> take() { return std::move(features_); }
 
  private:
+  static Vec3 mirrored(const Vec3& offset, const Vec3& normal) { return offset - normal * (2 * dot(offset, normal)); }
+  static Capsule mirrored(const Capsule& capsule, const FlatSurface& mirror) {
+    return {mirror.point + mirrored(capsule.center - mirror.point, mirror.normal),
+            mirrored(capsule.axis, mirror.normal), capsule.radius};
+  }
+
+  /// Shadow of a point: along the ray from the light, or from a light that is infinitely far.
+  static std::optional<Vec3> shadow_on(const FlatSurface& surface, const CompiledLight& light, const Vec3& point) {
+    const Vec3 middle = light.position + (light.u + light.v) * 0.5;
+    const bool far = light.kind == light_kind<DirectionalLight>;
+    const Vec3 direction = far ? -light.axis : point - middle;
+    const double along = dot(surface.point - point, surface.normal) / dot(direction, surface.normal);
+    if (!(along > 1e-9) || !std::isfinite(along)) return std::nullopt;
+    return point + direction * along;
+  }
+  static std::optional<Capsule> shadow_on(const FlatSurface& surface, const CompiledLight& light,
+                                          const Capsule& capsule) {
+    if (!light.shadows || max_component(light.radiance) == 0) return std::nullopt;
+    const auto a = shadow_on(surface, light, capsule.center - capsule.axis),
+               b = shadow_on(surface, light, capsule.center + capsule.axis);
+    if (!a || !b) return std::nullopt;
+    const Vec3 center = (*a + *b) * 0.5;
+    const bool far = light.kind == light_kind<DirectionalLight>;
+    const double grown = far ? 1 : length(center - light.position) / length(capsule.center - light.position);
+    return Capsule{center, (*b - *a) * 0.5, capsule.radius * grown};
+  }
+
+  void add(const Capsule& capsule) {
+    for (std::size_t eye = 0; eye < scene_.camera.eyes(); ++eye) add(capsule, eye);
+  }
   void add(const Capsule& capsule, std::size_t eye) {
     const double pixels = length(capsule.axis) / pixel_side(capsule.center, eye);
     // The projected thickness of a long capsule varies, so it is sampled in steps.
@@ -107,6 +186,7 @@ class FeatureFinder {
   const CompiledScene& scene_;
   PixelWindow window_;
   std::size_t count_max_, stride_, candidates_ = 0;
+  std::vector<FlatSurface> surfaces_;
   std::vector<SubpixelFeature> features_;
 };
 
@@ -170,7 +250,10 @@ class ConnectedTriangles {
 
 }  // namespace
 
-std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
+namespace {
+
+/// `indirect`: also where mirrors show them, and their shadows.
+std::vector<SubpixelFeature> find_features(const CompiledScene& scene, std::size_t count_max, bool indirect) {
   const GeometrySet& geometry = scene.geometry();
   std::size_t candidates = 0;
   for (const SphereGeometry& spheres : geometry.spheres) candidates += spheres.radius.size();
@@ -178,6 +261,11 @@ std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, 
   ConnectedTriangles triangles(geometry.triangles, 1024 + scene.image.window().pixels() / 64);
   triangles.each_small_set([&](std::span<const Vec3>) { ++candidates; });
   FeatureFinder finder(scene, count_max, candidates / std::max<std::size_t>(1, count_max) + 1);
+  if (indirect && candidates > 0) {
+    constexpr std::size_t views_max = 1 << 16;  // milliseconds
+    finder.search(
+        flat_surfaces(scene, std::min<std::size_t>(16, views_max / (candidates * (1 + scene.lights.size())))));
+  }
   for (const SphereGeometry& spheres : geometry.spheres)
     for (std::size_t i = 0; i < spheres.radius.size(); ++i)
       finder.add_one_of([&] { return Capsule{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]}; });
@@ -186,6 +274,16 @@ std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, 
   triangles.each_small_set(
       [&](std::span<const Vec3> corners) { finder.add_one_of([&] { return bounding_capsule(corners); }); });
   return finder.take();
+}
+
+}  // namespace
+
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
+  return find_features(scene, count_max, false);
+}
+
+std::vector<SubpixelFeature> find_indirect_features(const CompiledScene& scene, std::size_t count_max) {
+  return find_features(scene, count_max, true);
 }
 
 }  // namespace tracer

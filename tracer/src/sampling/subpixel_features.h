@@ -27,14 +27,20 @@ struct SubpixelFeature {
 /// scenes that have few of them for an image of this many pixels, so that the search takes little time.
 std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
-/// Radiance of one sample in the middle of each feature; NaN where `stop` was true or the tracer cancelled.
+/// The same, also where plane mirrors show them and where lights cast their shadows onto plane surfaces, if there are
+/// not too many.
+std::vector<SubpixelFeature> find_indirect_features(const CompiledScene& scene, std::size_t count_max);
+
+/// Radiance of a feature without a sample: not a number.
+inline constexpr Color unknown_radiance{std::numeric_limits<double>::quiet_NaN(), 0, 0};
+
+/// Radiance of one sample in the middle of each feature; unknown where `stop` was true or the tracer cancelled.
 template <Tracer T>
 std::vector<Color> sample_features(std::span<const SubpixelFeature> features, const CompiledScene& scene,
                                    TracerPool<T>& pool, const InParallel& in_parallel,
                                    const std::function<bool()>& stop) {
   constexpr std::size_t at_once = 1024;
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  std::vector<Color> radiance(features.size(), Color{unknown, unknown, unknown});
+  std::vector<Color> radiance(features.size(), unknown_radiance);
   in_parallel((features.size() + at_once - 1) / at_once, [&](std::uint64_t block) {
     if (stop()) return;
     const std::size_t first = block * at_once, count = std::min(at_once, features.size() - first);

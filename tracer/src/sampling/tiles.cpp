@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 

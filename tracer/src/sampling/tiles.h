@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 #include "tracer/control.h"
@@ -20,6 +21,13 @@ namespace tracer {
 struct Pixel {
   std::uint32_t x, y;
 };
+
+/// A permutation of [0, count) that scatters neighbors: multiples of about the golden ratio, coprime to `count`.
+inline std::uint64_t scattered(std::uint64_t index, std::uint64_t count) {
+  auto step = static_cast<std::uint64_t>(static_cast<double>(count) * 0.6180339887498949) | 1;
+  while (std::gcd(step, count) != 1) step += 2;
+  return (index * step) % count;
+}
 
 class Tiles {
  public:
@@ -44,7 +52,6 @@ class Tiles {
   }
 
   static constexpr std::uint32_t side = 32;
-
   /// Pixels of the tile in the full image.
   [[nodiscard]] PixelWindow window(std::uint64_t index) const {
     const auto x = static_cast<std::uint32_t>(index % std::max(1u, columns_)) * side;
@@ -53,12 +60,39 @@ class Tiles {
             window_.y0 + std::min(y + side, window_.height())};
   }
 
+  /// The same in the window of the tiles.
+  [[nodiscard]] PixelWindow places(std::uint64_t index) const {
+    const PixelWindow pixels = window(index);
+    return {pixels.x0 - window_.x0, pixels.y0 - window_.y0, pixels.x1 - window_.x0, pixels.y1 - window_.y0};
+  }
+  /// Calls use(place, count) for each row of the tile: the place of its first pixel, and the number of its pixels.
+  template <class Use>
+  void each_row(std::uint64_t index, const Use& use) const {
+    const PixelWindow pixels = places(index);
+    for (std::size_t y = pixels.y0; y < pixels.y1; ++y) use(y * window_.width() + pixels.x0, pixels.width());
+  }
+  /// Tile number `index` in an order that scatters neighbors.
+  [[nodiscard]] std::uint64_t scattered(std::uint64_t index) const { return tracer::scattered(index, count()); }
   /// Place of the tile's first pixel.
   [[nodiscard]] std::size_t first_place(std::uint64_t index) const {
     const PixelWindow pixels = window(index);
     return place({pixels.x0, pixels.y0});
   }
 
+  /// Index of a pixel of the full image in pixels() of its tile, and the pixel of an index.
+  [[nodiscard]] std::uint16_t index_in_tile(const Pixel& pixel) const {
+    const auto [x0, y0, x1, y1] = window(index(pixel));
+    const std::uint32_t bx = (pixel.x - x0) / 4 * 4, by = (pixel.y - y0) / 4 * 4, high = std::min(4u, y1 - y0 - by);
+    return static_cast<std::uint16_t>(by * (x1 - x0) + bx * high + (pixel.y - y0 - by) * std::min(4u, x1 - x0 - bx) +
+                                      (pixel.x - x0 - bx));
+  }
+  [[nodiscard]] Pixel pixel(std::uint64_t tile, std::uint32_t index) const {
+    const auto [x0, y0, x1, y1] = window(tile);
+    const std::uint32_t width = x1 - x0, by = index / (4 * width) * 4, high = std::min(4u, y1 - y0 - by),
+                        rest = index - by * width, bx = rest / (4 * high) * 4, wide = std::min(4u, width - bx),
+                        in_block = rest - bx * high;
+    return {x0 + bx + in_block % wide, y0 + by + in_block / wide};
+  }
   /// Tile of the pixel.
   [[nodiscard]] std::uint64_t index(const Pixel& pixel) const {
     return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;

@@ -11,7 +11,7 @@
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/part_bytes.h"
-#include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/pixel_sums.h"
 #include "tracer/src/sampling/tiles.h"
 
 namespace tracer {
