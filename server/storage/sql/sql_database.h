@@ -101,9 +101,6 @@ class Query {
 
   [[nodiscard]] bool is_null(int column) const { return statement_.is_null(column); }
   [[nodiscard]] std::int64_t integer(int column) const { return statement_.integer(column); }
-  [[nodiscard]] std::optional<std::int64_t> optional_integer(int column) const {
-    return is_null(column) ? std::nullopt : std::optional(integer(column));
-  }
   [[nodiscard]] std::string text(int column) const { return statement_.text(column); }
   /// Reads the columns of the row in their order, from the first one or the one after the last that was taken.
   template <class... Values>
