@@ -34,8 +34,7 @@ void print_rays(const tracer::RayCounts& rays, double trace_ms) {
 /// The bound that is proven, the worst tile and why sampling ended, as far as they are not trivial.
 void print_error_details(const tracer::ErrorEstimate& error) {
   if (std::isfinite(error.proven)) {
-    std::fprintf(stderr, "proven     at most %.3g levels; %.3g %% of the pixels certified, %" PRIu64 " looks\n",
-                 error.proven, 100 * error.certified_share, error.looks);
+    std::fprintf(stderr, "proven     at most %.3g levels, by %" PRIu64 " looks\n", error.proven, error.looks);
   }
   if (error.tile_target) {
     std::fprintf(stderr, "worst tile %.3g levels, target %.3g%s\n", error.worst_tile, *error.tile_target,

@@ -10,8 +10,9 @@
 namespace api {
 namespace {
 
-constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 90, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
-constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
+constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 90, layer_pixel_bytes = 30, measure_pixel_bytes = 150,
+                        proof_pixel_bytes = 8;
+constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650, proof_element_bytes = 128;
 constexpr std::uint64_t few_patches_bytes = 64u << 20, many_patches_bytes = 320u << 20;
 
 /// Objects and triangles of the scene and its prototypes.
@@ -119,17 +120,29 @@ SceneContent content_of(const tracer::Scene& scene) {
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content) {
   const std::uint64_t each =
       (scene.accuracy.adaptive ? adaptive_pixel_bytes : pixel_bytes) + scene.output.layers.size() * layer_pixel_bytes;
-  return scene.image.window().pixels() * each + patch_bytes(scene.accuracy) + content.memory_bytes;
+  const std::uint64_t of_proof =
+      scene.accuracy.proof ? scene.image.window().pixels() * proof_pixel_bytes + content.elements * proof_element_bytes
+                           : 0;
+  return scene.image.window().pixels() * each + patch_bytes(scene.accuracy) + of_proof + content.memory_bytes;
 }
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   return estimated_memory_bytes(scene, content_of(scene));
 }
 
+std::optional<double> estimated_proof_rays(const tracer::Scene& scene, const SceneContent& content) {
+  constexpr double bound_samples = 4, samples_min = 1u << 14;
+  const std::optional<double> samples = expected_samples(scene.accuracy);
+  if (!samples) return std::nullopt;
+  const auto pixels = static_cast<double>(scene.image.window().pixels());
+  return (std::max(pixels * *samples, samples_min) + bound_samples * pixels) * content.rays_per_sample;
+}
+
 std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
                                      std::optional<double> seconds_per_work) {
   std::optional<double> work;
   if (const auto samples = expected_samples(scene.accuracy)) work = work_of_samples(scene, *samples, content);
+  if (work && scene.accuracy.proof) *work += estimated_proof_rays(scene, content).value_or(0);
   const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
   if (!adaptive || !adaptive->time_budget_ms || !seconds_per_work) return work;
   const double budget = *adaptive->time_budget_ms / 1000 / *seconds_per_work;

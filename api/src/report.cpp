@@ -200,6 +200,7 @@ std::string write_valid(const tracer::Scene& scene, std::optional<double> second
   json.update(requirements_json(scene));
   json["global_light"] = tracer::global_light_summary(scene);
   json["estimate"] = {{"samples", scene.image.window().pixels() * samples},
+                      {"proof_rays", or_null(estimated_proof_rays(scene, content_of(scene)))},
                       {"seconds", seconds_json(scene, seconds_per_work)},
                       {"memory_bytes", estimated_memory_bytes(scene)}};
   return text_of(json);

@@ -79,6 +79,7 @@ Json accuracy_json(const tracer::Accuracy& accuracy) {
   if (accuracy.cutoff != usual.cutoff || accuracy.cutoff_by_chance != accuracy.adaptive.has_value())
     json["cutoff"] = accuracy.cutoff;
   if (accuracy.seed != 0) json["seed"] = accuracy.seed;
+  if (accuracy.proof) json["proof"] = true;
   if (accuracy.approximate.any()) json["approximate"] = approximations_json(accuracy.approximate);
   return json;
 }
@@ -92,7 +93,6 @@ Json error_json(const ErrorEstimate& error) {
                          {"worst_tile", error.worst_tile},
                          {"tile_target", or_null(error.tile_target)},
                          {"bounded", error.bounded},
-                         {"certified_share", error.certified_share},
                          {"looks", error.looks},
                          {"limit", limit_json(error.limit)}});
   for (const auto& [name, part] : error_parts) json["parts"][name] = error.*part;
@@ -109,7 +109,6 @@ ErrorEstimate error_of_json(const Json& json) {
   json.at("worst_tile").get_to(error.worst_tile);
   error.tile_target = number_or_none(json.at("tile_target"));
   json.at("bounded").get_to(error.bounded);
-  json.at("certified_share").get_to(error.certified_share);
   json.at("looks").get_to(error.looks);
   error.limit = limit_of(json.at("limit"));
   for (const auto& [name, part] : error_parts) json.at("parts").at(name).get_to(error.*part);

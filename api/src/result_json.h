@@ -31,7 +31,7 @@ Json object_of(std::pair<const char*, Json> (&&members)[count]) {
 /// The accuracy section of a document that has this accuracy. Defaults are omitted.
 Json accuracy_json(const tracer::Accuracy& accuracy);
 
-/// {estimate, proven, confidence, target, met, worst_tile, tile_target, bounded, certified_share, looks, limit,
+/// {estimate, proven, confidence, target, met, worst_tile, tile_target, bounded, looks, limit,
 /// parts{sampling, depth, cutoff, approximation, approximation_min, tone}}. Null: `proven` if nothing is proven,
 /// targets that were not requested, `limit` if the number of samples was fixed.
 Json error_json(const tracer::ErrorEstimate& error);

@@ -79,7 +79,7 @@ export const words = {
     met: (/** @type {string} */ target) => `The target of ${target} is met.`, missed: (/** @type {string} */ target) => `The target of ${target} is missed.`, noTarget: 'No target was set.',
     proven: (/** @type {string} */ value) => `Proven for any scene: at most ${value} levels.`, unbounded: 'The radiance of this scene has no bound; truncation is estimated from the largest that occurred.',
     limits: {target: 'Sampling ended because every target is reached.', time_budget: 'Sampling ended with the time budget.', samples_max: 'Sampling ended at the maximum of samples.',
-             fixed_parts: 'More samples would not help: the other parts exceed the target by themselves.', invisible: 'Sampling ended because the rest is proven to be invisible.'},
+             fixed_parts: 'More samples would not help: the other parts exceed the target by themselves.', invisible: 'Sampling ended because the rest is invisible.'},
     shares: 'Share of the squared error', part: 'Part', share: 'Share', none: 'There is no error.', whole: 'Estimate',
     parts: {sampling: 'Sampling', truncation: 'Truncation', approximation: 'Approximation'}, alone: {depth: 'max_depth alone', cutoff: 'cutoff alone', tone: 'tone mapping alone'},
     map: 'Map', layers: {error: 'Error', samples: 'Samples'}, samples: 'samples', white: 'White is', noLayer: 'The job has no layers of error and samples.', again: 'Render again with them',

@@ -129,6 +129,16 @@ class Includes(unittest.TestCase):
                        for target in targets if not target.startswith(tuple(rule))]
         self.assertEqual(strays, [])
 
+    def test_intervals_are_part_of_the_proof(self):
+        """A render without accuracy.proof runs no interval arithmetic: nothing else includes it, and one condition selects it."""
+        users = {str(path) for path, _, name in self.all_includes() if name.startswith("tracer/src/certify/")}
+        self.assertEqual({path for path in users if not path.startswith(("tracer/src/certify/", "tests/"))}, {"tracer/src/sampling/proof.h"})
+        users = {str(path) for path, _, name in self.all_includes() if name == "tracer/src/sampling/proof.h"}
+        self.assertEqual({path for path in users if not path.startswith("tests/")}, {"tracer/src/sampling/proof.cpp", "tracer/src/render/render.cpp"})
+        calls = re.findall(r".*prove_error<.*", text("tracer/src/render/render.cpp"))
+        self.assertEqual(len(calls), 1)
+        self.assertIn("if (rendered && scene.accuracy.proof)", calls[0])
+
 
 if __name__ == "__main__":
     unittest.main()

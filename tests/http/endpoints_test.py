@@ -97,6 +97,7 @@ class Validating(OneDaemon):
         self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
         self.assertTrue(verdict["global_light"].startswith("adds light between surfaces of "), verdict["global_light"])
         del verdict["estimate"]["seconds"]  # of what this daemon rendered before
+        self.assertGreater(verdict["estimate"].pop("proof_rays"), 400)
         self.assertEqual(verdict["estimate"], {"samples": 400, "memory_bytes": 10 * 10 * 40 + 2 * 650})
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
         estimate = json_of(reply)["estimate"]

@@ -74,6 +74,7 @@ TEST(AccuracyReader, ReadsTheTargetOfTheWorstTile) {
   EXPECT_EQ(accuracy_of("").model, Accuracy::Model::whitted);
   EXPECT_EQ(accuracy_of(R"("model": "whitted")").model, Accuracy::Model::whitted);
   EXPECT_EQ(accuracy_of("").tile_target(), std::nullopt);
+  EXPECT_FALSE(accuracy_of("").proof);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5)").tile_target(), 3.5);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5, "samples": [9, 9])").tile_target(), 3.5);
   EXPECT_EQ(summary_of(R"("tile_error": 3.5)"), "target -, budget -, samples 1..4096");
@@ -87,6 +88,7 @@ TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   EXPECT_EQ(summary_of(accuracy), "target 2.5, budget 1500.5, samples 3..300");
   EXPECT_EQ(accuracy.model, Accuracy::Model::global);
   EXPECT_EQ(accuracy.tile_target(), 7.5);
+  EXPECT_TRUE(accuracy.proof);
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
   EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);

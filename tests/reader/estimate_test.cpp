@@ -175,6 +175,19 @@ TEST(EstimatedWork, CountsSamplesExpectedForATargetError) {
   EXPECT_EQ(work(R"({"time_budget_ms": 10})"), -1) << "no target error";
 }
 
+TEST(EstimatedWork, CountsTheProofOfTheError) {
+  const auto proof = [](const std::string& accuracy) {
+    const tracer::Scene scene =
+        accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy)).scene;
+    return api::estimated_proof_rays(scene, api::content_of(scene)).value_or(-1);
+  };
+  EXPECT_EQ(proof(R"({"samples": [16, 16]})"), 10'000 * (16 + 4));
+  EXPECT_EQ(proof(R"({"target_error": 1})"), 10'000 * (22 + 4));
+  EXPECT_EQ(proof(R"({"samples": [1, 1]})"), 16'384 + 10'000 * 4) << "a few looks";
+  EXPECT_EQ(proof(R"({"time_budget_ms": 10})"), -1) << "it takes a share of the budget";
+  EXPECT_EQ(work(R"({"samples": [4, 4], "proof": true})"), work(exact) + 16'384 + 100 * 4);
+}
+
 TEST(EstimatedWork, IsLimitedByATimeBudgetWhereTheSpeedIsKnown) {
   const auto scene = [](const std::string& accuracy) {
     return accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy)).scene;

@@ -17,7 +17,7 @@ TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
   const std::string report = api::write_report(scene, {}, {}, {}, {}, 0);
   EXPECT_NE(
       report.find(R"("proven":null,"confidence":0.95,"target":null,"met":true,"worst_tile":0.0,"tile_target":null,)"
-                  R"("bounded":true,"certified_share":0.0,"looks":0,"limit":null)"),
+                  R"("bounded":true,"looks":0,"limit":null)"),
       std::string::npos)
       << report;
 }
@@ -110,7 +110,6 @@ TEST(Report, HasEveryMember) {
   error.worst_tile = 6.5;
   error.tile_target = 7;
   error.tone = 0.03125;
-  error.certified_share = 0.875;
   error.looks = 1234;
   error.limit = tracer::ErrorEstimate::Limit::time_budget;
   const std::vector<api::ReportedArtifact> artifacts{
@@ -126,7 +125,7 @@ TEST(Report, HasEveryMember) {
       R"("spheres":"/objects/0"},)"
       R"("warnings":[{"pointer":"#/lights","code":"nothing_lit","detail":"every object is black: there is no light, no \"ambient\" and no \"emission\""}],)"
       R"("error":{"estimate":1.5,"proven":1.75,"confidence":0.75,"target":1.0,"met":false,"worst_tile":6.5,)"
-      R"("tile_target":7.0,"bounded":false,"certified_share":0.875,"looks":1234,"limit":"time_budget",)"
+      R"("tile_target":7.0,"bounded":false,"looks":1234,"limit":"time_budget",)"
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"approximation_min":0.015625,"tone":0.03125}},)"
       R"("artifacts":[{"name":"image.png","error":{"estimate":2.0,"proven":2.25,"met":false,"worst_tile":7.5,"encoding":0.5}},)"
       R"({"name":"image.exr","error":{"estimate":1.5,"proven":null,"met":true,"worst_tile":0.0,"encoding":0.0}}],)"

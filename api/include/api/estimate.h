@@ -23,7 +23,8 @@ SceneContent content_of(const tracer::Scene& scene);
 /// (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 200 with adaptive sampling,
 /// and 30 for each layer; a triangle of a mesh 150; any other object 650, including the reading of the document. An
 /// instance counts as an object, its prototype once. Radiosity takes 320 MiB, or 64 with a target error of 4 levels or
-/// more: the most that scenes of a few objects to a million took. The contents of files are unknown and count nothing.
+/// more: the most that scenes of a few objects to a million took. A proof takes 8 a pixel and 128 an object or
+/// triangle. The contents of files are unknown and count nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
 /// The same; `scene` needs no objects, as `content` is that of the complete scene.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene, const SceneContent& content);
@@ -43,6 +44,10 @@ std::uint64_t estimated_measure_memory_bytes(const MeasureRequest& request);
 std::optional<double> estimated_work(const tracer::Scene& scene, const SceneContent& content,
                                      std::optional<double> seconds_per_work = std::nullopt);
 std::optional<double> estimated_work(const tracer::Scene& scene);  ///< at an unknown speed
+/// Most work of a proof of the image's error, in rays, whether the scene requests it or not: as many samples as the
+/// image is expected to have, or 2^14, and the bounds of its pixels, each of which takes as long as about four samples.
+/// Unset for a time budget without a target.
+std::optional<double> estimated_proof_rays(const tracer::Scene& scene, const SceneContent& content);
 /// That of a measurement: twice the work of its reference, for it and the settings; if it compares models, also that of
 /// the reference of the other model.
 double estimated_measure_work(const MeasureRequest& request);

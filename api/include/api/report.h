@@ -39,7 +39,7 @@ struct ReportedArtifact {
 };
 
 /// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
-/// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, approximation_min, tone}},
+/// looks, limit, parts{sampling, depth, cutoff, approximation, approximation_min, tone}},
 /// artifacts[{name, error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max}, holdout_samples,
 /// rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates, time_ms{...},
 /// workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, radiosity{patches, limited, stages,
@@ -74,10 +74,10 @@ std::optional<ReportFigures> read_report(std::string_view report);
 // ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.
 
 /// {valid: true, errors: [], warnings: [{pointer, code, detail}], requirements, reasons, global_light,
-/// estimate{samples, seconds, memory_bytes}}. `global_light` is tracer::global_light_summary. `samples` is the total
-/// over all pixels; with adaptive sampling, the minimum. `seconds` is estimated_work (api/estimate.h) times
-/// `seconds_per_work`, at most the time budget; null if neither is known. Precondition: tracer::validate accepts
-/// `scene`.
+/// estimate{samples, proof_rays, seconds, memory_bytes}}. `global_light` is tracer::global_light_summary. `samples` is
+/// the total over all pixels; with adaptive sampling, the minimum. `proof_rays` is estimated_proof_rays. `seconds` is
+/// estimated_work (api/estimate.h) times `seconds_per_work`, at most the time budget; null if neither is known.
+/// Precondition: tracer::validate accepts `scene`.
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work);
 
 /// {valid: false, errors: [{pointer, code, detail}], warnings: [], requirements: null, reasons: null, global_light:

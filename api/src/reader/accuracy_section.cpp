@@ -90,6 +90,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   requested.cutoff = fields.has("cutoff");
   fields.optional("cutoff", accuracy.cutoff);
   fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});
+  fields.optional("proof", accuracy.proof);
   if (const auto approximate = fields.take("approximate"))
     read_approximations(reading, *approximate, accuracy.approximate);
   fields.finish();

@@ -67,17 +67,6 @@ class OmitsOccluders : public Intact {
   std::vector<Color> radiance_;
 };
 
-using Intervals = std::vector<RadianceInterval>;
-
-/// Intervals of the image with approximations, also where those of the exact image are needed.
-struct BoundsOfApproximations : Intact {
-  using Intact::Intact;
-  static Intervals bounds(const CompiledScene& scene, const Approximations& /*approximate*/,
-                          const InParallel& in_parallel, const RenderControl& control) {
-    return Intact::bounds(scene, scene.accuracy.approximate, in_parallel, control);
-  }
-};
-
 /// The second half of a pixel's samples repeats the first. Precondition: fixed samples.
 class RepeatsHalves : public Intact {
  public:
@@ -212,11 +201,6 @@ TEST(MutantTracer, WithPartOfTheEmissionOrWithoutLongPathsIsCaught) {
   expect_caught({.entries = {entry_of("global light", "large sphere")}, .targets = {1}}, render_with_faint_emission);
   expect_caught({.entries = {entry_of("global light", "furnace")}, .targets = {4}, .placements = 6},
                 render_without_long_paths);
-}
-
-TEST(MutantInterval, OfApproximationsInPlaceOfTheExactImageIsCaught) {
-  expect_caught({.entries = {entry_of("approximations", "shadows none, shadow of 4 pixels")}, .canvas = {320, 240}},
-                render_adaptively<BoundsOfApproximations>);
 }
 
 TEST(MutantClaim, OfHalfTheErrorIsCaughtAndOfTenTimesIsNotClose) {

@@ -126,6 +126,7 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, 
   Scene scene = scene_.scene;
   scene.accuracy = accuracy_of(setting, scene_.scene.accuracy.approximate, seed);
   scene.accuracy.model = scene_.scene.accuracy.model;
+  scene.accuracy.proof = seed % 2 == 0;
   if (measures_tiles(entry_.settings)) scene.output.layers = {Layer::error};
   const Rendered rendered = render_scene(scene, scene_.assets, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};

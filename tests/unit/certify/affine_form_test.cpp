@@ -57,7 +57,6 @@ TEST_F(AffineFormTest, OperationsContainTheExactResult) {
     expect_contains(a * factor, exact_a * factor, "multiple");
     expect_contains(a + factor, exact_a + factor, "shifted", size + 3);
     expect_contains(squared(a), exact_a * exact_a, "square");
-    expect_contains(positive_part(a), std::max(Real{0}, exact_a), "positive part");
     if (exact_a != 0) expect_contains(inverse(a), 1 / exact_a, "inverse");
     if (exact_a >= 0) expect_contains(square_root(a), std::sqrt(exact_a), "square root");
   }
@@ -79,7 +78,6 @@ TEST_F(AffineFormTest, OperationsOnVectorsContainTheExactResult) {
     expect_contains(dot(u, w), products(a, w.x, w.y, w.z), "dot with a vector", terms);
     expect_contains(squared_length(u), products(a, a[0].value, a[1].value, a[2].value), "squared length", terms);
     expect_contains(cross(u, v).x, a[1].value * b[2].value - a[2].value * b[1].value, "cross", terms);
-    expect_contains(cross(w, v).y, w.z * b[0].value - w.x * b[2].value, "cross with a vector", terms);
     const Linear map{random.vector(1), random.vector(1), random.vector(1)};
     expect_contains((map * u).y, products(a, map.x.y, map.y.y, map.z.y), "map", terms);
   }

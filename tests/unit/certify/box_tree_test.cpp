@@ -24,19 +24,10 @@ GeometrySet spheres(oracle::Random& random, std::size_t count) {
   return geometry;
 }
 
-/// Primitives of the leaves that the region reaches.
-std::set<std::uint32_t> found(const BoxTree& tree, const ConvexRegion& region, std::uint32_t number = 0) {
+/// Primitives whose boxes the region reaches.
+std::set<std::uint32_t> found(const BoxTree& tree, const ConvexRegion& region) {
   std::set<std::uint32_t> primitives;
-  if (tree.empty()) return primitives;
-  const BoxTree::Node& node = tree.node(number);
-  for (unsigned mask = overlaps(node, region); mask != 0; mask &= mask - 1) {
-    const std::uint32_t child = node.child[std::countr_zero(mask)];
-    if (node.leaf) {
-      primitives.insert(tree.primitive(child).primitive);
-    } else {
-      primitives.merge(found(tree, region, child));
-    }
-  }
+  tree.each(region, [&](const PrimitiveRef& primitive) { return primitives.insert(primitive.primitive).second; });
   return primitives;
 }
 
@@ -45,8 +36,16 @@ TEST(BoxTree, HasEveryPrimitiveOnce) {
   const RenderControl control;
   for (const std::size_t count : {0u, 1u, 8u, 9u, 64u, 65u, 500u, 4097u}) {
     const GeometrySet geometry = spheres(random, count);
-    EXPECT_EQ(found(BoxTree(geometry, control), ConvexRegion(1)).size(), count);
+    EXPECT_EQ(found(BoxTree(geometry, control), ConvexRegion()).size(), count);
   }
+}
+
+TEST(BoxTree, EndsWhenTheCallerHasEnough) {
+  oracle::Random random(5);
+  const BoxTree tree(spheres(random, 500), RenderControl());
+  int seen = 0;
+  tree.each(ConvexRegion(), [&](const PrimitiveRef&) { return ++seen < 7; });
+  EXPECT_EQ(seen, 7);
 }
 
 /// Points on segments between two boxes are in the shaft: a sphere around one is never rejected.
@@ -63,7 +62,7 @@ TEST(BoxTree, FindsWhateverASegmentOfAShaftTouches) {
       const double size = random.spread(1e-4, 0.2);
       box->include(random.vector(0.5), {size, random.chance(0.2) ? 0 : size, size});
     }
-    const std::set<std::uint32_t> candidates = found(tree, shaft(from, to, tree.reach()));
+    const std::set<std::uint32_t> candidates = found(tree, shaft(from, to));
     all += candidates.size();
     const auto inside = [&](const Bounds& box) {
       return Vec3{random.in(box.low.x, box.high.x), random.in(box.low.y, box.high.y), random.in(box.low.z, box.high.z)};

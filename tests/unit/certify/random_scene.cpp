@@ -291,11 +291,20 @@ std::string description(const RandomScene& random) {
   return text.str();
 }
 
+std::vector<RadianceInterval> intervals_of(const CompiledScene& scene, const InParallel& in_parallel,
+                                           RenderControl& control) {
+  std::vector<RadianceInterval> intervals(scene.image.window().pixels(), {.low = {1, 1, 1}, .high = {0, 0, 0}});
+  bound_pixels(
+      scene, in_parallel, control, [] { return false; },
+      [&](std::size_t place, const RadianceInterval& interval) { intervals[place] = interval; });
+  return intervals;
+}
+
 Comparison compare(const CompiledScene& scene, const std::vector<RadianceInterval>& intervals, std::uint32_t per_pixel,
                    std::uint64_t seed) {
   oracle::Random random(seed);
   RenderControl control;
-  Wavefront<AllFeatures> exact(scene, control, {}), approximate(scene, control, scene.accuracy.approximate);
+  Wavefront<AllFeatures> tracer(scene, control, {});
   const PixelWindow window = scene.image.window();
   const DisplayTransform display(scene.output, 0);
   Comparison result;
@@ -309,43 +318,38 @@ Comparison compare(const CompiledScene& scene, const std::vector<RadianceInterva
     result.certified += certified ? 1 : 0;
     result.unbounded += bounded ? 0 : 1;
   }
-  for (Wavefront<AllFeatures>* tracer : {&exact, &approximate}) {
-    if (tracer == &approximate && !scene.accuracy.approximate.any()) continue;
-    for (std::uint32_t round = 0; round < per_pixel; ++round) {
-      Batch& batch = tracer->batch();
-      batch.clear();
-      batch.light_points = 1;
-      for (std::uint32_t y = window.y0; y < window.y1; ++y)
-        for (std::uint32_t x = window.x0; x < window.x1; ++x) {
-          // One in eight at the border of the pixel.
-          const auto inside = [&] {
-            return random.chance(0.06) ? (random.chance(0.5) ? 0 : 1 - 0x1p-40) : random.in(0, 1);
-          };
-          batch.samples.push_back({static_cast<std::uint64_t>(random.in(0, 1e18)), random.below(1u << 30)});
-          batch.x.push_back(x + inside());
-          batch.y.push_back(y + inside());
-          batch.lens.push_back({random.in(0, 1), random.in(0, 1)});
-          batch.share.push_back(random.chance(0.2) ? 1 : random.in(0, 1));
-        }
-      if (!tracer->trace()) throw std::runtime_error("not traced");
-      for (std::size_t i = 0; i < intervals.size(); ++i) {
-        const Color& radiance = tracer->radiance()[i];
-        const double channels[3] = {radiance.r, radiance.g, radiance.b};
-        bool outside = false;
-        for (std::size_t c = 0; c < 3; ++c)
-          outside |= !(channels[c] >= intervals[i].low[c] && channels[c] <= intervals[i].high[c]);
-        ++result.samples;
-        if (!outside) continue;
-        if (result.outside++ != 0) continue;
-        std::ostringstream text;
-        text.precision(12);
-        text << "pixel " << i % window.width() << ", " << i / window.width() << ": sample at " << batch.x[i] << ", "
-             << batch.y[i] << (tracer == &exact ? "" : " approximate") << " is (" << radiance.r << ", " << radiance.g
-             << ", " << radiance.b << "), interval";
-        for (std::size_t c = 0; c < 3; ++c) text << " [" << intervals[i].low[c] << ", " << intervals[i].high[c] << "]";
-        text << (intervals[i].edge ? " edge" : "");
-        result.first = text.str();
+  for (std::uint32_t round = 0; round < per_pixel; ++round) {
+    Batch& batch = tracer.batch();
+    batch.clear();
+    batch.light_points = 1;
+    for (std::uint32_t y = window.y0; y < window.y1; ++y)
+      for (std::uint32_t x = window.x0; x < window.x1; ++x) {
+        // One in eight at the border of the pixel.
+        const auto inside = [&] {
+          return random.chance(0.06) ? (random.chance(0.5) ? 0 : 1 - 0x1p-40) : random.in(0, 1);
+        };
+        batch.samples.push_back({static_cast<std::uint64_t>(random.in(0, 1e18)), random.below(1u << 30)});
+        batch.x.push_back(x + inside());
+        batch.y.push_back(y + inside());
+        batch.lens.push_back({random.in(0, 1), random.in(0, 1)});
+        batch.share.push_back(random.chance(0.2) ? 1 : random.in(0, 1));
       }
+    if (!tracer.trace()) throw std::runtime_error("not traced");
+    for (std::size_t i = 0; i < intervals.size(); ++i) {
+      const Color& radiance = tracer.radiance()[i];
+      const double channels[3] = {radiance.r, radiance.g, radiance.b};
+      bool outside = false;
+      for (std::size_t c = 0; c < 3; ++c)
+        outside |= !(channels[c] >= intervals[i].low[c] && channels[c] <= intervals[i].high[c]);
+      ++result.samples;
+      if (!outside) continue;
+      if (result.outside++ != 0) continue;
+      std::ostringstream text;
+      text.precision(12);
+      text << "pixel " << i % window.width() << ", " << i / window.width() << ": sample at " << batch.x[i] << ", "
+           << batch.y[i] << " is (" << radiance.r << ", " << radiance.g << ", " << radiance.b << "), interval";
+      for (std::size_t c = 0; c < 3; ++c) text << " [" << intervals[i].low[c] << ", " << intervals[i].high[c] << "]";
+      result.first = text.str();
     }
   }
   return result;
@@ -357,8 +361,7 @@ Comparison compare(const RandomScene& random, std::uint32_t per_pixel, std::uint
   RenderControl control;
   const auto compiled = compile(random.scene, control, random.assets);
   if (!compiled) throw std::runtime_error(compiled.error().detail);
-  return compare(**compiled, bound_pixels(**compiled, random.scene.accuracy.approximate, one_by_one, control),
-                 per_pixel, seed);
+  return compare(**compiled, intervals_of(**compiled, one_by_one, control), per_pixel, seed);
 }
 
 }  // namespace certify

@@ -29,6 +29,11 @@ struct Comparison {
   std::string first;                        ///< the first sample outside of its interval
 };
 
+/// One interval per pixel of the image's window, row by row; those that a cancelled call left out are empty.
+std::vector<tracer::RadianceInterval> intervals_of(const tracer::CompiledScene& scene,
+                                                   const tracer::InParallel& in_parallel,
+                                                   tracer::RenderControl& control);
+
 /// Traces `per_pixel` random samples of every pixel.
 Comparison compare(const tracer::CompiledScene& scene, const std::vector<tracer::RadianceInterval>& intervals,
                    std::uint32_t per_pixel, std::uint64_t seed);

@@ -43,10 +43,6 @@ class AnalyticTracer {
   const std::vector<SampleSignature>& signatures() const { return signatures_; }
   const GBuffer& gbuffer() const { return gbuffer_; }
   const RenderStatistics& statistics() const { return statistics_; }
-  static std::vector<RadianceInterval> bounds(const CompiledScene&, const Approximations&, const InParallel&,
-                                              const RenderControl&) {
-    return {};
-  }
 
  private:
   const RenderControl& control_;

@@ -107,6 +107,8 @@ struct Accuracy {
   /// noise that further samples reduce. The document's default with a target error or a time budget.
   bool cutoff_by_chance = false;
   std::uint64_t seed = 0;
+  /// Bounds the error of the finished image for any scene: ErrorEstimate::proven. It does not change the image.
+  bool proof = false;
   Approximations approximate{};
   bool operator==(const Accuracy&) const = default;
 
@@ -149,12 +151,12 @@ struct ErrorEstimate {
     time_budget,  ///< the time budget is used, or the rest does not suffice for a round of samples
     samples_max,  ///< every pixel that needs more samples has `samples_max`
     fixed_parts,  ///< parts that samples do not lower (all but `sampling` and `tone`) leave no room for the rest
-    invisible     ///< time is left, but the remaining error is proven to be below 0.1 level
+    invisible     ///< time is left, but the remaining error is estimated to be below 0.1 level
   };
 
   double estimate = 0;  ///< upper bound of the true error at `confidence`, from estimated variances: tight, no theorem
-  /// Upper bound of the true error: a theorem at `confidence` for finite samples, under the assumptions of
-  /// tracer/README.md. Infinity: nothing is proven.
+  /// Upper bound of the true error, with Accuracy::proof: a theorem at `confidence` for finite samples, under the
+  /// assumptions of tracer/README.md. Infinity: nothing is proven.
   double proven = std::numeric_limits<double>::infinity();
   double confidence = 0.95;
   std::optional<double> target;         ///< as requested
@@ -172,8 +174,7 @@ struct ErrorEstimate {
   /// True if `depth` and `cutoff` are bounds. False if the scene's radiance has no bound (a light with inverse-square
   /// attenuation, a solid with an albedo >= 1): the largest radiance found in the image is used instead.
   bool bounded = true;
-  double certified_share = 0;  ///< share of the pixels, in [0, 1], whose error is bounded without samples
-  std::uint64_t looks = 0;     ///< pairs of fresh, independent half samples that validated pixels
+  std::uint64_t looks = 0;  ///< pairs of fresh, independent half samples that validated pixels
   Limit limit = Limit::none;
 };
 

@@ -107,45 +107,18 @@ class CompiledCamera {
   }
 
   /// Rays as linear functions of the image position: origin + x origin_x + y origin_y, and directions alike, which are
-  /// not unit. The point of the lens moves the origin by less than `lens` per axis, and the direction the other way by
-  /// that over the distance of the focus. A panorama is linearized: after moving by (x, y) pixels from there, each
-  /// component of a direction has an error of less than (turn_x |x| + turn_y |y|)^2 / 2, as its second derivatives are
-  /// at most 1.
+  /// not unit.
   struct LinearRays {
     Vec3 origin, origin_x, origin_y;
     Vec3 direction, direction_x, direction_y;
-    double pixel;  ///< upper bound of the footprint of a pixel: at distance 1, or at any if the rays are parallel
-    Vec3 lens{};
-    double focus = 1;
-    double turn_x = 0, turn_y = 0;  ///< radians per pixel
   };
-  /// About (x, y), for a panorama, and for positions of the same eye. `uses_lens`: false for rays through its center.
-  /// None for a panorama with a lens.
-  [[nodiscard]] std::optional<LinearRays> linear_rays(double x, double y, bool uses_lens, std::size_t eye = 0) const {
-    const auto [position, axis, shear, left] = eye_at(x, eye);
+  /// Rays through the center of the lens. None for a panorama and for two eyes.
+  [[nodiscard]] std::optional<LinearRays> linear_rays() const {
+    if (type_ == Camera::Type::panorama || eyes() > 1) return std::nullopt;
+    const auto& [position, axis, shear, left] = eyes_[0];
     const Vec3 right = right_ * pixel_, down = up_ * -pixel_, corner = right * left + up_ * (top_ * pixel_);
-    LinearRays rays{};
-    if (type_ == Camera::Type::panorama) {
-      if (uses_lens) return std::nullopt;
-      const double longitude = (left_ + x) * longitude_, latitude = (top_ - y) * latitude_;
-      const Vec3 level = forward_ * std::cos(longitude) + right_ * std::sin(longitude);
-      const Vec3 aside = right_ * std::cos(longitude) - forward_ * std::sin(longitude);
-      const Vec3 across = aside * (std::cos(latitude) * longitude_);
-      const Vec3 below = (level * std::sin(latitude) - up_ * std::cos(latitude)) * latitude_;
-      const Vec3 direction = level * std::cos(latitude) + up_ * std::sin(latitude);
-      rays = {position, {}, {}, direction - across * x - below * y, across, below, std::max(longitude_, latitude_)};
-      rays.turn_x = longitude_;
-      rays.turn_y = latitude_;
-    } else if (type_ == Camera::Type::orthographic) {
-      rays = {position + corner, right, down, axis, {}, {}, pixel_};
-    } else {
-      rays = {position, {}, {}, axis + corner, right, down, pixel_};
-    }
-    if (!uses_lens) return rays;
-    rays.lens = {std::hypot(right_.x, up_.x), std::hypot(right_.y, up_.y), std::hypot(right_.z, up_.z)};
-    rays.lens = rays.lens * (lens_radius_ * (1 + 0x1p-40));
-    rays.focus = focus_distance_;
-    return rays;
+    if (type_ == Camera::Type::orthographic) return LinearRays{position + corner, right, down, axis, {}, {}};
+    return LinearRays{position, {}, {}, axis + corner, right, down};
   }
   [[nodiscard]] const Vec3& forward() const { return forward_; }
 

@@ -121,26 +121,6 @@ inline AffineForm square_root(const AffineForm& a) {
   return linear(a, 1 / sum, 0.5 * (ends + tangent), 0.5 * std::abs(tangent - ends));
 }
 
-/// max(a, 0).
-inline AffineForm positive_part(const AffineForm& a) {
-  const auto [low, high] = a.range();
-  if (low >= 0) return a;
-  if (high <= 0) return {};
-  const double slope = high / (high - low), half = -0.5 * slope * low;
-  return high < std::numeric_limits<double>::infinity() ? linear(a, slope, half, half) : unknown_form();
-}
-
-/// Part of a block: its center and half its sides, in the coordinates (s, t) of the block.
-struct BlockPart {
-  double s = 0, t = 0, half_s = 1, half_t = 1;
-};
-
-/// The quantity over a part of the block.
-inline AffineForm restricted(const AffineForm& a, const BlockPart& part) {
-  const double x = a.x * part.s, y = a.y * part.t;
-  return rounded(a.center + x + y, a.x * part.half_s, a.y * part.half_t, a.error, a.magnitude());
-}
-
 // ---- vectors --------------------------------------------------------------------------------------------------------
 
 struct AffineVec {
@@ -188,9 +168,6 @@ inline AffineForm squared_length(const AffineVec& a) {
                  2 * dot(size, Vec3{a.x.error, a.y.error, a.z.error}) + half, 3 * dot(reach, reach));
 }
 inline AffineVec cross(const AffineVec& a, const AffineVec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline AffineVec cross(const Vec3& a, const AffineVec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline AffineVec operator*(const Linear& m, const AffineVec& v) {

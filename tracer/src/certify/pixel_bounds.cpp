@@ -1,9 +1,12 @@
 #include "tracer/src/certify/pixel_bounds.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <vector>
 
-#include "tracer/src/certify/block_radiance.h"
-#include "tracer/src/certify/occupancy.h"
+#include "tracer/src/accel/primitive_bounds.h"
+#include "tracer/src/certify/shading_range.h"
 #include "tracer/src/certify/shadow_range.h"
 #include "tracer/src/math/rounding.h"
 
@@ -12,244 +15,193 @@ namespace {
 
 constexpr std::uint32_t tile_side = 32;
 
-RadianceInterval rounded_outward(const ColorInterval& radiance, bool edge) {
-  RadianceInterval interval;
-  for (std::size_t c = 0; c < 3; ++c) {
-    interval.low[c] = rounded_down(radiance[c].low);
-    interval.high[c] = rounded_up(radiance[c].high);
-  }
-  interval.edge = edge;
-  return interval;
-}
-
 /// Pixels [x0, x1) x [y0, y1) of the full image.
 struct PixelBlock {
   std::uint32_t x0, y0, x1, y1;
 };
 
+using Use = std::function<void(std::size_t, const RadianceInterval&)>;
+
 /// Bounds of the pixels of tiles, one after another.
 class TileBounds {
  public:
-  TileBounds(const BlockRadiance& radiance, std::vector<RadianceInterval>& pixels)
-      : radiance_(radiance),
-        bounds_(radiance.bounds()),
-        scene_(bounds_.scene),
-        occupancy_(bounds_),
-        mirrors_(bounds_),
-        pixels_(pixels) {
-    for (std::vector<Occluders>& lights : occluders_) lights.resize(scene_.lights.size());
-    visible_.resize(scene_.lights.size());
-    dark_ = std::exp2(-5 - scene_.output.exposure);
+  TileBounds(const SceneBounds& bounds, const CompiledCamera::LinearRays& camera, const Use& use)
+      : bounds_(bounds), scene_(bounds.scene), camera_(camera), use_(use), visible_(bounds.scene.lights.size()) {}
+
+  /// The whole scene, at any pixel.
+  void fill_with_any(const PixelBlock& block) const {
+    ColorInterval any = bounds_.any_radiance();
+    if (const auto& cue = scene_.depth_cue)
+      any = hull(any, {{{0, cue->color.r}, {0, cue->color.g}, {0, cue->color.b}}});
+    fill(block, any);
   }
 
-  void run(const PixelBlock& tile) {
-    if (!radiance_.rays(0, 0)) {
-      fill(tile, radiance_.anything(), true);
-      return;
+  /// Bounds the pixels of a square of `side` pixels.
+  void divide(const PixelBlock& block, std::uint32_t side) {
+    const Beam beam(camera_, {static_cast<double>(block.x0), static_cast<double>(block.y0),
+                              static_cast<double>(block.x1), static_cast<double>(block.y1)});
+    const bool complete = gather(beam);
+    if (side == 1 && !complete) return fill_with_any(block);
+    const std::optional<Cover> cover = complete ? find_cover(beam) : std::nullopt;
+    if (complete && primitives_.empty()) {
+      const ColorInterval range = cover ? surface(beam, *cover) : background(beam.rays);
+      if (side == 1 || is_narrow(range)) return fill(block, range);
+    } else if (side == 1 || (complete && is_dense(side))) {
+      return fill(block, all_of(beam, cover));
     }
-    occupancy_.reset(entries_[0]);
-    divide(tile, tile_side, 1);
-  }
-
- private:
-  using Entry = Occupancy::Entry;
-  using Cover = Occupancy::Cover;
-  static constexpr std::size_t entries_max = 64;
-  static constexpr std::size_t levels = 7;  ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
-  /// Small blocks with many primitives are not divided: few of their pixels would be narrow, and the pixels of a mesh
-  /// whose triangles have the size of a pixel cost more to bound than to sample.
-  static bool is_dense(std::uint32_t side, std::size_t entries) {
-    return side == 8 ? entries > 24 : side <= 4 && entries > 8;
-  }
-
-  /// Precondition: they are linear.
-  [[nodiscard]] CompiledCamera::LinearRays rays_of(const PixelBlock& block) const {
-    return *radiance_.rays(0.5 * (block.x0 + block.x1), 0.5 * (block.y0 + block.y1));
-  }
-
-  static Block positions_of(const PixelBlock& block) {
-    return {static_cast<double>(block.x0), static_cast<double>(block.y0), static_cast<double>(block.x1),
-            static_cast<double>(block.y1)};
-  }
-
-  /// Calls part(quarter) for the quarters of a square of `side` pixels.
-  template <class Part>
-  static void for_each_quarter(const PixelBlock& block, std::uint32_t side, const Part& part) {
     const std::uint32_t half = side / 2;
     for (std::uint32_t y = block.y0; y < block.y1; y += half)
       for (std::uint32_t x = block.x0; x < block.x1; x += half)
-        part(PixelBlock{x, y, std::min(x + half, block.x1), std::min(y + half, block.y1)});
+        divide({x, y, std::min(x + half, block.x1), std::min(y + half, block.y1)}, half);
   }
 
-  /// Bounds the pixels of a square of `side` pixels; `entries_[level - 1]` contains everything in it.
-  void divide(const PixelBlock& block, std::uint32_t side, std::size_t level) {
-    const Beam beam(rays_of(block), positions_of(block), bounds_.tree.reach());
-    std::vector<Entry>& entries = entries_[level];
-    occupancy_.gather(entries_[level - 1], beam.region, entries_max, entries);
-    const std::optional<Cover> cover = occupancy_.find_cover(beam, {}, entries);
-    if (entries.empty() && !cover) return divide_background(block, side);
-    if (entries.empty()) {
-      for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
-      return divide_surface(block, side, level, cover->primitive, side);
-    }
-    if (cover) entries.push_back(cover->entry);
-    if (side == 1 || is_dense(side, entries.size())) {
-      fill(block, all_of(beam.rays, !cover, entries), true);
-      return;
-    }
-    for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide(quarter, side / 2, level + 1); });
+ private:
+  /// A primitive that all rays hit.
+  struct Cover {
+    PrimitiveRef primitive;
+    BundleHit hit;
+    AffineVec position;
+    double depth_max;  ///< along the beam's axis, from the render space's origin
+  };
+
+  static constexpr std::size_t primitives_max = 64;
+  /// Small blocks with many primitives are not divided: few of their pixels would be narrow.
+  [[nodiscard]] bool is_dense(std::uint32_t side) const {
+    return side == 8 ? primitives_.size() > 24 : side <= 4 && primitives_.size() > 8;
   }
 
-  void divide_background(const PixelBlock& block, std::uint32_t side) {
-    const EscapedRays rays = radiance_.escaped(camera_rays(rays_of(block), positions_of(block)));
-    const ColorInterval whole = radiance_.range(rays, {});
-    if (is_narrow(whole)) {
-      fill(block, whole, false);
-    } else if (side <= forms_side_max) {
-      fill_parts(block, [&](const BlockPart& part) { return radiance_.range(rays, part); });
-    } else {
-      for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide_background(quarter, side / 2); });
-    }
-  }
-
-  /// Bounds the pixels of a block that `primitive` covers alone. `occluders_[level - 1]` are those of a block around
-  /// it; the radiance is not nearly linear over blocks of more than `linear_side` pixels.
-  void divide_surface(const PixelBlock& block, std::uint32_t side, std::size_t level, const PrimitiveRef& primitive,
-                      std::uint32_t linear_side) {
-    const RayBundle rays = camera_rays(rays_of(block), positions_of(block));
-    const BundleHit hit = intersect(scene_.geometry(), primitive, rays);
-    if (hit.kind != BundleHit::Kind::cover) {  // rounding
-      fill(block, radiance_.primitive(primitive), true);
-      return;
-    }
-    const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit, bounds_.approximate.shading);
-    const bool certain = find_shadows(patch, side, level);
-    if (side == 1 || (certain && side <= linear_side)) {
-      SurfaceRays surface = radiance_.surface(patch, rays, visible_);
-      double excess = surface.nonlinear_width(dark_, side) / narrow_width;
-      if (side == 1 || excess <= 1) {
-        surface.reflected = mirrors_.reflected(patch, rays);
-        excess = surface.nonlinear_width(dark_, side) / narrow_width;
-      }
-      if (side == 1 || excess <= 1) {
-        fill_parts(block, [&](const BlockPart& part) { return radiance_.range(surface, part); });
-        return;
-      }
-      // The error of forms shrinks with the square of the side.
-      linear_side = std::isfinite(excess) ? static_cast<std::uint32_t>(side / std::sqrt(excess)) : side / 2;
-    }
-    for_each_quarter(block, side, [&](const PixelBlock& quarter) {
-      divide_surface(quarter, side / 2, level + 1, primitive, linear_side);
+  /// Sets `primitives_` to those that the beam may hit. False if they are too many.
+  bool gather(const Beam& beam) {
+    const GeometrySet& geometry = scene_.geometry();
+    primitives_.clear();
+    for (std::uint32_t k = 0; k < geometry.planes.point.size(); ++k)
+      primitives_.push_back({geometry.plane_geometry(), k});
+    bounds_.tree.each(beam.region, [&](const PrimitiveRef& primitive) {
+      primitives_.push_back(primitive);
+      return primitives_.size() <= primitives_max;
     });
+    return primitives_.size() <= primitives_max;
   }
 
-  /// Sets `visible_`. Returns true if every light is visible from the whole patch or from none of it.
-  bool find_shadows(const SurfacePatch& patch, std::uint32_t side, std::size_t level) {
-    bool certain = true;
-    for (std::size_t light = 0; light < visible_.size(); ++light) {
-      Occluders* const found = side > 1 ? &occluders_[level][light] : nullptr;
-      const Interval visible = shadow_range(bounds_, patch, scene_.lights[light], occluders_[level - 1][light], found);
-      visible_[light] = visible;
-      certain &= visible.low == visible.high;
+  /// Removes the primitives that no ray hits, or that are hidden by the nearest one that all rays hit. That one is
+  /// returned and removed, too.
+  std::optional<Cover> find_cover(const Beam& beam) {
+    std::optional<Cover> nearest;
+    double nearest_depth = 0;
+    std::erase_if(primitives_, [&](const PrimitiveRef& primitive) {
+      const BundleHit hit = intersect(scene_.geometry(), primitive, beam.rays);
+      if (hit.kind != BundleHit::Kind::cover) return hit.kind == BundleHit::Kind::miss;
+      const AffineVec along = beam.rays.direction * hit.t;
+      const double rounding = (magnitude(beam.rays.origin) + magnitude(along)) * 0x1p-45;
+      const AffineVec position = widened(beam.rays.origin + along, rounding);
+      const AffineForm depth = dot(position, beam.axis);
+      if (nearest && !(depth.center < nearest_depth)) return false;
+      nearest = {primitive, hit, position, depth.range().high};
+      nearest_depth = depth.center;
+      return false;
+    });
+    if (nearest)
+      std::erase_if(primitives_, [&](const PrimitiveRef& primitive) {
+        return primitive == nearest->primitive || is_hidden(beam, *nearest, primitive);
+      });
+    return nearest;
+  }
+
+  /// True if every ray hits the cover before it can hit the primitive: the box of that one is beyond all hits, or the
+  /// segments to the hits stay on one side of it, and it is flat.
+  [[nodiscard]] bool is_hidden(const Beam& beam, const Cover& cover, const PrimitiveRef& primitive) const {
+    const Bounds box = bounds_of(scene_.geometry(), primitive);
+    const Vec3& axis = beam.axis;
+    if (!box.empty() && beam.forward) {
+      const double depth = axis.x * (axis.x > 0 ? box.low.x : box.high.x) +
+                           axis.y * (axis.y > 0 ? box.low.y : box.high.y) +
+                           axis.z * (axis.z > 0 ? box.low.z : box.high.z);
+      if (depth - bounds_.tree.reach() * 0x1p-40 > cover.depth_max) return true;
     }
-    return certain;
+    return on_one_side(scene_.geometry(), primitive, beam.rays.origin, cover.position);
   }
 
-  /// Blocks in which the gradient of the background is nearly linear.
-  static constexpr std::uint32_t forms_side_max = 8;
-  /// Width of an interval, relative to its larger end, that needs no smaller blocks: a tenth of a level. The display
-  /// curve is steeper than that in the dark only.
-  static constexpr double narrow_width = 0x1p-10;
-  static double relative_width(const ColorInterval& radiance) {
-    double largest = 0;
-    for (const Interval& channel : radiance)
-      if (channel.high > channel.low) largest = std::max(largest, 1 - channel.low / channel.high);
-    return largest;
+  [[nodiscard]] ColorInterval surface(const Beam& beam, const Cover& cover) {
+    const SurfacePatch patch = surface_patch(bounds_, cover.primitive, beam.rays, cover.hit);
+    for (std::size_t light = 0; light < visible_.size(); ++light)
+      visible_[light] = shadow_range(bounds_, patch, scene_.lights[light]);
+    return shading_range(bounds_, patch, beam.rays, visible_);
   }
-  static bool is_narrow(const ColorInterval& radiance) { return relative_width(radiance) <= narrow_width; }
 
-  /// Range of all entries, and of the background where rays may escape.
-  [[nodiscard]] ColorInterval all_of(const RayBundle& rays, bool may_escape, const std::vector<Entry>& entries) const {
-    const auto range = [&](Entry entry) {
-      return occupancy_.is_primitive(entry) ? radiance_.primitive(occupancy_.primitive_of(entry))
-                                            : radiance_.anything();
+  [[nodiscard]] ColorInterval background(const RayBundle& rays) const {
+    const Gradient* const gradient = scene_.background->gradient();
+    if (scene_.output.alpha || gradient == nullptr) return scene_.output.alpha ? ColorInterval{} : bounds_.background;
+    const Interval height = dot(normalized(rays.direction), scene_.background->up()).range();
+    const auto color = [&](double h) {
+      const double t = std::clamp((h + 1) / 2, 0.0, 1.0);
+      return interval_of(gradient->nadir * (1 - t) + gradient->zenith * t);
     };
-    ColorInterval all = may_escape ? radiance_.range(radiance_.escaped(rays), {}) : range(entries[0]);
-    for (const Entry entry : entries) all = hull(all, range(entry));
+    ColorInterval range = hull(color(height.low - 0x1p-44), color(height.high + 0x1p-44));
+    for (Interval& channel : range) channel = {channel.low * (1 - 0x1p-40), channel.high * (1 + 0x1p-40)};
+    return range;
+  }
+
+  /// Range of all primitives, and of the background where rays may escape.
+  [[nodiscard]] ColorInterval all_of(const Beam& beam, const std::optional<Cover>& cover) const {
+    const auto range = [&](const PrimitiveRef& primitive) {
+      return bounds_.materials[scene_.objects.material[scene_.geometry().object_of(primitive)]].anywhere;
+    };
+    ColorInterval all = cover ? range(cover->primitive) : background(beam.rays);
+    for (const PrimitiveRef& primitive : primitives_) all = hull(all, range(primitive));
     return all;
   }
 
-  void fill(const PixelBlock& block, const ColorInterval& radiance, bool edge) {
-    const RadianceInterval interval = rounded_outward(radiance, edge);
+  /// True if the interval is about two levels wide after display, for which the root stands here: smaller blocks would
+  /// change little.
+  [[nodiscard]] bool is_narrow(const ColorInterval& range) const {
+    const double gain = std::exp2(scene_.output.exposure);
+    return std::ranges::all_of(range, [&](const Interval& channel) {
+      const auto shown = [&](double radiance) { return std::sqrt(std::min(1.0, radiance * gain)); };
+      return 255 * (shown(channel.high) - shown(channel.low)) <= 2;
+    });
+  }
+
+  void fill(const PixelBlock& block, const ColorInterval& radiance) const {
+    RadianceInterval interval;
+    for (std::size_t c = 0; c < 3; ++c) {
+      interval.low[c] = bounds_.in_medium ? 0 : rounded_down(radiance[c].low);
+      interval.high[c] = rounded_up(radiance[c].high);
+    }
     const PixelWindow window = scene_.image.window();
     for (std::uint32_t y = block.y0; y < block.y1; ++y)
       for (std::uint32_t x = block.x0; x < block.x1; ++x)
-        pixels_[static_cast<std::size_t>(y - window.y0) * window.width() + (x - window.x0)] = interval;
+        use_(static_cast<std::size_t>(y - window.y0) * window.width() + (x - window.x0), interval);
   }
 
-  /// Fills each pixel of the block with the range over its part of the block.
-  template <class Range>
-  void fill_parts(const PixelBlock& block, const Range& range) {
-    const double width = block.x1 - block.x0, height = block.y1 - block.y0;
-    for (std::uint32_t y = block.y0; y < block.y1; ++y)
-      for (std::uint32_t x = block.x0; x < block.x1; ++x) {
-        // The sum of the rounding of these quotients is below that of one operation with a form.
-        const BlockPart part{(2.0 * (x - block.x0) + 1) / width - 1, (2.0 * (y - block.y0) + 1) / height - 1, 1 / width,
-                             1 / height};
-        fill({x, y, x + 1, y + 1}, range(part), false);
-      }
-  }
-
-  const BlockRadiance& radiance_;
   const SceneBounds& bounds_;
   const CompiledScene& scene_;
-  Occupancy occupancy_;
-  MirrorBeams mirrors_;
-  std::vector<RadianceInterval>& pixels_;
-  std::array<std::vector<Entry>, levels> entries_;
-  std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
-  std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
-  double dark_;                                           ///< radiance below which widths count as if it were this
+  const CompiledCamera::LinearRays& camera_;
+  const Use& use_;
+  std::vector<PrimitiveRef> primitives_;
+  std::vector<Interval> visible_;  ///< by light, from the patch being bounded
 };
-
-/// Bounds of the rays of one eye of an anaglyph, or of all rays.
-std::vector<RadianceInterval> bound_eye(const CompiledScene& scene, const Approximations& approximate, std::size_t eye,
-                                        const InParallel& in_parallel, const RenderControl& control) {
-  const PixelWindow window = scene.image.window();
-  const BlockRadiance radiance(scene, approximate, control, eye);
-  std::vector<RadianceInterval> pixels(static_cast<std::size_t>(window.pixels()));
-  // No tile has pixels of two images that are side by side. There is no crop then.
-  const std::uint32_t width = std::min(window.width(), scene.camera.columns());
-  const std::uint64_t columns = (width + tile_side - 1) / tile_side;
-  const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;
-  in_parallel(columns * rows * (window.width() / width), [&](std::uint64_t tile) {
-    if (control.cancelled()) return;
-    const auto left = window.x0 + static_cast<std::uint32_t>(tile / (columns * rows)) * width;
-    const auto x = left + static_cast<std::uint32_t>(tile % columns) * tile_side;
-    const auto y = window.y0 + static_cast<std::uint32_t>(tile / columns % rows) * tile_side;
-    TileBounds(radiance, pixels).run({x, y, std::min(x + tile_side, left + width), std::min(y + tile_side, window.y1)});
-  });
-  return pixels;
-}
 
 }  // namespace
 
-std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const Approximations& approximate,
-                                           const InParallel& in_parallel, const RenderControl& control) {
-  if (control.cancelled()) return {};
-  std::vector<RadianceInterval> pixels = bound_eye(scene, approximate, 0, in_parallel, control);
-  if (scene.camera.is_anaglyph() && !control.cancelled()) {
-    const std::vector<RadianceInterval> right = bound_eye(scene, approximate, 1, in_parallel, control);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      for (const std::size_t channel : {1, 2}) {
-        pixels[i].low[channel] = right[i].low[channel];
-        pixels[i].high[channel] = right[i].high[channel];
-      }
-      pixels[i].edge = pixels[i].edge || right[i].edge;
-    }
-  }
-  if (control.cancelled()) return {};
-  return pixels;
+void bound_pixels(const CompiledScene& scene, const InParallel& in_parallel, const RenderControl& control,
+                  const std::function<bool()>& hurry, const Use& use) {
+  if (control.cancelled()) return;
+  const SceneBounds bounds(scene, control);
+  const PixelWindow window = scene.image.window();
+  const auto rays = scene.camera.linear_rays();
+  const bool follows = rays && !scene.needs.lens && !scene.depth_cue;
+  const CompiledCamera::LinearRays camera = rays.value_or(CompiledCamera::LinearRays{});
+  const std::uint64_t columns = (window.width() + tile_side - 1) / tile_side,
+                      rows = (window.height() + tile_side - 1) / tile_side;
+  in_parallel(columns * rows, [&](std::uint64_t tile) {
+    if (control.cancelled()) return;
+    const auto x = window.x0 + static_cast<std::uint32_t>(tile % columns) * tile_side,
+               y = window.y0 + static_cast<std::uint32_t>(tile / columns) * tile_side;
+    const PixelBlock block{x, y, std::min(x + tile_side, window.x1), std::min(y + tile_side, window.y1)};
+    TileBounds pixels(bounds, camera, use);
+    if (!follows || hurry()) return pixels.fill_with_any(block);
+    pixels.divide(block, tile_side);
+  });
 }
 
 }  // namespace tracer

@@ -1,6 +1,5 @@
 #include "tracer/src/certify/ray_bundle.h"
 
-#include "tracer/src/certify/triangle_hit.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
@@ -36,68 +35,48 @@ BundleQuadratic sphere_quadratic(const AffineVec& f, const AffineVec& d, double 
   return {a, -dot(f, d), squared_length(f) - squared_radius, a * squared_radius - squared_length(cross(f, d))};
 }
 
-/// Compares the distance of the hits from the axis with inner and outer radius.
-Kind within_ring(const AffineVec& o, const AffineVec& d, const AffineForm& t, double inner, double outer) {
-  const Interval squared_radius = (squared(o.x + d.x * t) + squared(o.y + d.y * t)).range();
-  if (squared_radius.low > outer * outer || squared_radius.high < inner * inner) return Kind::miss;
-  const bool covers = squared_radius.high < outer * outer && (inner == 0 || squared_radius.low > inner * inner);
-  return covers ? Kind::cover : Kind::partial;
+/// True if all hits are between these distances from the axis.
+bool is_within(const AffineVec& o, const AffineVec& d, const BundleHit& hit, double inner, double outer) {
+  if (hit.kind != Kind::cover) return false;
+  const Interval squared_radius = (squared(o.x + d.x * hit.t) + squared(o.y + d.y * hit.t)).range();
+  return squared_radius.high < outer * outer && (inner == 0 || squared_radius.low > inner * inner);
 }
 
 BundleHit disc_hit(const AffineVec& o, const AffineVec& d, double inner) {
-  BundleHit hit = plane_hit(o.z, d.z);
-  if (hit.kind == Kind::cover) hit.kind = within_ring(o, d, hit.t, inner, 1);
-  return hit;
+  const BundleHit hit = plane_hit(o.z, d.z);
+  return hit.kind == Kind::miss || is_within(o, d, hit, inner, 1) ? hit : BundleHit{};
 }
 
 const AffineForm& component(const AffineVec& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-/// A face that faces the origins, or from inside any: the ray enters or leaves the convex cube where it crosses the
-/// interior of a face.
+/// From outside the rays enter the cube through faces that face the origins.
 BundleHit cube_hit(const AffineVec& o, const AffineVec& d) {
-  bool inside = true, missed = true;
   for (int axis = 0; axis < 3; ++axis) {
-    const Interval at = component(o, axis).range();
-    inside &= at.low > 0 && at.high < 1;
+    const Interval range = component(o, axis).range();
+    if (!(range.high < 0) && !(range.low > 1)) continue;
+    const bool high = range.low > 1;
+    BundleHit hit = plane_hit(component(o, axis) - (high ? 1 : 0), component(d, axis));
+    if (hit.kind == Kind::miss) return hit;
+    if (hit.kind != Kind::cover) continue;
+    const auto is_inside = [&](int other) {
+      const Interval across = (component(o, other) + component(d, other) * hit.t).range();
+      return across.low > 0 && across.high < 1;
+    };
+    if (!is_inside((axis + 1) % 3) || !is_inside((axis + 2) % 3)) continue;
+    hit.part = static_cast<QuadricPart>(static_cast<int>(QuadricPart::x_0) + 2 * axis + (high ? 1 : 0));
+    hit.back = false;
+    return hit;
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    const AffineForm &at = component(o, axis), &rate = component(d, axis);
-    const Interval range = at.range(), slope = rate.range();
-    if ((range.high < 0 && slope.high <= 0) || (range.low > 1 && slope.low >= 0)) return {.kind = Kind::miss};
-    const bool below = range.high<0, above = range.low> 1, between = range.low > 0 && range.high < 1;
-    if (!inside && between) continue;  // no ray enters through these faces
-    const bool rises = slope.low > 0, falls = slope.high < 0;
-    const bool reaches_low = inside ? falls : below && rises, reaches_high = inside ? rises : above && falls;
-    if (!reaches_low && !reaches_high) {
-      missed = false;
-      continue;
-    }
-    const AffineForm t = (reaches_low ? -at : 1 - at) * inverse(rate);
-    bool within = true, beyond = false;
-    for (int other = (axis + 1) % 3; other != axis; other = (other + 1) % 3) {
-      const Interval across = (component(o, other) + component(d, other) * t).range();
-      within &= across.low > 0 && across.high < 1;
-      beyond |= across.high < 0 || across.low > 1;
-    }
-    if (within)
-      return {.kind = Kind::cover,
-              .t = t,
-              .part = static_cast<QuadricPart>(static_cast<int>(QuadricPart::x_0) + 2 * axis + (reaches_low ? 0 : 1)),
-              .back = inside};
-    missed &= beyond;
-  }
-  return {.kind = missed && !inside ? Kind::miss : Kind::partial};
+  return {};
 }
 
 /// From outside: a hit of the side, or of a cap from beyond its plane, is where the ray enters the convex solid.
 BundleHit frustum_hit(const Quadric& q, const AffineVec& o, const AffineVec& d) {
-  const Interval z = o.z.range(), dz = d.z.range();
-  if ((z.high < 0 && dz.high <= 0) || (z.low > 1 && dz.low >= 0)) return {.kind = Kind::miss};
+  const Interval z = o.z.range();
   for (const bool top : {false, true}) {
-    const double radius = top ? q.radius_1 : q.radius_0;
-    if (!q.caps || !(radius > 0) || !(top ? z.low > 1 : z.high < 0)) continue;
+    if (!q.caps || !(top ? z.low > 1 : z.high < 0)) continue;
     BundleHit cap = plane_hit(top ? o.z - 1 : o.z, d.z);
-    if (cap.kind != Kind::cover || within_ring(o, d, cap.t, 0, radius) != Kind::cover) continue;
+    if (!is_within(o, d, cap, 0, top ? q.radius_1 : q.radius_0)) continue;
     cap.part = top ? QuadricPart::cap_1 : QuadricPart::cap_0;
     cap.back = false;
     return cap;
@@ -134,8 +113,39 @@ BundleHit quadric_hit(const Quadric& q, const RayBundle& rays) {
   return {};
 }
 
-}  // namespace
+/// A triangle is hit where the signed volumes of the tetrahedra between the ray and its edges have the sign of its side
+/// (Pluecker coordinates).
+BundleHit triangle_hit(const TriangleGeometry& mesh, std::uint32_t triangle, const RayBundle& rays) {
+  const auto& vertices = mesh.triangles[triangle];
+  const Vec3 a = mesh.position(vertices[0]), b = mesh.position(vertices[1]), c = mesh.position(vertices[2]);
+  const AffineVec from_a = rays.origin - a, from_b = rays.origin - b, from_c = rays.origin - c;
+  const Vec3 to_b = b - a, to_c = c - a, normal = cross(to_b, to_c);
+  const double rounding = length(to_b) * length(to_c) * form_rounding;
+  AffineForm height = dot(from_a, normal), rate = dot(rays.direction, normal);
+  height.error += rounding * magnitude(from_a);
+  rate.error += rounding * magnitude(rays.direction);
+  BundleHit hit = plane_hit(height, rate);
+  if (hit.kind == Kind::miss) return hit;
+  const auto edge = [&](const AffineVec& p, const AffineVec& q) { return dot(rays.direction, cross(p, q)); };
+  const AffineForm at_a = edge(from_b, from_c), at_b = edge(from_c, from_a), at_c = edge(from_a, from_b);
+  const Interval range_a = at_a.range(), range_b = at_b.range(), range_c = at_c.range();
+  const bool any_positive = range_a.low > 0 || range_b.low > 0 || range_c.low > 0;
+  const bool any_negative = range_a.high < 0 || range_b.high < 0 || range_c.high < 0;
+  if (any_positive && any_negative) return {.kind = Kind::miss};
+  if (hit.kind != Kind::cover) return {};
+  // At a front-face hit the volumes are negative: d points against the normal.
+  if (hit.back ? any_negative : any_positive) return {.kind = Kind::miss};
+  const bool inside = hit.back ? range_a.low > 0 && range_b.low > 0 && range_c.low > 0
+                               : range_a.high < 0 && range_b.high < 0 && range_c.high < 0;
+  if (!inside) return {};
+  const AffineForm scale = inverse(at_a + at_b + at_c);
+  hit.u = at_b * scale;
+  hit.v = at_c * scale;
+  hit.part = {};
+  return hit;
+}
 
+/// Precondition: no lens, and rays are linear.
 RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block) {
   const double x = 0.5 * (block.x0 + block.x1), y = 0.5 * (block.y0 + block.y1);
   const double half_x = 0.5 * (block.x1 - block.x0), half_y = 0.5 * (block.y1 - block.y0);
@@ -148,25 +158,11 @@ RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& blo
     return AffineVec{form(base.x, along_x.x, along_y.x), form(base.y, along_x.y, along_y.y),
                      form(base.z, along_x.z, along_y.z)};
   };
-  const double turn = camera.turn_x * half_x + camera.turn_y * half_y;
-  const double bend = 0.5 * turn * turn * (1 + 0x1p-40) + (turn > 0 ? 0x1p-48 : 0);
-  return {widened(forms(camera.origin, camera.origin_x, camera.origin_y), camera.lens),
-          widened(forms(camera.direction, camera.direction_x, camera.direction_y),
-                  camera.lens * ((1 + 0x1p-40) / camera.focus) + Vec3{bend, bend, bend})};
+  return {forms(camera.origin, camera.origin_x, camera.origin_y),
+          forms(camera.direction, camera.direction_x, camera.direction_y)};
 }
 
-ConvexRegion region_of(const RayBundle& rays, double reach) {
-  const Vec3 axis = center(rays.direction);
-  const Bounds from = box_of(rays.origin);
-  const double far = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));
-  const Bounds offset = box_of(rays.direction * (far / length(axis)));
-  return shaft(from, {from.low + offset.low, from.high + offset.high}, reach);
-}
-
-bool spreads_little(const RayBundle& rays) {
-  const Vec3 axis = center(rays.direction);
-  return squared_length(rays.direction).range().low > 0.25 * dot(axis, axis);
-}
+}  // namespace
 
 BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
   const Interval h = height.range(), r = rate.range();
@@ -177,21 +173,7 @@ BundleHit plane_hit(const AffineForm& height, const AffineForm& rate) {
   return {};
 }
 
-Beam::Beam(const RayBundle& bundle, const ConvexRegion& around)
-    : rays(bundle), region(around), axis(normalize(center(bundle.direction))) {
-  forward = dot(rays.direction, axis).range().low > 0;
-}
-
-Beam::Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
-    : rays(camera_rays(camera, block)), region(reach) {
-  const bool converge = dot(camera.lens, camera.lens) == 0 && camera.turn_x == 0;
-  if (!converge) {
-    // Too wide a bundle has no region: nothing is outside of it.
-    axis = normalize(center(rays.direction));
-    forward = dot(rays.direction, axis).range().low > 0;
-    if (spreads_little(rays)) region = region_of(rays, reach);
-    return;
-  }
+Beam::Beam(const CompiledCamera::LinearRays& camera, const Block& block) : rays(camera_rays(camera, block)) {
   const Vec3 origin = center(rays.origin), direction = center(rays.direction);
   axis = normalize(direction);
   forward = dot(rays.direction, axis).range().low > 0;

@@ -24,15 +24,6 @@ struct Block {
   double x0, y0, x1, y1;
 };
 
-/// Camera rays of a block.
-RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block);
-
-/// True if no ray is shorter than half the central one, by the lengths of their directions.
-bool spreads_little(const RayBundle& rays);
-/// Hull of the origins and of points beyond the scene, whose boxes have coordinates up to `reach`. Precondition:
-/// spreads_little().
-ConvexRegion region_of(const RayBundle& rays, double reach);
-
 /// Rays with the region that they run through.
 struct Beam {
   RayBundle rays;
@@ -40,9 +31,8 @@ struct Beam {
   Vec3 axis;             ///< unit, through the center of the block
   bool forward = false;  ///< every ray advances along the axis
 
-  /// Camera rays of a block; `reach` is that of ConvexRegion.
-  Beam(const CompiledCamera::LinearRays& camera, const Block& block, double reach);
-  Beam(const RayBundle& bundle, const ConvexRegion& around);
+  /// Camera rays of a block.
+  Beam(const CompiledCamera::LinearRays& camera, const Block& block);
 };
 
 /// Result of intersecting a bundle with a primitive.

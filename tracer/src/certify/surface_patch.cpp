@@ -1,148 +1,97 @@
 #include "tracer/src/certify/surface_patch.h"
 
-#include "tracer/src/certify/box_tree.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
 
-/// Position and normal of a hit on a quadric.
-void set_quadric(const Quadric& q, const BundleHit& hit, SurfacePatch& patch) {
+/// Normal of a hit on a quadric.
+AffineVec quadric_normal(const Quadric& q, const BundleHit& hit, const AffineVec& position) {
   const Linear render_from_normal = transposed(q.shape_from_render);
-  const bool cube = q.kind == kind_of<UnitCube>, disc = q.kind == kind_of<UnitDisc>;
-  patch.convex = !hit.back || disc;
-  const auto set_flat = [&](const Vec3& local, double height) {
-    const Vec3 outward = normalize(render_from_normal * local);
-    patch.flat = true;
-    patch.flat_normal = hit.back ? -outward : outward;
-    patch.anchor = q.origin + q.render_from_shape * (local * height);
-    patch.face = exactly(patch.flat_normal);
-  };
-  const auto set_curved = [&](const AffineVec& local) {
-    const AffineVec outward = render_from_normal * local;
-    patch.face = hit.back ? -outward : outward;
-  };
-  if (disc) return set_flat({0, 0, 1}, 0);
-  if (cube) {
+  const auto flat = [&](const Vec3& local) { return exactly(normalize(render_from_normal * local)); };
+  if (q.kind == kind_of<UnitDisc>) return flat({0, 0, 1});
+  if (q.kind == kind_of<UnitCube>) {
     const int face = static_cast<int>(hit.part) - static_cast<int>(QuadricPart::x_0);
     const double side = face % 2 == 0 ? -1 : 1;
-    const Vec3 local{face / 2 == 0 ? side : 0, face / 2 == 1 ? side : 0, face / 2 == 2 ? side : 0};
-    return set_flat(local, face % 2 == 0 ? 0 : 1);
+    return flat({face / 2 == 0 ? side : 0, face / 2 == 1 ? side : 0, face / 2 == 2 ? side : 0});
   }
-  if (hit.part == QuadricPart::cap_0) return set_flat({0, 0, -1}, 0);
-  if (hit.part == QuadricPart::cap_1) return set_flat({0, 0, 1}, 1);
-  const AffineVec p = q.shape_from_render * (patch.hit - q.origin);
-  if (q.kind == kind_of<UnitSphere>) return set_curved(p);
+  if (hit.part == QuadricPart::cap_0) return flat({0, 0, -1});
+  if (hit.part == QuadricPart::cap_1) return flat({0, 0, 1});
+  const AffineVec p = q.shape_from_render * (position - q.origin);
+  if (q.kind == kind_of<UnitSphere>) return normalized(render_from_normal * p);
   const double slope = q.radius_1 - q.radius_0;
-  set_curved({p.x, p.y, (p.z * slope + q.radius_0) * -slope});
+  return normalized(render_from_normal * AffineVec{p.x, p.y, (p.z * slope + q.radius_0) * -slope});
 }
 
-/// Interpolated normals, and the offset to the curved surface (smooth_point() with forms).
-void set_smooth(const TriangleGeometry& mesh, std::uint32_t triangle, SurfacePatch& patch) {
-  const auto& vertices = mesh.triangles[triangle];
-  const std::array<AffineForm, 3> weight{1 - (patch.u + patch.v), patch.u, patch.v};
-  AffineVec sum{}, offset{};
-  const AffineVec outward = patch.back ? -patch.face : patch.face;
-  for (std::size_t i = 0; i < 3; ++i) sum = sum + mesh.normal(vertices[i]) * weight[i];
-  const AffineForm size = squared_length(sum);
-  const Interval side = dot(sum, outward).range(), squared_size = size.range();
-  patch.flat = false;
-  patch.convex = false;
-  if (squared_size.high < 0x1p-40) return;  // the normal of the face
-  patch.has_normal = squared_size.low > 0x1p-40 && (side.low > 0 || side.high < 0);
-  if (patch.has_normal) {
-    const AffineVec unit = sum * inverse(square_root(size));
-    patch.normal = (side.low > 0) == !patch.back ? unit : -unit;
-  }
-  if (patch.back) return;
+/// Interpolated normals, and the offset to the curved surface that smooth_point() finds: at most the heights of the
+/// vertices' planes over the hit.
+void set_smooth(const TriangleGeometry& mesh, const BundleHit& hit, SurfacePatch& patch) {
+  const auto& vertices = mesh.triangles[patch.primitive.primitive];
+  const std::array<AffineForm, 3> weight{1 - (hit.u + hit.v), hit.u, hit.v};
+  const AffineVec outward = exactly(hit.back ? -patch.face : patch.face);
+  AffineVec sum{};
+  double offset = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3 normal = mesh.normal(vertices[i]);
-    const Interval same = dot(outward, normal).range();
-    const AffineForm height = dot(patch.hit - mesh.position(vertices[i]), normal);
-    // A normal across the face may have either sign: the larger offset counts.
-    const AffineForm above = positive_part(-height) * weight[i], below = positive_part(height) * weight[i];
-    if (same.low >= 0) {
-      offset = offset + normal * above;
-    } else if (same.high < 0) {
-      offset = offset + -normal * below;
-    } else {
-      const double reach = std::max(above.magnitude(), below.magnitude());
-      offset = widened(offset, abs(normal) * reach);
-    }
+    sum = sum + normal * weight[i];
+    offset = std::max(offset, dot(patch.position - mesh.position(vertices[i]), normal).magnitude() * length(normal));
   }
-  if (!patch.has_normal) offset = widened(offset, magnitude(offset));  // it may also be that of the face: none
-  patch.offset = magnitude(offset) > magnitude(patch.hit) * 0x1p-44;
-  patch.shadow_start = patch.position + offset;
-}
-
-void set_triangle(const CompiledScene& scene, const PrimitiveRef& primitive, const BundleHit& hit,
-                  Approximations::Shading approximate, SurfacePatch& patch) {
-  const TriangleGeometry& mesh = scene.geometry().mesh(primitive.geometry);
-  patch.object = mesh.object_of(primitive.primitive);
-  patch.material = scene.objects.material[patch.object];
-  patch.u = hit.u;
-  patch.v = hit.v;
-  const PlaneOf plane = *plane_of(scene.geometry(), primitive);
-  const Vec3 outward = normalize(plane.normal);
-  patch.flat = patch.convex = true;
-  patch.flat_normal = hit.back ? -outward : outward;
-  patch.anchor = plane.point;
-  patch.face = exactly(patch.flat_normal);
-  patch.normal = patch.face;
-  const Material::Shading shading = scene.terms[patch.material].shading;
-  const bool at_vertices = approximate != Approximations::Shading::exact || is_lit_by_triangle(shading);
-  if (at_vertices) {
-    const Bounds box = bounds_of(scene.geometry(), primitive);
-    patch.position = {form_of({box.low.x, box.high.x}), form_of({box.low.y, box.high.y}),
-                      form_of({box.low.z, box.high.z})};
-  }
-  patch.shadow_start = patch.position;
-  if (!mesh.normals.empty() && !has_face_normals(shading)) set_smooth(mesh, primitive.primitive, patch);
-  if (!at_vertices) return;
-  patch.has_normal = patch.flat = patch.convex = false;
-  patch.offset = true;
+  const AffineForm size = squared_length(sum);
+  if (size.range().high < 0x1p-40) return;  // the normal of the face
+  const Interval side = dot(sum, outward).range();
+  patch.convex = false;
+  patch.has_normal = size.range().low > 0x1p-40 && (side.low > 0 || side.high < 0);
+  if (!patch.has_normal) return;
+  const AffineVec unit = sum * inverse(square_root(size));
+  patch.normal = (side.low > 0) == !hit.back ? unit : -unit;
+  if (!hit.back) patch.shadow_start = widened(patch.position, offset);
 }
 
 }  // namespace
 
-SurfacePatch surface_patch(const CompiledScene& scene, const PrimitiveRef& primitive, const RayBundle& rays,
-                           const BundleHit& hit, Approximations::Shading approximate) {
+SurfacePatch surface_patch(const SceneBounds& bounds, const PrimitiveRef& primitive, const RayBundle& rays,
+                           const BundleHit& hit) {
+  const CompiledScene& scene = bounds.scene;
   const GeometrySet& geometry = scene.geometry();
   const auto [number, i] = primitive;
   SurfacePatch patch;
   patch.primitive = primitive;
-  patch.back = hit.back;
-  patch.part = hit.part;
+  patch.material = scene.objects.material[geometry.object_of(primitive)];
+  patch.has_normal = bounds.materials[patch.material].has_normal;
   const AffineVec along = rays.direction * hit.t;
   // Rounding of the integrator's directions, distances and points, and its origins of shadow rays: less than 2^7
   // operations relative to the terms of o + t d.
-  patch.hit = widened(rays.origin + along, (magnitude(rays.origin) + magnitude(along)) * 0x1p-45);
-  patch.position = patch.shadow_start = patch.hit;
-  const GeometryKind kind = geometry.kind_of(number);
-  if (kind == GeometryKind::triangles) {
-    set_triangle(scene, primitive, hit, approximate, patch);
-    return patch;
+  patch.position = widened(rays.origin + along, (magnitude(rays.origin) + magnitude(along)) * 0x1p-45);
+  patch.shadow_start = patch.position;
+  patch.convex = !hit.back;
+  AffineVec outward;
+  switch (geometry.kind_of(number)) {
+    case GeometryKind::spheres: {
+      const SphereGeometry& spheres = geometry.spheres[number];
+      outward = normalized(patch.position - Vec3{spheres.x[i], spheres.y[i], spheres.z[i]});
+      break;
+    }
+    case GeometryKind::triangles:
+    case GeometryKind::planes: {
+      const PlaneOf plane = *plane_of(geometry, primitive);
+      patch.face = normalize(plane.normal);
+      if (hit.back) patch.face = -patch.face;
+      patch.anchor = plane.point;
+      patch.convex = true;
+      outward = exactly(hit.back ? -patch.face : patch.face);
+      break;
+    }
+    case GeometryKind::quadrics: {
+      const Quadric& quadric = geometry.quadric_set(number).quadrics[i];
+      patch.convex |= quadric.kind == kind_of<UnitDisc>;
+      outward = quadric_normal(quadric, hit, patch.position);
+      break;
+    }
   }
-  if (kind == GeometryKind::spheres) {
-    const SphereGeometry& spheres = geometry.spheres[number];
-    patch.object = spheres.object[i];
-    patch.convex = !hit.back;
-    const AffineVec outward = (patch.hit - Vec3{spheres.x[i], spheres.y[i], spheres.z[i]}) * (1 / spheres.radius[i]);
-    patch.face = hit.back ? -outward : outward;
-  } else if (kind == GeometryKind::quadrics) {
-    const QuadricGeometry& set = geometry.quadric_set(number);
-    patch.object = set.object[i];
-    set_quadric(set.quadrics[i], hit, patch);
-  } else {
-    patch.object = geometry.planes.object[i];
-    patch.flat = patch.convex = true;
-    const Vec3 outward = geometry.planes.normal[i];
-    patch.flat_normal = hit.back ? -outward : outward;
-    patch.anchor = geometry.planes.point[i];
-    patch.face = exactly(patch.flat_normal);
-  }
-  patch.material = scene.objects.material[patch.object];
-  patch.normal = patch.flat ? patch.face : normalized(patch.face);
+  patch.normal = hit.back ? -outward : outward;
+  if (geometry.kind_of(number) != GeometryKind::triangles || !patch.has_normal) return patch;
+  const TriangleGeometry& mesh = geometry.mesh(number);
+  if (!mesh.normals.empty() && !has_face_normals(scene.terms[patch.material].shading)) set_smooth(mesh, hit, patch);
   return patch;
 }
 

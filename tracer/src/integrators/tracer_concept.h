@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "tracer/render.h"
-#include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/integrators/sample_signature.h"
 #include "tracer/src/math/vec.h"
@@ -87,8 +86,6 @@ struct OmittedRadiance {
 /// - `omitted()`: omitted radiance of each sample; empty if the scene cannot omit any.
 /// - `gbuffer()`: first hits; filled if the scene needs a depth cue or layers.
 /// - `statistics()`: counts of all batches so far.
-/// - `bounds()`: intervals that contain the radiance of every sample, by pixel of the image's window; empty if none are
-///   known or the render was cancelled.
 template <class T>
 concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderControl&, const Approximations&> &&
     requires(T tracer, const T& traced) {
@@ -99,9 +96,6 @@ concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderCo
   { traced.signatures() } -> std::same_as<const std::vector<SampleSignature>&>;
   { traced.gbuffer() } -> std::same_as<const GBuffer&>;
   { traced.statistics() } -> std::same_as<const RenderStatistics&>;
-} && requires(const CompiledScene& scene, const Approximations& approximate, const InParallel& in_parallel,
-              const RenderControl& control) {
-  { T::bounds(scene, approximate, in_parallel, control) } -> std::same_as<std::vector<RadianceInterval>>;
 };
 
 inline void add(RenderStatistics& total, const RenderStatistics& part) {

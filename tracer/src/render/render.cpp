@@ -9,6 +9,7 @@
 #include "tracer/parts.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
+#include "tracer/src/sampling/proof.h"
 #include "tracer/src/sampling/uniform_sampler.h"
 
 namespace tracer {
@@ -21,6 +22,8 @@ Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSe
     auto rendered = scene.accuracy.adaptive ? AdaptiveSampler<T>(scene, settings, control).run()
                                             : UniformSampler<T>(scene, settings, control).run();
     if (rendered) rendered->statistics.duplicates = scene.geometry().duplicates;
+    if (rendered && scene.accuracy.proof) prove_error<T>(scene, settings, control, *rendered);
+    if (rendered && control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the image or its rays"};

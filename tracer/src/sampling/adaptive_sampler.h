@@ -38,7 +38,8 @@ class AdaptiveSampler {
         tiles_(scene.image.window()),
         deadline_(settings, target_,
                   static_cast<std::uint32_t>(std::min<std::uint64_t>(concurrency(settings.threads), tiles_.count())),
-                  scene.accuracy.approximate.any() ? approximation_share : 0),
+                  scene.accuracy.approximate.any() ? approximation_share : 0,
+                  scene.accuracy.proof ? 1 - proof_share : 1),
         decay_{.stratified = !scene.needs.lens && !uses_random_choices(scene)},
         film_(scene, scene.image.window(), decay_),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
@@ -238,8 +239,8 @@ class AdaptiveSampler {
     constexpr double count_min = 32, count_max = 2048;
     const double count = std::clamp(deadline_.holdout_samples() / (2 * look_half), count_min, count_max);
     const float brightest = rounded_up(radiance_bound(scene_).value_or(std::numeric_limits<double>::infinity()));
-    const RadianceInterval any{.low = {}, .high = {brightest, brightest, brightest}};
-    const std::vector<float> bounds(film_.size(), squared_distance_bound(any, {}, *display_));
+    const double level = display_->level(std::min(brightest, 1e30F));
+    const std::vector<float> bounds(film_.size(), static_cast<float>(3 * level * level));
     const LookDraws draws = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
     LookTracer<T> tracer(context_, PartKind::looks);
     const std::vector<double> errors = tracer.squared_errors(draws.looks, mean_, *display_);

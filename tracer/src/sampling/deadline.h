@@ -8,16 +8,21 @@
 
 namespace tracer {
 
+/// Share of a time budget that is left to the proof of the image's error. Half of it at most is for bounds of pixels.
+inline constexpr double proof_share = 0.25;
+
 /// Any thread may call set(), over(), over_before(), spent() and fraction_elapsed() while no thread calls the
 /// rest.
 class Deadline {
  public:
   /// `threads`: number of threads that trace concurrently.
   /// `last_share`: fraction of the budget that is kept for work after the samples of the image.
-  Deadline(const RenderSettings& settings, const Adaptive& target, std::uint32_t threads, double last_share = 0)
+  /// `budget_share`: fraction of the time budget that counts as the budget.
+  Deadline(const RenderSettings& settings, const Adaptive& target, std::uint32_t threads, double last_share = 0,
+           double budget_share = 1)
       : settings_(settings), threads_(threads), reserve_share_(holdout_reserve + last_share) {
     if (!settings.elapsed_ms || !target.time_budget_ms) return;
-    budget_ms_ = *target.time_budget_ms;
+    budget_ms_ = budget_share * *target.time_budget_ms;
     start_ms_ = settings.elapsed_ms();
     reserve_ms_ = reserve_share_ * budget_ms_;
   }

@@ -61,8 +61,7 @@ void add_approximation(ErrorEstimate& error, const SampledError& approximation, 
   error.approximation = std::sqrt(approximation.squared_upper / channels);
   error.approximation_min =
       std::sqrt(std::max(0.0, 2 * approximation.squared - approximation.squared_upper) / channels);
-  for (double* const total : {&error.estimate, &error.worst_tile, &error.proven})
-    *total = std::hypot(*total, error.approximation);
+  for (double* const total : {&error.estimate, &error.worst_tile}) *total = std::hypot(*total, error.approximation);
 }
 
 ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {

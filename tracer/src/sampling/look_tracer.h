@@ -93,8 +93,9 @@ class ApproximationLooks {
         exact_({scene, settings, control, exact_pool_}, PartKind::exact_looks),
         approximate_({scene, settings, control, pool_}, PartKind::looks) {}
 
-  /// Pixels are drawn by bounds of their errors, so that a shadow that is left out is found, however small it is. Looks
-  /// take about a tenth of the rays of `image` and of its patches, and the error includes what so few cannot exclude.
+  /// Pixels are drawn by what one sample at each center shows, so that a shadow that is left out is found if it covers
+  /// one. Looks take about a tenth of the rays of `image` and of its patches, and the error includes what so few cannot
+  /// exclude.
   /// Beyond that, adaptive samples go on while nothing else keeps the error above the target, or until a time budget is
   /// spent. Paths by diffuse surfaces are sampled until their noise in half of a look is twice the target error, if
   /// there is one; errors of patches alone are small and smooth, and get fewer looks of more samples.
@@ -104,11 +105,11 @@ class ApproximationLooks {
     Approximations others = accuracy.approximate;
     others.interreflection = Approximations::Interreflection::exact;
     const bool patches = paths && accuracy.uses_patches() && !others.any();
-    // The intervals of all pixels take as long as some 0.4 samples of each: an image of few samples goes without them,
-    // as if any pixel might have any radiance.
-    constexpr std::uint64_t interval_samples = 4;
-    const bool by_intervals = accuracy.adaptive || image.samples >= interval_samples * scene_.image.window().pixels();
-    const std::vector<float> bounds = squared_bounds(by_intervals);
+    // An image of few samples goes without pairs, as if any pixel might have any radiance. A pair of paths shows noise.
+    constexpr std::uint64_t pair_samples = 20;
+    const bool by_pairs =
+        !paths && (accuracy.adaptive || image.samples >= pair_samples * scene_.image.window().pixels());
+    const std::vector<float> bounds = by_pairs ? pair_distances() : any_distances();
     const double target =
         accuracy.target().value_or(accuracy.tile_target().value_or(std::numeric_limits<double>::infinity()));
     const double squared_target = 3 * static_cast<double>(bounds.size()) * target * target;
@@ -118,9 +119,9 @@ class ApproximationLooks {
     if (patches && !accuracy.adaptive)                         // so that there are enough looks
       half = static_cast<std::uint32_t>(
           std::clamp<std::size_t>(affordable(image, 1) / path_looks_min, look_half, std::size_t{half}));
-    const Found none{.enough = patches        ? path_looks_min
-                               : by_intervals ? most
-                                              : std::numeric_limits<std::size_t>::max(),
+    const Found none{.enough = patches    ? path_looks_min
+                               : by_pairs ? most
+                                          : std::numeric_limits<std::size_t>::max(),
                      .bound = std::accumulate(bounds.begin(), bounds.end(), 0.0)};
     constexpr std::size_t first_looks = 16;
     Found found = none;
@@ -158,6 +159,7 @@ class ApproximationLooks {
   }
 
  private:
+  static constexpr double white_level = 255;
   /// Each look estimates sums over the image.
   struct Found {
     std::size_t enough = 0;         ///< looks that show the error; fewer add what they cannot exclude
@@ -182,7 +184,8 @@ class ApproximationLooks {
   /// Number of looks for a part of what is left of a tenth of the rays of the image and of its patches: they vary.
   [[nodiscard]] std::size_t affordable(const RenderStatistics& image, std::uint32_t half) const {
     const std::uint64_t samples = exact_.samples() + approximate_.samples();
-    const auto spent = static_cast<double>(exact_pool_.statistics().rays.total() + pool_.statistics().rays.total()),
+    const auto spent = static_cast<double>(exact_pool_.statistics().rays.total() + pool_.statistics().rays.total() -
+                                           pair_rays_),
                of_image = static_cast<double>(image.rays.total()),
                of_patches = static_cast<double>(scene_.objects.radiosity ? scene_.objects.radiosity->figures.rays : 0);
     // The first looks show the cost of others; until then they may need 16 times the rays of an image's sample.
@@ -193,17 +196,42 @@ class ApproximationLooks {
     return static_cast<std::size_t>(std::max(0.0, left) / std::max(4 * half * per_sample, 1.0));
   }
 
-  /// Bounds of the squared error of each pixel: of its distance from the interval of the exact one.
-  [[nodiscard]] std::vector<float> squared_bounds(bool by_intervals) const {
-    constexpr float any = std::numeric_limits<float>::infinity();
-    const std::size_t pixels = scene_.image.window().pixels();
-    const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings_.threads, work); };
-    std::vector<RadianceInterval> intervals;
-    if (by_intervals) intervals = T::bounds(scene_, {}, in_parallel, control_);
-    intervals.resize(pixels, {.low = {}, .high = {any, any, any}});
-    std::vector<float> bounds(pixels);
-    for (std::size_t i = 0; i < pixels; ++i) bounds[i] = squared_distance_bound(intervals[i], value_(i), display_);
+  /// Bounds of the squared error of each pixel, if the exact one may have any radiance.
+  [[nodiscard]] std::vector<float> any_distances() const {
+    std::vector<float> bounds(scene_.image.window().pixels());
+    for (std::size_t i = 0; i < bounds.size(); ++i)
+      for (const double channel : {value_(i).r, value_(i).g, value_(i).b}) {
+        const double level = display_.level(channel), distance = std::max(level, white_level - level);
+        bounds[i] += static_cast<float>(distance * distance);
+      }
     return bounds;
+  }
+
+  /// Squared distances of an exact and an approximate sample at the center of each pixel. Where they agree, smaller
+  /// things may still differ: by as much as a change of all of the pixel by four levels, it is assumed.
+  [[nodiscard]] std::vector<float> pair_distances() {
+    constexpr float unseen = 3 * 4 * 4;
+    const Tiles tiles(scene_.image.window());
+    std::vector<float> distances(scene_.image.window().pixels(), unseen);
+    for_each_tile(tiles.count(), settings_.threads, [&](std::uint64_t tile) {
+      if (control_.cancelled()) return;
+      const std::vector<Pixel> pixels = tiles.pixels(tile);
+      typename TracerPool<T>::Lease exact(exact_pool_), approximate(pool_);
+      for (T* const tracer : {&*exact, &*approximate}) {
+        tracer->batch().clear();
+        for (const Pixel& pixel : pixels) push(tracer->batch(), scene_, uniform_sample(scene_, pixel.x, pixel.y, 0, 1));
+        if (!tracer->trace()) return;
+      }
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const Color &a = (*exact).radiance()[i], &b = (*approximate).radiance()[i];
+        for (const auto& [first, second] : {std::pair(a.r, b.r), std::pair(a.g, b.g), std::pair(a.b, b.b)})
+          if (const double distance = display_.level(first) - display_.level(second); std::isfinite(distance))
+            distances[tiles.place(pixels[i])] += static_cast<float>(distance * distance);
+      }
+    });
+    pair_rays_ = exact_pool_.statistics().rays.total() + pool_.statistics().rays.total();
+    pairs_ = distances.size();
+    return distances;
   }
 
   /// Adds `count` looks at pixels drawn by their bounds; false if no pixel has one.
@@ -226,7 +254,7 @@ class ApproximationLooks {
   [[nodiscard]] ApproximationError measured(const SampledError& error) const {
     ApproximationError measured{.error = error, .looks = looks_, .statistics = exact_pool_.statistics()};
     tracer::add(measured.statistics, pool_.statistics());
-    measured.statistics.holdout_samples += exact_.samples() + approximate_.samples();
+    measured.statistics.holdout_samples += exact_.samples() + approximate_.samples() + 2 * pairs_;
     return measured;
   }
 
@@ -238,6 +266,7 @@ class ApproximationLooks {
   TracerPool<T> exact_pool_, pool_;
   LookTracer<T> exact_, approximate_;
   std::size_t looks_ = 0;
+  std::uint64_t pairs_ = 0, pair_rays_ = 0;
 };
 
 }  // namespace tracer

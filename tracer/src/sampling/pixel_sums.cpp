@@ -16,9 +16,6 @@ void write1(std::vector<T>& layer, std::size_t index, T value) {
 
 constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 
-/// Code value of a radiance that may be infinite; 10^30 is white for every tone mapping.
-double level_of(float radiance, const DisplayTransform& display) { return display.level(std::min(radiance, 1e30F)); }
-
 }  // namespace
 
 void allocate(Image& image, const PixelWindow& window, const Output& output) {
@@ -123,17 +120,6 @@ HalvesDistance::HalvesDistance(const Color& value, const Halves& a, const Halves
     squared += 2 * of_mean * of_mean - (of_first * of_first + of_second * of_second) / 2;
     noise += (of_first - of_second) * (of_first - of_second) / 2;
   }
-}
-
-float squared_distance_bound(const RadianceInterval& interval, const Color& value, const DisplayTransform& display) {
-  double sum = 0;
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    const double level = display.level(value.*channels[channel]);
-    const double below = level - display.level(interval.low[channel]),
-                 above = level_of(interval.high[channel], display) - level;
-    sum += std::pow(std::max(std::abs(below), std::abs(above)), 2);
-  }
-  return static_cast<float>(sum);
 }
 
 }  // namespace tracer

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "tracer/image.h"
-#include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/math/lanes.h"
@@ -107,8 +106,5 @@ struct HalvesDistance {
   double squared;  ///< in squared code values, summed over the channels; negative by chance
   double noise;    ///< variance of the difference of two halves, likewise
 };
-
-/// The largest squared distance of a sample from `value`, which may lie outside of the interval.
-float squared_distance_bound(const RadianceInterval& interval, const Color& value, const DisplayTransform& display);
 
 }  // namespace tracer

@@ -175,10 +175,6 @@ class Wavefront {
   [[nodiscard]] const std::vector<SampleSignature>& signatures() const { return state_.signatures; }
   [[nodiscard]] const GBuffer& gbuffer() const { return state_.gbuffer; }
   [[nodiscard]] const RenderStatistics& statistics() const { return state_.statistics; }
-  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const Approximations& approximate,
-                                              const InParallel& in_parallel, const RenderControl& control) {
-    return bound_pixels(scene, approximate, in_parallel, control);
-  }
 
  private:
   bool trace_all(BounceQueuesPtr first_bounce);
