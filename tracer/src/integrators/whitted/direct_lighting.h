@@ -144,7 +144,8 @@ struct LightPass {
   const CompiledLight& light;
   std::uint32_t number = 0;  ///< index of the light
   std::uint32_t point = 0, points = 1;
-  double budget = 0;  ///< radiance that may be culled at one hit after lights 0..number; see is_negligible()
+  double budget = 0;        ///< radiance that may be culled at one hit after lights 0..number; see is_negligible()
+  std::uint32_t depth = 0;  ///< bounces of the rays
 };
 
 template <class Features>
@@ -239,7 +240,7 @@ class DirectLighting {
       for (std::uint32_t point = 0; point < points; ++point) {
         if (state_.control.cancelled()) return;
         const double lights_done = number + (point + 1.0) / points;
-        shade_light(rays, {light, number, point, points, budget * lights_done}, depth, coherence);
+        shade_light(rays, {light, number, point, points, budget * lights_done, depth}, coherence);
       }
     }
     for (const double culled : culled_radiance_)
@@ -275,14 +276,14 @@ class DirectLighting {
     return true;
   }
 
-  void shade_light(const RayQueue& rays, const LightPass& pass, std::uint32_t depth, Coherence coherence) {
+  void shade_light(const RayQueue& rays, const LightPass& pass, Coherence coherence) {
     shadow_.clear();
     if (!pass.light.is_area_light()) set_light_points(lanes, [&](int) { return pass.light.position; });
     for (const ShadingPointQueue* queue : {&shading_points_, &corner_points_, &far_points_})
       for (std::size_t i = 0; i < queue->packets(); ++i) shade_packet(rays, pass, queue->packet(i));
     state_.statistics.rays.shadow += shadow_.size();
     shadow_.add_unoccluded(state_.radiance, state_.media, coherence);
-    if (!state_.signatures.empty()) shadow_.sign(state_.signatures, depth, pass.number);
+    if (!state_.signatures.empty()) shadow_.sign(state_.signatures, pass.depth, pass.number);
   }
 
   void shade_packet(const RayQueue& rays, const LightPass& pass, const ShadingPointPacket& packet) {
@@ -324,14 +325,19 @@ class DirectLighting {
                                                   const ShadingPointPacket& packet, int lane) {
     const std::size_t hit = packet.hit[lane];
     const Vec3 to_light = light_sample_.to_light[lane];
-    if (state_.approximate().nearest_lights != 0 && !nearest_.includes(hit, pass.number)) return false;
+    const auto sign = [&](bool reaches) {
+      if (!state_.signatures.empty())
+        state_.signatures[packet.sample[lane]].add_light(pass.number, pass.depth, reaches);
+      return reaches;
+    };
+    if (state_.approximate().nearest_lights != 0 && !nearest_.includes(hit, pass.number)) return sign(false);
     if (state_.template needs<&Requirements::bump>() &&
         dot(unperturbed_normal_[hit], packet.far_side ? -to_light : to_light) < 0)
       return false;
     const bool exact = state_.approximate().shadows == Approximations::Shadows::exact;
     if (pass.light.shadows && exact)
       return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.radiance[lane]);
-    if (!pass.light.shadows || approximately_visible(pass, packet, lane))
+    if (!pass.light.shadows || sign(approximately_visible(pass, packet, lane)))
       state_.radiance[packet.sample[lane]] += light_sample_.radiance[lane];
     return false;
   }
