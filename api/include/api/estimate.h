@@ -20,7 +20,7 @@ struct SceneContent {
 SceneContent content_of(const tracer::Scene& scene);
 
 /// Bytes of memory for compiling, tracing and encoding, beyond those of an idle worker. The sum of measured parts
-/// (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 200 with adaptive sampling,
+/// (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 90 with adaptive sampling,
 /// and 30 for each layer; a triangle of a mesh 150; any other object 650, including the reading of the document. An
 /// instance counts as an object, its prototype once. Radiosity takes 320 MiB, or 64 with a target error of 4 levels or
 /// more: the most that scenes of a few objects to a million took. A proof takes 8 a pixel and 128 an object or

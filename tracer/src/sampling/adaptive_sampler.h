@@ -4,8 +4,7 @@
 /// 1. Pilots: one sample in the middle of every pixel (pilot.h).
 /// 2. Parts of the scene that are too thin for these are projected onto the image (subpixel_features.h).
 /// 3. Both sort the pixels into classes (pixel_classes.h).
-/// 4. Tile by tile the pixels get as many samples as their class needs (class_allocation.h, tile_sets.h), in a
-/// scattered
+/// 4. Tile by tile the pixels get as many samples as their class needs (class_allocation.h, tile_sets.h), in scattered
 ///    order and in steps: after each step the classes are better known (refinement.h).
 /// 5. Rounds with further samples follow if the error is still larger than the target.
 

@@ -102,7 +102,7 @@ class Film {
   std::vector<std::uint32_t> count_;
   std::vector<float> weight_;  ///< weight of the mean, relative to one sample
   std::vector<float> error_;
-  std::vector<float> deviation_;
+  std::vector<float> deviation_;             ///< see deviations()
   std::vector<SampleSignature> signatures_;  ///< those of the pilots
   std::vector<LayerAccumulator> layers_;     ///< empty in scenes without layers
   std::vector<OmittedRadiance> omitted_;     ///< sums; empty in scenes that cannot omit radiance

@@ -48,7 +48,7 @@ ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window
           pilots.noisy
               ? 3 * contrast
               : (laplacian[0] * laplacian[0] + laplacian[1] * laplacian[1] + laplacian[2] * laplacian[2]) / (24 * 24);
-      // Of fewer rows or columns none shows the curvature across it.
+      // Fewer rows or columns do not show the curvature across them.
       const bool smooth = sides + corners == 0 && pilots.width > 2 && pilots.height > 2;
       float missed = pilots.features.empty() ? -1 : pilots.features[place];
       if (const float detail = pilots.signatures[place].detail; detail > 0)

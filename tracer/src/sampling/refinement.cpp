@@ -162,7 +162,7 @@ ClassAllocation::Goal Refinement::goal_of_step(double rays) const {
     for (std::size_t c = 0; c < class_count; ++c)
       if (pixels_[c] > 0)
         goal.kept[c] = (kept_[c] * goal.kept[c] + allocation_->estimate(c, found_.classes[c]).squared) / pixels_[c];
-  // What the tiles so far have used beyond their part is left to further rounds rather than to the rest of the tiles.
+  // Tiles that have used more than their part are made up for by further rounds rather than by the rest of the tiles.
   const double part_min = decay_.stratified ? 0.4 : 0.9;
   if (rounds_ == 1)
     goal.squared_error = std::max(goal.squared_error - so_far.squared, part_min * goal.squared_error * (1 - done));
