@@ -14,7 +14,7 @@ struct SampleSignature {
   std::uint32_t surface = 0;            ///< hash of the first surface; 0: the ray escaped
   std::array<std::int8_t, 3> normal{};  ///< at the first surface, times 127
   std::uint8_t lit = 0, occluded = 0;   ///< lights that reach the first surface, and those that are occluded, modulo 8
-  std::uint16_t secondary = 0;          ///< sum of hashes of later surfaces and of lights occluded there
+  std::uint16_t secondary = 0;          ///< sum of hashes of later surfaces, lights occluded there, and small textures
   std::uint16_t rays = 1;
   std::array<std::uint16_t, 2> cell{};  ///< cell of the texture at the first surface, modulo 2^16; see texture_cell()
   std::uint8_t detail = 0;              ///< expected error of the sample by texture within the pixel, in code values

@@ -24,7 +24,7 @@ enum class PixelKind : std::uint8_t {
   feature,     ///< mixed as well: something thin was projected here, which the pilot may have missed
   grown,       ///< mixed as well: close to a find
   smooth,
-  reflecting,  ///< smooth, and rays go on from the first surface: mirrors and glass may show anything
+  reflecting,  ///< smooth, and samples may show anything: in mirrors, through glass, or of a filtered texture
 };
 inline constexpr std::size_t kind_count = 8;
 

@@ -111,9 +111,9 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
   SetsPlan& plan = step.plan;
   plan.round = rounds_ - 1;
   plan.samples_max = target_.samples_max;
-  const ClassAllocation::Goal goal = goal_of_step(rays);
   plan.kept = error_of_pilots();
-  plan.samples = allocation_->solve(goal, first_round ? left_ : pixels_, found_.classes);
+  plan.samples = first_round ? allocation_->solve(goal_of_first_round(rays), left_, found_.classes)
+                             : further_samples(goal_of_further_round(rays));
   bool any = first_round || fresh_looks_;
   for (std::size_t c = 0; c < class_count; ++c) {
     const bool rarely_hit = kind_of(c) == PixelKind::feature || is_grown(c);  // one hit is most of the error
@@ -139,8 +139,34 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
   return step;
 }
 
-ClassAllocation::Goal Refinement::goal_of_step(double rays) const {
-  // The estimate of the error adds 2.33 deviations, of which the sums so far show the size.
+/// Samples of a further round, with which the stated error should meet the goal: that of each class and its uncertainty
+/// fall alike.
+ClassAllocation::Samples Refinement::further_samples(ClassAllocation::Goal goal) const {
+  constexpr int steps = 4;
+  constexpr double unknown = 0.1;  // squared relative uncertainty of classes without samples
+  const double wanted = goal.squared_error;
+  ClassAllocation::Samples samples{};
+  for (int step = 0; step < steps; ++step) {
+    samples = allocation_->solve(goal, pixels_, found_.classes);
+    double squared = 0, variance = 0;
+    for (std::size_t c = 0; c < class_count; ++c) {
+      const ClassAllocation::Estimate now = allocation_->estimate(c, found_.classes[c]);
+      const double expected = samples[c] > before_[c]
+                                  ? allocation_->variance(c, found_.classes[c]) * decay_.of(samples[c])
+                                  : goal.kept[c],
+                   error = pixels_[c] * expected;
+      squared += error;
+      variance += error * error * (now.squared > 0 ? now.variance / (now.squared * now.squared) : unknown);
+    }
+    const double stated = squared + error_deviations * std::sqrt(variance);
+    goal.squared_error = std::clamp(goal.squared_error * wanted / stated, 0.4 * wanted, wanted);
+  }
+  return samples;
+}
+
+/// Goal of the first round in the tiles that are left. The stated error adds 2.33 deviations, of which the sums so far
+/// show the size: the uncertainty of all tiles will be smaller.
+ClassAllocation::Goal Refinement::goal_of_first_round(double rays) const {
   ByClass<double> pilots = kept_;
   for (std::size_t c = 0; c < class_count; ++c) pilots[c] -= left_[c];
   const Totals so_far = totals(pilots, false);
@@ -148,24 +174,26 @@ ClassAllocation::Goal Refinement::goal_of_step(double rays) const {
   constexpr double finds_max = 0.05;  // the next round samples around them
   double share = 0.93;
   if (so_far.squared > 0) {
-    const double full = done > 0 && rounds_ == 1 ? 1 / done : 1;
+    const double full = done > 0 ? 1 / done : 1;
     const double finds = std::min(totals(pilots, true).squared - so_far.squared, finds_max * wanted);
-    // The uncertainty will be smaller as well. Where further sets are worth as much as larger ones, rounds may follow.
     const double margin =
         error_deviations * std::sqrt(so_far.variance * full) / std::max(wanted, so_far.squared * full);
-    share = std::clamp(1 - margin - finds / wanted, decay_.stratified ? 0.3 : 0.6, 0.98);
+    share = std::clamp(1 - margin - finds / wanted, 0.75, 0.98);
   }
-  share *= std::pow(0.97, rounds_ - 1);
-  ClassAllocation::Goal goal{
-      .squared_error = wanted * share, .rays = rays, .kept = error_of_pilots(), .may_be_uniform = rounds_ == 1};
-  if (rounds_ > 1)
-    for (std::size_t c = 0; c < class_count; ++c)
-      if (pixels_[c] > 0)
-        goal.kept[c] = (kept_[c] * goal.kept[c] + allocation_->estimate(c, found_.classes[c]).squared) / pixels_[c];
   // Tiles that have used more than their part are made up for by further rounds rather than by the rest of the tiles.
-  const double part_min = decay_.stratified ? 0.4 : 0.9;
-  if (rounds_ == 1)
-    goal.squared_error = std::max(goal.squared_error - so_far.squared, part_min * goal.squared_error * (1 - done));
+  const double part_min = decay_.stratified ? 0.8 : 0.9, squared = wanted * share;
+  return {.squared_error = std::max(squared - so_far.squared, part_min * squared * (1 - done)),
+          .rays = rays,
+          .kept = error_of_pilots(),
+          .may_be_uniform = true};
+}
+
+ClassAllocation::Goal Refinement::goal_of_further_round(double rays) const {
+  ClassAllocation::Goal goal{
+      .squared_error = this->goal() * std::pow(0.97, rounds_ - 1), .rays = rays, .kept = error_of_pilots()};
+  for (std::size_t c = 0; c < class_count; ++c)
+    if (pixels_[c] > 0)
+      goal.kept[c] = (kept_[c] * goal.kept[c] + allocation_->estimate(c, found_.classes[c]).squared) / pixels_[c];
   return goal;
 }
 

@@ -86,7 +86,9 @@ class Refinement {
     constexpr std::uint32_t rounds = 2;  // what is found again and again may be anywhere
     return rounds_ <= rounds && valid_looks().finds_are_rare(c);
   }
-  [[nodiscard]] ClassAllocation::Goal goal_of_step(double rays) const;
+  [[nodiscard]] ClassAllocation::Goal goal_of_first_round(double rays) const;
+  [[nodiscard]] ClassAllocation::Goal goal_of_further_round(double rays) const;
+  [[nodiscard]] ClassAllocation::Samples further_samples(ClassAllocation::Goal goal) const;
   void set_look_probabilities(SetsPlan& plan) const;
   [[nodiscard]] std::vector<float> growth_of_tiles() const;
   void grow();

@@ -23,13 +23,14 @@ inline std::array<std::uint16_t, 2> texture_cell(const Texture& texture, const V
   return {index(at.x * cells.x), index(at.y * cells.y)};
 }
 
-/// Adds to the signature of a sample what a texture without filter may show beside it, over the footprint `width` of
-/// its pixel: the cell of large cells, and of small ones the difference from the mean over the pixel, as if it were the
-/// radiance. `image` as for texture_color().
+/// Adds to the signature of a sample what a texture may show beside it, over the footprint `width` of its pixel: the
+/// cell of large cells, and of small ones the difference from the mean over the pixel, as if it were the radiance. Of a
+/// texture with a filter, that its cells are small: further samples vary more than the image shows. `image` as for
+/// texture_color().
 template <class Signature>
 void add_texture(Signature& signature, const Texture& texture, const Vec2& uv, const Vec2& width,
                  const ImageMap* image) {
-  if (texture.filter == Texture::Filter::mipmap || std::holds_alternative<GradientTexture>(texture.pattern)) return;
+  if (std::holds_alternative<GradientTexture>(texture.pattern)) return;
   const Vec2 at = lookup(texture, uv, {}).at,
              covered{std::abs(width.x * texture.scale.x), std::abs(width.y * texture.scale.y)};
   Vec2 cells{1, 1};
@@ -37,8 +38,13 @@ void add_texture(Signature& signature, const Texture& texture, const Vec2& uv, c
     cells = {static_cast<double>(image->levels().front().width), static_cast<double>(image->levels().front().height)};
   const auto* noise = std::get_if<NoiseTexture>(&texture.pattern);
   if (noise != nullptr) cells.x = cells.y = std::ldexp(1.0, static_cast<int>(noise->octaves));
+  const bool filtered = texture.filter == Texture::Filter::mipmap;
   if (covered.x * cells.x < 1 && covered.y * cells.y < 1) {
-    signature.cell = texture_cell(texture, at, cells, image != nullptr);
+    if (!filtered) signature.cell = texture_cell(texture, at, cells, image != nullptr);
+    return;
+  }
+  if (filtered) {
+    signature.secondary = static_cast<std::uint16_t>(signature.secondary + 1);
     return;
   }
   const Wraps wraps{texture.wrap, texture.wrap};
