@@ -17,39 +17,89 @@ PixelClass class_of(PixelKind kind, float squared) {
   return static_cast<PixelClass>(static_cast<std::size_t>(kind) * contrast_bins + octave_of(squared));
 }
 
+/// Differences of the pixels of a row from their neighbors on the right and below; none beyond the image.
+class RowDifferences {
+ public:
+  struct Difference {
+    float squared = 0;  ///< of the code values, summed over the channels
+    std::uint8_t edge = 0;
+  };
+  struct Column {
+    Difference right, down_left, down, down_right;
+  };
+  /// Of columns [first, last); two more columns are as if there were no neighbors.
+  RowDifferences(std::size_t first, std::size_t last) : first_(first), columns_(last - first + 2) {}
+
+  void set(const PilotImage& pilots, std::size_t y) {
+    const std::size_t width = pilots.width, last = first_ + columns_.size() - 2;
+    const bool has_below = y + 1 < pilots.height;
+    for (std::size_t x = first_; x < last; ++x) {
+      const std::size_t place = y * width + x;
+      const bool has_right = x + 1 < width;
+      Column& column = columns_[x - first_ + 1];
+      column.right = has_right ? between(pilots, place, place + 1) : Difference{};
+      column.down_left = x > 0 && has_below ? between(pilots, place, place + width - 1) : Difference{};
+      column.down = has_below ? between(pilots, place, place + width) : Difference{};
+      column.down_right = has_right && has_below ? between(pilots, place, place + width + 1) : Difference{};
+    }
+  }
+  /// Column x, from first - 1 to last.
+  [[nodiscard]] const Column& at(std::size_t x) const { return columns_[x + 1 - first_]; }
+
+ private:
+  static Difference between(const PilotImage& pilots, std::size_t a, std::size_t b) {
+    const float *const first = &pilots.code_values[3 * a], *const second = &pilots.code_values[3 * b];
+    float squared = 0;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const float difference = first[channel] - second[channel];
+      squared += difference * difference;
+    }
+    return {squared, static_cast<std::uint8_t>(differ(pilots.signatures[a], pilots.signatures[b]) ? 1 : 0)};
+  }
+
+  std::size_t first_;
+  std::vector<Column> columns_;
+};
+
+float squared_laplacian(const PilotImage& pilots, std::size_t x, std::size_t y) {
+  const std::size_t width = pilots.width, place = y * width + x;
+  const float *const own = &pilots.code_values[3 * place], *const left = own - (x > 0 ? 3 : 0),
+                     *const right = own + (x + 1 < width ? 3 : 0), *const up = own - (y > 0 ? 3 * width : 0),
+                     *const down = own + (y + 1 < pilots.height ? 3 * width : 0);
+  float squared = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const float laplacian = 4 * own[channel] - left[channel] - right[channel] - up[channel] - down[channel];
+    squared += laplacian * laplacian;
+  }
+  return squared;
+}
+
 }  // namespace
 
 ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window, std::span<PixelClass> classes) {
   ByClass<ClassCount> counts{};
-  const std::size_t width = pilots.width;
-  for (std::size_t y = window.y0; y < window.y1; ++y) {
-    const std::size_t up = y > 0 ? width : 0, down = y + 1 < pilots.height ? width : 0;
+  const std::size_t width = pilots.width, first = window.x0 - (window.x0 > 0 ? 1 : 0),
+                    last = std::min<std::size_t>(width, window.x1 + 1);
+  RowDifferences above(first, last), row(first, last);
+  if (window.y0 > 0) above.set(pilots, window.y0 - 1);
+  for (std::size_t y = window.y0; y < window.y1; ++y, std::swap(above, row)) {
+    row.set(pilots, y);
     for (std::size_t x = window.x0; x < window.x1; ++x) {
-      const std::size_t place = y * width + x, left = x > 0 ? 1 : 0, right = x + 1 < width ? 1 : 0;
-      const std::array<std::size_t, 8> neighbors{place - left,        place + right,       place - up,
-                                                 place + down,        place - up - left,   place - up + right,
-                                                 place + down - left, place + down + right};
-      const float* const own = &pilots.code_values[3 * place];
-      std::size_t sides = 0, corners = 0;
+      const std::size_t place = y * width + x;
+      const auto &own = row.at(x), &up = above.at(x);
+      const std::array sides{row.at(x - 1).right, own.right, up.down, own.down},
+          corners{above.at(x - 1).down_right, above.at(x + 1).down_left, own.down_left, own.down_right};
       float contrast = 0;
-      std::array<float, 3> laplacian{4 * own[0], 4 * own[1], 4 * own[2]};
-      for (std::size_t i = 0; i < neighbors.size(); ++i) {
-        const float* const other = &pilots.code_values[3 * neighbors[i]];
-        float squared = 0;
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-          const float difference = own[channel] - other[channel];
-          squared += difference * difference;
-          if (i < 4) laplacian[channel] -= other[channel];
-        }
-        contrast = pilots.noisy ? contrast + squared / 24 : std::max(contrast, squared / 3);
-        (i < 4 ? sides : corners) += differ(pilots.signatures[place], pilots.signatures[neighbors[i]]) ? 1 : 0;
+      std::size_t sides_differ = 0, corners_differ = 0;
+      for (std::size_t i = 0; i < sides.size(); ++i) {
+        contrast = pilots.noisy ? contrast + (sides[i].squared + corners[i].squared) / 24
+                                : std::max({contrast, sides[i].squared / 3, corners[i].squared / 3});
+        sides_differ += sides[i].edge;
+        corners_differ += corners[i].edge;
       }
-      const float curvature =
-          pilots.noisy
-              ? 3 * contrast
-              : (laplacian[0] * laplacian[0] + laplacian[1] * laplacian[1] + laplacian[2] * laplacian[2]) / (24 * 24);
+      const float curvature = pilots.noisy ? 3 * contrast : squared_laplacian(pilots, x, y) / (24 * 24);
       // Fewer rows or columns do not show the curvature across them.
-      const bool smooth = sides + corners == 0 && pilots.width > 2 && pilots.height > 2;
+      const bool smooth = sides_differ + corners_differ == 0 && pilots.width > 2 && pilots.height > 2;
       float missed = pilots.features.empty() ? -1 : pilots.features[place];
       if (const float detail = pilots.signatures[place].detail; detail > 0)
         missed = std::max(missed, 3 * detail * detail);
@@ -57,7 +107,7 @@ ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window
           missed >= 0 && (smooth || missed / 3 > contrast / 8) ? class_of(PixelKind::feature, missed / 3)
           : smooth ? class_of(pilots.signatures[place].secondary != 0 ? PixelKind::reflecting : PixelKind::smooth,
                               16 * curvature / 3)
-                   : class_of(static_cast<PixelKind>(std::min<std::size_t>(sides, 3)), contrast);
+                   : class_of(static_cast<PixelKind>(std::min<std::size_t>(sides_differ, 3)), contrast);
       counts[classes[place]].add({.pixels = 1,
                                   .curvature = curvature,
                                   .slope = 3 * contrast / 12,

@@ -58,17 +58,20 @@ class TextureLookup {
     return at_lane(state_.scene.materials[state_.hit.material[lane]].color, lane);
   }
 
-  /// Adds the texture of that color, at the hit of a camera ray. Precondition: as above.
+  /// Adds the texture of that color, at the hit of a camera ray that stands for the whole pixel. Precondition: as
+  /// above.
   void sign(const RayQueue& rays, const ShadingPointPacket& shading_points, int lane,
             SampleSignature& signature) const {
     const auto* id = std::get_if<TextureId>(&state_.scene.materials[state_.hit.material[lane]].color);
     if (id == nullptr) return;
-    const auto ray = static_cast<std::size_t>(state_.hit.ray[lane]);
-    const Surface surface = surface_of_lane(shading_points, lane);
-    const CompiledCamera::Footprint pixel = state_.scene.camera.pixel_footprint(rays.direction(ray));
-    const Vec2 width =
-        uv_footprint(uv_gradients_at(state_.scene, state_.hits.at(ray), surface), surface.geometric_normal,
-                     rays.direction(ray), pixel.width + std::abs(pixel.spread) * state_.hits.t[ray]);
+    const auto width_of_pixel = [&] {
+      const auto ray = static_cast<std::size_t>(state_.hit.ray[lane]);
+      const Surface surface = surface_of_lane(shading_points, lane);
+      const CompiledCamera::Footprint pixel = state_.scene.camera.pixel_footprint(rays.direction(ray));
+      return uv_footprint(uv_gradients_at(state_.scene, state_.hits.at(ray), surface), surface.geometric_normal,
+                          rays.direction(ray), pixel.width + std::abs(pixel.spread) * state_.hits.t[ray]);
+    };
+    const Vec2 width = filters() ? Vec2{footprint_.u[lane], footprint_.v[lane]} : width_of_pixel();
     add_texture(signature, state_.scene.textures[id->index], uv_[lane], width, image_of(*id));
   }
 
