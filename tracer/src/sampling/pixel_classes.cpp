@@ -21,13 +21,13 @@ PixelClass class_of(PixelKind kind, float squared) {
 class RowDifferences {
  public:
   struct Difference {
-    float squared = 0;  ///< of the code values, summed over the channels
+    float squared = 0;  ///< squared difference of the code values, summed over the channels
     std::uint8_t edge = 0;
   };
   struct Column {
     Difference right, down_left, down, down_right;
   };
-  /// Of columns [first, last); two more columns are as if there were no neighbors.
+  /// Columns [first, last) of a row; on both sides is another without neighbors.
   RowDifferences(std::size_t first, std::size_t last) : first_(first), columns_(last - first + 2) {}
 
   void set(const PilotImage& pilots, std::size_t y) {

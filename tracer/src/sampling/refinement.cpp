@@ -112,8 +112,8 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
   plan.round = rounds_ - 1;
   plan.samples_max = target_.samples_max;
   plan.kept = error_of_pilots();
-  plan.samples = first_round ? allocation_->solve(goal_of_first_round(rays), left_, found_.classes)
-                             : further_samples(goal_of_further_round(rays));
+  plan.samples =
+      first_round ? allocation_->solve(goal_of_first_round(rays), left_, found_.classes) : further_samples(rays);
   bool any = first_round || fresh_looks_;
   for (std::size_t c = 0; c < class_count; ++c) {
     const bool rarely_hit = kind_of(c) == PixelKind::feature || is_grown(c);  // one hit is most of the error
@@ -141,22 +141,27 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
 
 /// Samples of a further round, with which the stated error should meet the goal: that of each class and its uncertainty
 /// fall alike.
-ClassAllocation::Samples Refinement::further_samples(ClassAllocation::Goal goal) const {
+ClassAllocation::Samples Refinement::further_samples(double rays) const {
   constexpr int steps = 4;
   constexpr double unknown = 0.1;  // squared relative uncertainty of classes without samples
-  const double wanted = goal.squared_error;
+  const double wanted = goal() * std::pow(0.97, rounds_ - 1);
+  ClassAllocation::Goal goal{.squared_error = wanted, .rays = rays, .kept = error_of_pilots()};
+  ByClass<ClassAllocation::Estimate> now{};
+  for (std::size_t c = 0; c < class_count; ++c) {
+    now[c] = allocation_->estimate(c, found_.classes[c]);
+    if (pixels_[c] > 0) goal.kept[c] = (kept_[c] * goal.kept[c] + now[c].squared) / pixels_[c];
+  }
   ClassAllocation::Samples samples{};
   for (int step = 0; step < steps; ++step) {
     samples = allocation_->solve(goal, pixels_, found_.classes);
     double squared = 0, variance = 0;
     for (std::size_t c = 0; c < class_count; ++c) {
-      const ClassAllocation::Estimate now = allocation_->estimate(c, found_.classes[c]);
       const double expected = samples[c] > before_[c]
                                   ? allocation_->variance(c, found_.classes[c]) * decay_.of(samples[c])
                                   : goal.kept[c],
                    error = pixels_[c] * expected;
       squared += error;
-      variance += error * error * (now.squared > 0 ? now.variance / (now.squared * now.squared) : unknown);
+      variance += error * error * (now[c].squared > 0 ? now[c].variance / (now[c].squared * now[c].squared) : unknown);
     }
     const double stated = squared + error_deviations * std::sqrt(variance);
     goal.squared_error = std::clamp(goal.squared_error * wanted / stated, 0.4 * wanted, wanted);
@@ -186,15 +191,6 @@ ClassAllocation::Goal Refinement::goal_of_first_round(double rays) const {
           .rays = rays,
           .kept = error_of_pilots(),
           .may_be_uniform = true};
-}
-
-ClassAllocation::Goal Refinement::goal_of_further_round(double rays) const {
-  ClassAllocation::Goal goal{
-      .squared_error = this->goal() * std::pow(0.97, rounds_ - 1), .rays = rays, .kept = error_of_pilots()};
-  for (std::size_t c = 0; c < class_count; ++c)
-    if (pixels_[c] > 0)
-      goal.kept[c] = (kept_[c] * goal.kept[c] + allocation_->estimate(c, found_.classes[c]).squared) / pixels_[c];
-  return goal;
 }
 
 /// Looks are spread evenly over each of three groups of pixels that keep their pilot: smooth ones, those that show

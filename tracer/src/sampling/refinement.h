@@ -87,8 +87,7 @@ class Refinement {
     return rounds_ <= rounds && valid_looks().finds_are_rare(c);
   }
   [[nodiscard]] ClassAllocation::Goal goal_of_first_round(double rays) const;
-  [[nodiscard]] ClassAllocation::Goal goal_of_further_round(double rays) const;
-  [[nodiscard]] ClassAllocation::Samples further_samples(ClassAllocation::Goal goal) const;
+  [[nodiscard]] ClassAllocation::Samples further_samples(double rays) const;
   void set_look_probabilities(SetsPlan& plan) const;
   [[nodiscard]] std::vector<float> growth_of_tiles() const;
   void grow();
