@@ -1,33 +1,7 @@
 """Examples of the operations of openapi.yaml: of each a curl command and a Python program with nothing but its standard library. Both
-come from one row of EXAMPLES; an operation without a row needs only its path. Words in capitals stand for values of earlier replies."""
+come from `x-example` of the operation: query, headers, body (the name of a file, or JSON) and output (the file that the reply is written
+to). An operation without it needs only its path. Words in capitals stand for values of earlier replies."""
 import json
-
-SCENE = {"version": 1, "image": {"width": 64, "height": 48}, "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0]},
-         "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"ambient": 1, "color": "orange"}}]}
-
-# query, headers, body (the name of a file, or JSON), output (the file that the reply is written to)
-EXAMPLES = {
-    "changeJob": {"headers": {"If-Match": "*"}, "body": {"priority": 50}},
-    "changeJobs": {"body": {"action": "cancel", "filter": {"batch": "BATCH"}, "dry_run": True}},
-    "compareImages": {"body": {"a": "JOB", "b": "OTHER_JOB", "tolerance": 1}},
-    "createTicket": {"body": {"path": "/v1/batches/BATCH/artifacts.tar"}},
-    "findMissingAssets": {"body": {"sha256": ["SHA256"]}},
-    "getAnimation": {"query": "fps=24&max=256"},
-    "getAsset": {"output": "asset.bin"},
-    "getJob": {"query": "wait=60"},
-    "getPageFile": {"output": "FILE"},
-    "getPreview": {"query": "max=256", "output": "preview.png"},
-    "getView": {"query": "layer=depth&map=heat&max=256"},
-    "listBatches": {"query": "limit=10"},
-    "listJobs": {"query": "state=succeeded&limit=10"},
-    "measure": {"body": {"scene": SCENE, "settings": {"parameters": ["samples"]}}},
-    "putAsset": {"body": "texture.png"},
-    "render": {"headers": {"Accept": "image/png"}, "body": "scene.json", "output": "image.png"},
-    "submitBatch": {"body": {"scene": SCENE, "sweep": {"/camera/fov": [30, 40, 50]}}},
-    "submitJob": {"headers": {"Prefer": "wait=60"}, "body": "scene.json"},
-    "testWebhook": {"body": {"url": "https://example.com/done"}},
-    "validateJob": {"body": "scene.json"},
-}
 
 IDS = {"/v1/jobs/{id}": "JOB", "/v1/batches/{id}": "BATCH", "/v1/webhooks/test/{id}": "TEST"}
 
@@ -42,8 +16,8 @@ def url_of(path, item, query, document):
 
 
 def example_of(method, path, item, operation, document):
-    """The row of an operation, completed with its method, its URL and the kind of its reply. Without an output the reply is shown."""
-    row = {"query": "", "headers": {}, "body": None, "output": None, **EXAMPLES.get(operation["operationId"], {})}
+    """The example of an operation, completed with its method, its URL and the kind of its reply. Without an output the reply is shown."""
+    row = {"query": "", "headers": {}, "body": None, "output": None, **operation.get("x-example", {})}
     name = path.rsplit("/", 1)[1]
     return {**row, "method": method.upper(), "url": url_of(path, item, row["query"], document),
             "output": row["output"] or (name if "." in name else None), "redirects": "303" in operation["responses"],

@@ -22,7 +22,11 @@ def main():
     directory = pathlib.Path(sys.argv[1])
     document = yaml.safe_load(pathlib.Path("openapi.yaml").read_text("utf-8"))
     schema = scene_schema.load()
-    contract = pathlib.Path("docs/http.md").read_text("utf-8")
+    page = docs_page.page(document, pathlib.Path("docs/http.md").read_text("utf-8"))
+    for item in document["paths"].values():
+        for operation in item.values():
+            if isinstance(operation, dict):
+                operation.pop("x-example", None)  # for the page alone
     # Aliases in the YAML become copies: JSON has none.
     document_json = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
     schema_json = json.dumps(schema, ensure_ascii=True, indent=1)
@@ -34,7 +38,7 @@ def main():
         file.write(function("openapi_json", document_json.encode()))
         file.write(function("scene_schema_json", schema_json.encode()))
         # As references: bytes beyond ASCII are no char everywhere.
-        file.write(function("docs_html", docs_page.page(document, contract).encode("ascii", "xmlcharrefreplace")))
+        file.write(function("docs_html", page.encode("ascii", "xmlcharrefreplace")))
         file.write(function("scene_docs_html", docs_page.scene(schema).encode("ascii", "xmlcharrefreplace")))
         file.write("}  // namespace api\n")
 

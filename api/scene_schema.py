@@ -1,4 +1,4 @@
-"""The JSON schema of scene documents: schemas/scene.template.schema.json with the fields of the tables `fields()` in tracer/include/tracer,
+"""The JSON schema of scene documents: schemas/scene.template.schema.json with the fields of the tables `fields()` in HEADERS,
 and their meanings in docs/scene.md. In the template, {"$fields": [STRUCT, ...]} stands for an object with the fields of these structs, or of
 a part in "$parts"; members beside it are added, or replace those of the same name. A field has its meaning from the table on the page that
 is below `<!-- fields of STRUCT -->`, or in the template. The headers have the layout of clang-format; a row or a type that is not understood
@@ -8,17 +8,20 @@ import pathlib
 import re
 
 TOP = pathlib.Path(__file__).parent.parent
-HEADERS = [TOP / f"tracer/include/tracer/{name}.h" for name in ("accuracy", "format", "lights", "materials", "scene", "shapes")]
+HEADERS = [*(TOP / f"tracer/include/tracer/{name}.h" for name in ("accuracy", "format", "lights", "materials", "scene", "shapes")),
+           TOP / "api/include/api/document.h", TOP / "api/src/reader/accuracy_section.cpp"]
 STRUCT = re.compile(r"^struct (\w+) \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
-MEMBERS = re.compile(r"^  ((?:std::)?\w+(?:<.*>)?) (\w+(?:(?: =|\{|,)[^;]*)?);", re.MULTILINE)
+MEMBERS = re.compile(r"^  (\w+(?:::\w+)*(?:<.*>)?) (\w+(?:(?: =|\{|,)[^;]*)?);", re.MULTILINE)
 MEMBER = re.compile(r"(\w+)(?: = ([^,{]+(?:\{[^}]*\})?)|\{([^}]*)\})?(?:, |$)")
 FIELD = re.compile(r'(optional_field\(|Field\{)"(\w+)", &\w+::(\w+)(?:, FieldRange::(\w+)(?:\(([-\d]+), ([-\d]+)\)|\(\))?)?(?:, FieldPresence::(\w+))?[)}]')
-WORDS = re.compile(r"words_of\(([\w:]+)(?: first)?\) \{\s+return in_order\(([\w:]+), \{([^}]*)\}")
+WORDS = re.compile(r"words_of\(([\w:]+)(?: first)?\) \{\s+return (?:tracer::)?in_order\(([\w:]+), \{([^}]*)\}")
 RANGES = {"": {}, "any": {}, "position": {}, "direction": {}, "texture_point": {}, "length": {"exclusiveMinimum": 0},
           "length_or_0": {"minimum": 0}, "factor": {"minimum": 0}, "exponent": {"minimum": 0}, "ratio": {"exclusiveMinimum": 0},
-          "fraction": {"minimum": 0, "maximum": 1}, "count": {"minimum": 1}}
+          "fraction": {"minimum": 0, "maximum": 1}, "count": {"minimum": 1}, "time": {"$ref": "#/$defs/time"}}
 SIMPLE = {"bool": {"type": "boolean"}, "double": {"type": "number"}, "int": {"type": "integer", "minimum": -2**31, "maximum": 2**31 - 1},
-          "std::uint32_t": {"type": "integer", "minimum": 0, "maximum": 2**32 - 1}}
+          "std::uint32_t": {"type": "integer", "minimum": 0, "maximum": 2**32 - 1}, "std::int64_t": {"type": "integer"},
+          "std::uint64_t": {"type": "integer", "minimum": 0, "maximum": 2**53 - 1}, "std::string": {"$ref": "#/$defs/name"}}
+IN_TEMPLATE = ("PixelWindow", "SampleRange", "Webhook", "std::map<std::string, std::string>")
 DEFINITIONS = {"AssetId": "asset", "Attenuation": "attenuation", "Color": "color", "ColorOrTexture": "color_or_texture",
                "TextureId": "texture_or_name", "Vec2": "vec2", "Vec3": "vec3"}
 TABLE = re.compile(r"^<!-- fields of (\w+) -->\n\n\|.*\n\| --- .*\n((?:\|.*\n)+)", re.MULTILINE)
@@ -56,10 +59,12 @@ def schema_of(kind, text, limits, struct):
         return {"type": "array", "uniqueItems": True, "items": items, "default": re.findall(r"::(\w+)", text)}
     if kind in STRUCTS:
         return fields_of(kind)
+    if kind in IN_TEMPLATE or "$ref" in limits:
+        return {**limits}
     if words := ENUMS.get(kind) or ENUMS.get(f"{struct}::{kind}"):
         return {"enum": words, **({"default": text.rsplit("::", 1)[1]} if text else {})}
     schema = {**SIMPLE[kind], **limits} if kind in SIMPLE else {"$ref": f"#/$defs/{DEFINITIONS[kind]}"}
-    return schema if text is None or kind in ("AssetId", "Attenuation", "TextureId") else {**schema, "default": default_of(kind, text)}
+    return schema if text is None or kind in ("AssetId", "Attenuation", "TextureId", "std::string") else {**schema, "default": default_of(kind, text)}
 
 
 def fields_of(struct):

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
-#include "api/src/reader/request.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
+#include "api/reader/request.h"
 
 namespace api {
 namespace {
@@ -269,7 +269,7 @@ std::size_t count_frames(Reading& reading, const Cursor& at) {
 
 void read_shape(Reading& reading, const BatchLimits& limits, Shape& shape) {
   Fields fields(reading, reading.root, "a batch");
-  fields.optional("name", Name{shape.request.name});
+  fields.optional("name", shape.request.name);
   fields.optional("max_failed", Integer<std::optional<int>>{shape.request.max_failed, 0, limits.jobs});
   const auto scene = fields.take_required("scene");
   if (scene && scene->node->kind != json::Kind::object) add_wrong_type(reading, *scene, "an object");
@@ -314,11 +314,8 @@ std::vector<tracer::Issue> read_documents(std::string_view bytes, Shape& shape, 
 tracer::Result<BatchRequest, Refusal> parse_batch(std::string_view bytes, const BatchLimits& limits,
                                                   const TakeFrame& take) {
   // The tape is freed before the documents are made.
-  auto shape = read_request<Shape>(bytes, limits.document.document, [&](json::Tape& tape, Shape& result) {
-    Reading reading(tape, limits.document);
-    read_shape(reading, limits, result);
-    return reading.take_issues();
-  });
+  auto shape = read_body<Shape>(bytes, limits.document,
+                                [&](Reading& reading, Shape& result) { read_shape(reading, limits, result); });
   if (!shape) return std::move(shape.error());
   try {
     std::vector<tracer::Issue> issues = read_documents(bytes, *shape, limits, take);

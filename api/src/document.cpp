@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/json/json_text.h"
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
-#include "api/src/reader/request.h"
+#include "api/json.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
+#include "api/reader/request.h"
 #include "api/src/reader/sections.h"
 #include "tracer/sha256.h"
 
@@ -52,9 +52,9 @@ bool read_document(Reading& reading, const Cursor& at) {
   if (!fields) return add_wrong_type(reading, at, "an object: {\"version\": 1, \"camera\": {...}, \"objects\": [...]}");
   if (!read_version(reading, fields)) return false;
   std::string schema;  // for editors
-  fields.optional("$schema", Name{schema});
-  fields.optional("name", Name{scene.name});
-  section("image", read_image);
+  fields.optional("$schema", schema);
+  fields.optional("name", scene.name);
+  fields.optional("image", scene.image);
   if (const auto camera = fields.take_required("camera", camera_form)) read_camera(reading, *camera);
   fields.optional("depth_cue", scene.depth_cue);
   fields.optional("medium", scene.medium);
@@ -69,7 +69,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   read_accuracy(reading, fields.take("accuracy"));  // depends on the image's size
   check_visible_lights(reading);
   reading.document.job.name = scene.name;
-  section("job", read_job);
+  fields.optional("job", reading.document.job);
   fields.finish();
   return true;
 }
@@ -125,6 +125,15 @@ std::vector<tracer::Issue> validated(Reading& reading) {
 // their bytes and that -0.0 is kept. Both members of a duplicate name are written, in their order. Recursion is as deep
 // as the value, which DocumentLimits::depth bounds.
 
+void append_string(std::string& text, std::string_view value) {
+  const auto is_escaped = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '"' || c == '\\'; };
+  if (std::any_of(value.begin(), value.end(), is_escaped)) {
+    text += Json(value).dump();
+  } else {
+    text.append("\"").append(value).append("\"");
+  }
+}
+
 void append_value(std::string& text, json::Tape& tape, json::Node* node);
 
 void append_array(std::string& text, json::Tape& tape, json::Node* node) {
@@ -146,7 +155,7 @@ void append_object(std::string& text, json::Tape& tape, json::Node* node) {
   text += '{';
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0) text += ',';
-    json::append_string(text, keys[i]->string());
+    append_string(text, keys[i]->string());
     text += ':';
     append_value(text, tape, keys[i] + 1);
   }
@@ -160,7 +169,7 @@ void append_value(std::string& text, json::Tape& tape, json::Node* node) {
     std::array<char, 32> digits{};
     text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), node->number).ptr);
   }
-  if (node->kind == json::Kind::string) json::append_string(text, node->string());
+  if (node->kind == json::Kind::string) append_string(text, node->string());
   if (node->kind == json::Kind::array) append_array(text, tape, node);
   if (node->kind == json::Kind::object) append_object(text, tape, node);
 }

@@ -10,9 +10,9 @@
 #include <utility>
 #include <variant>
 
+#include "api/reader/cursor.h"
+#include "api/reader/issue_text.h"
 #include "api/src/gltf/gltf.h"
-#include "api/src/reader/cursor.h"
-#include "api/src/reader/issue_text.h"
 #include "tracer/mesh_file.h"
 
 namespace api {

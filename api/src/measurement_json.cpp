@@ -132,10 +132,9 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
 }
 
 Json worst_json(const std::vector<tracer::PixelDifference>& worst) {
-  Json list = Json::array();
-  for (const tracer::PixelDifference& pixel : worst)
-    list.push_back({{"x", pixel.x}, {"y", pixel.y}, {"difference", pixel.difference}, {"a", pixel.a}, {"b", pixel.b}});
-  return list;
+  return array_of(worst, [](const tracer::PixelDifference& pixel) -> Json {
+    return {{"x", pixel.x}, {"y", pixel.y}, {"difference", pixel.difference}, {"a", pixel.a}, {"b", pixel.b}};
+  });
 }
 
 }  // namespace
@@ -205,13 +204,6 @@ std::string write_comparison(const tracer::Comparison& comparison, const Compari
                   {"tolerance", or_null(tolerance)},
                   {"within_tolerance", tolerance ? Json(comparison.rmse <= *tolerance) : Json(nullptr)},
                   {"heat_white", or_null(info.heat_white)}};
-  return json.dump() + '\n';
-}
-
-std::optional<std::string> add_heat_map(std::string_view comparison, const std::optional<std::string>& url) {
-  Json json = Json::parse(comparison, nullptr, false);
-  if (!json.is_object()) return std::nullopt;
-  json["heat_map"] = url ? Json(*url) : Json(nullptr);
   return json.dump() + '\n';
 }
 

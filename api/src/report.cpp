@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "api/estimate.h"
-#include "api/src/json/json_parser.h"
-#include "api/src/json/json_text.h"
+#include "api/reader/json_parser.h"
 #include "api/src/result_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"
@@ -34,13 +33,6 @@ Json requirements_json(const tracer::Scene& scene) {
   return json;
 }
 
-Json issues_json(const std::vector<tracer::Issue>& issues) {
-  Json list = Json::array();
-  for (const tracer::Issue& issue : issues)
-    list.push_back({{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
-  return list;
-}
-
 /// Samples per pixel of the image, without holdout samples.
 Json samples_json(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   const auto pixels = static_cast<double>(scene.image.window().pixels());
@@ -50,15 +42,15 @@ Json samples_json(const tracer::Scene& scene, const tracer::RenderStatistics& st
 }
 
 Json artifacts_json(const std::vector<ReportedArtifact>& artifacts) {
-  Json list = Json::array();
-  for (const auto& [name, error, bytes] : artifacts)
-    list.push_back(object_of({{"name", name},
-                              {"error", object_of({{"estimate", error.estimate},
-                                                   {"proven", finite_or_null(error.proven)},
-                                                   {"met", error.target_met},
-                                                   {"worst_tile", error.worst_tile},
-                                                   {"encoding", error.encoding}})}}));
-  return list;
+  return array_of(artifacts, [](const ReportedArtifact& artifact) {
+    const tracer::FileError& error = artifact.error;
+    return object_of({{"name", artifact.name},
+                      {"error", object_of({{"estimate", error.estimate},
+                                           {"proven", finite_or_null(error.proven)},
+                                           {"met", error.target_met},
+                                           {"worst_tile", error.worst_tile},
+                                           {"encoding", error.encoding}})}});
+  });
 }
 
 /// Upper bound of the radiance that culled shadow rays omit, as a mean over all samples.
@@ -67,8 +59,6 @@ double culled_radiance(const tracer::Scene& scene, const tracer::RenderStatistic
   return static_cast<double>(statistics.culled_radiance) * 0x1p-20 * scene.accuracy.cutoff /
          static_cast<double>(statistics.samples);
 }
-
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
 
 /// Rounded to milliseconds.
 Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
@@ -81,10 +71,6 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
   }
   if (seconds) seconds = std::round(*seconds * 1000) / 1000;
   return or_null(seconds);
-}
-
-tracer::Result<json::Tape, json::Error> parse_report(std::string_view text) {
-  return json::parse(text, {.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024});
 }
 
 Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures, bool reused) {
@@ -105,40 +91,42 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes, const Division& division) {
   Json needs = requirements_json(scene);
-  return json::text_of(object_of(
-      {{"requirements", std::move(needs["requirements"])},
-       {"reasons", std::move(needs["reasons"])},
-       {"warnings", issues_json(tracer::warnings(scene))},
-       {"error", error_json(error)},
-       {"artifacts", artifacts_json(artifacts)},
-       {"samples", samples_json(scene, statistics)},
-       {"holdout_samples", statistics.holdout_samples},
-       {"rays", rays_json(statistics.rays)},
-       {"culled_shadows",
-        object_of({{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}})},
-       {"duplicates", statistics.duplicates},
-       {"time_ms", object_of({{"queue", times.queue},
-                              {"parse", times.parse},
-                              {"build", times.build},
-                              {"trace", times.trace},
-                              {"encode", times.encode}})},
-       {"workers", division.workers},
-       {"tasks", division.tasks},
-       {"repeated_tasks", division.repeated_tasks},
-       {"geometry_reused", times.cache_hits.geometry},
-       {"textures", object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}})},
-       {"radiosity", radiosity_json(times.radiosity, times.cache_hits.radiosity)},
-       {"estimated_work", or_null(estimated_work(scene))},
-       {"memory_bytes", memory_bytes},
-       {"non_finite", statistics.non_finite},
-       {"build", tracer::build()}}));
+  return object_of(
+             {{"requirements", std::move(needs["requirements"])},
+              {"reasons", std::move(needs["reasons"])},
+              {"warnings", issues_json(tracer::warnings(scene))},
+              {"error", error_json(error)},
+              {"artifacts", artifacts_json(artifacts)},
+              {"samples", samples_json(scene, statistics)},
+              {"holdout_samples", statistics.holdout_samples},
+              {"rays", rays_json(statistics.rays)},
+              {"culled_shadows",
+               object_of({{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}})},
+              {"duplicates", statistics.duplicates},
+              {"time_ms", object_of({{"queue", times.queue},
+                                     {"parse", times.parse},
+                                     {"build", times.build},
+                                     {"trace", times.trace},
+                                     {"encode", times.encode}})},
+              {"workers", division.workers},
+              {"tasks", division.tasks},
+              {"repeated_tasks", division.repeated_tasks},
+              {"geometry_reused", times.cache_hits.geometry},
+              {"textures",
+               object_of({{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}})},
+              {"radiosity", radiosity_json(times.radiosity, times.cache_hits.radiosity)},
+              {"estimated_work", or_null(estimated_work(scene))},
+              {"memory_bytes", memory_bytes},
+              {"non_finite", statistics.non_finite},
+              {"build", tracer::build()}})
+      .dump();
 }
 
-std::string write_accuracy(const tracer::Accuracy& accuracy) { return json::text_of(accuracy_json(accuracy)); }
+std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
 std::optional<ReportFigures> read_report(std::string_view report) {
   if (report.size() > report_bytes_max) return std::nullopt;
-  auto tape = parse_report(report);
+  auto tape = json::parse(report, {.bytes = report_bytes_max, .depth = 16, .values = 100'000, .key_bytes = 1024});
   if (!tape || tape->root()->kind != json::Kind::object) return std::nullopt;
   const auto member = [&](json::Node* object, const char* name) {
     json::Node* const key = object != nullptr ? tape->find_key(object, name) : nullptr;
@@ -193,6 +181,14 @@ std::string uri_fragment(const std::string& pointer) {
   return fragment;
 }
 
+Json issues_json(const std::vector<tracer::Issue>& issues) {
+  return array_of(issues, [](const tracer::Issue& issue) -> Json {
+    return {{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}};
+  });
+}
+
+std::string json_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
+
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
@@ -203,17 +199,17 @@ std::string write_valid(const tracer::Scene& scene, std::optional<double> second
                       {"proof_rays", or_null(estimated_proof_rays(scene, content_of(scene)))},
                       {"seconds", seconds_json(scene, seconds_per_work)},
                       {"memory_bytes", estimated_memory_bytes(scene)}};
-  return text_of(json);
+  return json_line(json);
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {
-  return text_of({{"valid", false},
-                  {"errors", issues_json(errors)},
-                  {"warnings", Json::array()},
-                  {"requirements", nullptr},
-                  {"reasons", nullptr},
-                  {"global_light", nullptr},
-                  {"estimate", nullptr}});
+  return json_line({{"valid", false},
+                    {"errors", issues_json(errors)},
+                    {"warnings", Json::array()},
+                    {"requirements", nullptr},
+                    {"reasons", nullptr},
+                    {"global_light", nullptr},
+                    {"estimate", nullptr}});
 }
 
 std::string with_format(const std::string& document, tracer::Format format) {

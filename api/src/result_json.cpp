@@ -26,16 +26,11 @@ constexpr std::array<const char*, 6> limit_names{nullptr,       "target",      "
 
 Json approximations_json(const Approximations& approximate) {
   Json json = Json::object();
-  if (approximate.shadows == Approximations::Shadows::none) json["shadows"] = "none";
-  if (approximate.shadows == Approximations::Shadows::map) json["shadows"] = "map";
-  if (approximate.reflections == Approximations::Reflections::environment) json["reflections"] = "environment";
-  if (approximate.reflections == Approximations::Reflections::none) json["reflections"] = "none";
-  if (approximate.shading == Approximations::Shading::gouraud) json["shading"] = "gouraud";
-  if (approximate.shading == Approximations::Shading::flat) json["shading"] = "flat";
-  if (approximate.interreflection == Approximations::Interreflection::ambient) json["interreflection"] = "ambient";
-  if (approximate.interreflection == Approximations::Interreflection::gather) json["interreflection"] = "gather";
-  if (approximate.interreflection == Approximations::Interreflection::radiosity) json["interreflection"] = "radiosity";
-  if (approximate.interreflection == Approximations::Interreflection::none) json["interreflection"] = "none";
+  tracer::for_each_field<Approximations>([&](const auto& field) {
+    const auto value = approximate.*field.member;
+    for (const auto& [word, meaning] : tracer::words<std::remove_const_t<decltype(value)>>)
+      if (value == meaning) json[std::string(field.name)] = word;
+  });
   if (approximate.nearest_lights != 0) json["lights"] = "nearest-" + std::to_string(approximate.nearest_lights);
   return json;
 }

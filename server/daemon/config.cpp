@@ -11,6 +11,7 @@
 
 #include "server/keys/key_ring.h"
 #include "server/support/read_file.h"
+#include "server/support/text_values.h"
 
 namespace whittled {
 namespace {
@@ -148,17 +149,15 @@ void read_environment(const Environment& environment, Settings& settings, std::v
   }
 }
 
-std::string trimmed(std::string_view text) { return CLI::detail::trim_copy(std::string(text)); }
-
 void read_line(std::string_view line, const std::string& where, Settings& settings, Errors& errors) {
-  const std::string content = trimmed(line.substr(0, line.find('#')));
+  const std::string content(support::trimmed(line.substr(0, line.find('#'))));
   if (content.empty()) return;
   const std::size_t equals = content.find('=');
   if (equals == std::string::npos) {
     errors.push_back({where, "must be \"name = value\", got \"" + content + "\""});
     return;
   }
-  const std::string name = trimmed(content.substr(0, equals));
+  const std::string name(support::trimmed(content.substr(0, equals)));
   const Option* const option = find_option(name);
   const bool duplicate =
       std::any_of(settings.begin(), settings.end(), [&](const Setting& setting) { return setting.option == option; });
@@ -167,7 +166,7 @@ void read_line(std::string_view line, const std::string& where, Settings& settin
   } else if (duplicate) {
     errors.push_back({where, "\"" + name + "\" is given twice"});
   } else {
-    settings.push_back({option, trimmed(content.substr(equals + 1)), where});
+    settings.push_back({option, std::string(support::trimmed(content.substr(equals + 1))), where});
   }
 }
 

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "api/load_assets.h"
-#include "api/requests.h"
 #include "server/support/process_memory.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
@@ -64,7 +63,7 @@ queue::QueueSettings queue_settings(const Config& config, const Storage& storage
 /// The limits of GET /v1/version: options, and fixed limits.
 std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config& config, const api::Limits& limits) {
   const http::HeadLimits head;
-  std::vector<std::pair<std::string, std::uint64_t>> all{{"asset_hashes", api::asset_hashes_max},
+  std::vector<std::pair<std::string, std::uint64_t>> all{{"asset_hashes", http::asset_hashes_max},
                                                          {"json_depth", limits.document.depth},
                                                          {"json_values", limits.document.values},
                                                          {"json_string_bytes", limits.document.string_bytes},

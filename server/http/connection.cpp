@@ -62,14 +62,14 @@ void Connection::read_input(Time now) {
     if (auto* problem = std::get_if<Problem>(&result)) return refuse(std::move(*problem));
     if (std::holds_alternative<Incomplete>(result)) return;
     auto& head = std::get<RequestHead>(result);
-    auto access = settings_.access ? settings_.access(head) : Access{};
-    if (!access) return refuse(std::move(access.error()));
-    start_body(std::move(head), *std::move(access), now);
+    auto key = settings_.access ? settings_.access(head) : std::optional<keys::Key>();
+    if (!key) return refuse(std::move(key.error()));
+    start_body(std::move(head), *std::move(key), now);
   }
   fill_body();
 }
 
-void Connection::start_body(RequestHead head, Access access, Time now) {
+void Connection::start_body(RequestHead head, std::optional<keys::Key> key, Time now) {
   input_.erase(0, head.size_bytes);
   state_ = State::reading_body;
   started_ = now;
@@ -79,12 +79,12 @@ void Connection::start_body(RequestHead head, Access access, Time now) {
   incoming_->remote = remote_;
   if (head.content_length.value_or(0) > 0) incoming_->body = Body(budget_);
   incoming_->head = std::move(head);
-  incoming_->access = std::move(access);
+  incoming_->key = std::move(key);
 }
 
 void Connection::check_access() {
   if (!settings_.access || !incoming_) return;
-  if (auto access = settings_.access(incoming_->head); !access) refuse(std::move(access.error()));
+  if (auto key = settings_.access(incoming_->head); !key) refuse(std::move(key.error()));
 }
 
 void Connection::fill_body() {

@@ -87,7 +87,7 @@ class Connection {
 
  private:
   void read_input(Time now);
-  void start_body(RequestHead head, Access access, Time now);
+  void start_body(RequestHead head, std::optional<keys::Key> key, Time now);
   void fill_body();
   void finish_reply(Time now);
   [[nodiscard]] ssize_t send_bytes(std::string_view bytes) const;

@@ -14,17 +14,9 @@
 
 namespace http {
 
+using support::lowered;
 using support::parse_number;
 using support::trimmed;
-
-/// ASCII lower case.
-inline char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-inline std::string lowered(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = lowered(c);
-  return result;
-}
 
 /// Removes the text up to and including the first `separator` from `text` and returns it, trimmed, without the
 /// separator.

@@ -28,6 +28,32 @@ std::string status_text(const std::string& code) {
 
 }  // namespace
 
+std::optional<std::vector<std::string>> match(std::string_view pattern, std::string_view path) {
+  std::vector<std::string> parameters;
+  for (;;) {
+    const std::string_view expected = pattern.substr(0, pattern.find('/'));
+    const std::string_view segment = path.substr(0, path.find('/'));
+    const bool is_parameter = expected.starts_with('{') && !segment.empty();
+    if (!is_parameter && expected != segment) return std::nullopt;
+    if (is_parameter) parameters.emplace_back(segment);
+    const bool pattern_ends = expected.size() == pattern.size(), path_ends = segment.size() == path.size();
+    if (pattern_ends && path_ends) return parameters;
+    if (pattern_ends || path_ends) return std::nullopt;
+    pattern.remove_prefix(expected.size() + 1);
+    path.remove_prefix(segment.size() + 1);
+  }
+}
+
+std::optional<Problem> scope_problem(const std::optional<keys::Key>& key, const Route& route) {
+  const RequiredKey required = route.rules.key;
+  if (!key || required == RequiredKey::any || required == RequiredKey::none) return std::nullopt;
+  const bool reads = required == RequiredKey::reading || route.method == "GET";
+  const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
+  if (key->allows(scope)) return std::nullopt;
+  return Problem{failures::forbidden,
+                 "key " + key->name + " does not have the scope " + std::string(keys::name_of(scope))};
+}
+
 Reply problem_reply(const Problem& problem, const std::string& request_id) {
   const Failure& failure = problem.failure;
   Reply reply{.status = failure.status, .content_type = "application/problem+json", .failure = failure};

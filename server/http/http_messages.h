@@ -21,28 +21,22 @@ namespace http {
 
 using Time = std::chrono::steady_clock::time_point;
 
-/// The rights of a request.
-struct Access {
-  std::optional<keys::Key> key;      ///< none without keys, and for open paths
-  std::optional<Problem> forbidden;  ///< the key lacks the scope that the method needs
-};
-
-/// Decides on the access of a head, before its body is read; again if keys change before the body is complete, or while
-/// the reply is deferred or streamed. Problem: the request is refused whatever its route is. Runs on the event loop and
-/// must not block.
-using AccessFilter = std::function<tracer::Result<Access, Problem>(const RequestHead&)>;
+/// Finds the key of a head, before its body is read; again if keys change before the body is complete, or while the
+/// reply is deferred or streamed. None without keys, and for open routes. Problem: the request is refused whatever its
+/// route is. Runs on the event loop and must not block.
+using AccessFilter = std::function<tracer::Result<std::optional<keys::Key>, Problem>(const RequestHead&)>;
 
 struct Request {
   std::string id;  ///< X-Request-Id of the reply and of every log line
   RequestHead head;
   Body body;
-  std::string route;  ///< the pattern that matched; empty if none did
-  Access access;
+  std::string route;                    ///< the pattern that matched; empty if none did
+  std::optional<keys::Key> key;         ///< see AccessFilter
   std::string remote;                   ///< address of the peer, from the socket
   std::vector<std::string> parameters;  ///< percent-decoded values of the {names} of the pattern, in order
 
   /// Name of the API key; empty without keys.
-  [[nodiscard]] std::string owner() const { return access.key ? access.key->name : ""; }
+  [[nodiscard]] std::string owner() const { return key ? key->name : ""; }
 };
 
 /// A body of known size that is read while it is sent, never whole in memory.
@@ -101,13 +95,32 @@ using Answer = std::variant<Reply, DeferredReply, Problem>;
 /// Processes a request. Called from several threads at once. An exception becomes a problem without details.
 using Handler = std::function<Answer(Request&)>;
 
+/// The key that a request needs if there are keys.
+enum class RequiredKey {
+  of_method,  ///< one with the scope jobs:read for GET and HEAD, jobs:write for other methods
+  reading,    ///< one with jobs:read
+  any,
+  none  ///< the route is open to everyone
+};
+
+struct RouteRules {
+  std::vector<std::string> query{};  ///< accepted query parameters; requests with others are refused
+  bool one_at_a_time = false;        ///< takes up to seconds: one thread handles the requests of all such routes
+  RequiredKey key = RequiredKey::of_method;
+};
+
 struct Route {
   std::string method;   ///< GET also serves HEAD
   std::string pattern;  ///< "/v1/jobs/{id}": a name in braces matches one segment of the path
   Handler handler;
-  std::vector<std::string> query;  ///< accepted query parameters; requests with others are refused
-  bool one_at_a_time = false;      ///< takes up to seconds: one thread handles the requests of all such routes
+  RouteRules rules{};
 };
+
+/// The values of the {names} of `pattern` in `path`; nothing if the path does not match.
+std::optional<std::vector<std::string>> match(std::string_view pattern, std::string_view path);
+
+/// The problem of a key without the scope that the route needs.
+std::optional<Problem> scope_problem(const std::optional<keys::Key>& key, const Route& route);
 
 Reply problem_reply(const Problem& problem, const std::string& request_id);
 

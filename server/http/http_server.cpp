@@ -256,10 +256,11 @@ class EventLoop {
 
   void end_without_access(Client& client) {
     if (!settings_.access || !client.is_waiting() || client.pending == nullptr) return;
-    const auto access = settings_.access(client.pending->request.head);
-    if (access && !access->forbidden) return;
+    const auto key = settings_.access(client.pending->request.head);
+    const auto problem = key ? scope_problem(*key, *client.pending->route) : std::optional(key.error());
+    if (!problem) return;
     if (client.stream) return client.end_stream(now_);
-    dispatcher_->refuse_deferred(client, access ? *access->forbidden : access.error(), now_);
+    dispatcher_->refuse_deferred(client, *problem, now_);
   }
 
   void on_event(Notification& notification) {

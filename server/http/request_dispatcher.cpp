@@ -31,7 +31,7 @@ void log_request(const telemetry::Log& log, const PendingRequest& pending, const
   std::vector<telemetry::Field> fields{{"request_id", request.id},   {"method", request.head.method},
                                        {"path", request.head.path},  {"status", std::int64_t{reply.status}},
                                        {"duration_ms", duration_ms}, {"remote", request.remote}};
-  if (request.access.key) fields.push_back({"key", request.access.key->name});
+  if (request.key) fields.push_back({"key", request.key->name});
   if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
   if (reply.failure) fields.push_back({"problem", reply.failure->name});
   log.write(level_of(reply.failure, request.head.method), "request", fields);
@@ -56,34 +56,18 @@ Problem problem_of(const queue::StoreFailure& failure) {
           "the same Idempotency-Key if there was one"};
 }
 
-/// The values of the {names} of `pattern` in `path`; nothing if the path does not match.
-std::optional<std::vector<std::string>> match(std::string_view pattern, std::string_view path) {
-  std::vector<std::string> parameters;
-  for (;;) {
-    const std::string_view expected = pattern.substr(0, pattern.find('/'));
-    const std::string_view segment = path.substr(0, path.find('/'));
-    const bool is_parameter = expected.starts_with('{') && !segment.empty();
-    if (!is_parameter && expected != segment) return std::nullopt;
-    if (is_parameter) parameters.emplace_back(segment);
-    const bool pattern_ends = expected.size() == pattern.size(), path_ends = segment.size() == path.size();
-    if (pattern_ends && path_ends) return parameters;
-    if (pattern_ends || path_ends) return std::nullopt;
-    pattern.remove_prefix(expected.size() + 1);
-    path.remove_prefix(segment.size() + 1);
-  }
-}
-
 /// Unknown and repeated query parameters are refused, like fields of a document, because a typo must not be ignored.
 std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   std::string unknown, known;
   for (const auto& [name, value] : query) {
-    const bool is_known = std::find(route.query.begin(), route.query.end(), name) != route.query.end();
+    const bool is_known =
+        std::find(route.rules.query.begin(), route.rules.query.end(), name) != route.rules.query.end();
     if (!is_known) unknown += (unknown.empty() ? "\"" : ", \"") + name + '"';
   }
   const std::string repeated(repeated_name(query));
   if (unknown.empty() && repeated.empty()) return std::nullopt;
   if (unknown.empty()) return Problem{failures::invalid_query, repeated + " is given twice"};
-  for (const std::string& name : route.query) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : route.rules.query) known += (known.empty() ? "" : ", ") + name;
   return Problem{failures::invalid_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
 }
 
@@ -112,7 +96,7 @@ Answer handle(PendingRequest& pending) {
   Request& request = pending.request;
   if (pending.route != nullptr) {
     if (auto problem = check_query(request.head.query, *pending.route)) return *std::move(problem);
-    if (request.access.forbidden) return *request.access.forbidden;
+    if (auto problem = scope_problem(request.key, *pending.route)) return *std::move(problem);
     return pending.route->handler(request);
   }
   if (pending.allowed.empty()) return Problem{failures::not_found, "there is nothing at " + request.head.path};
@@ -218,9 +202,9 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   client.notified = false;
   const bool spooled = pending->request.body.spooled();
   find_route(routes_, *pending);
-  const auto lane = pending->route != nullptr && pending->route->one_at_a_time ? ThreadPool::one_at_a_time
-                    : spooled                                                  ? ThreadPool::slow
-                                                                               : ThreadPool::ordinary;
+  const auto lane = pending->route != nullptr && pending->route->rules.one_at_a_time ? ThreadPool::one_at_a_time
+                    : spooled                                                        ? ThreadPool::slow
+                                                                                     : ThreadPool::ordinary;
   const bool accepted = pool_.submit(
       [this, pending] { post_answer(pending, guarded(pending->request, [&] { return handle(*pending); })); }, lane);
   if (accepted) return;

@@ -5,14 +5,8 @@
 
 namespace queue {
 
-std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact) {
-  auto reader = artifacts_.open(artifact.sha256);
-  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
-  return reader;
-}
-
-std::unique_ptr<ArtifactReader> ArtifactPins::open_unverified(const Artifact& artifact) {
-  auto reader = artifacts_.open_unverified(artifact.sha256);
+std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact, bool verified) {
+  auto reader = artifacts_.open(artifact.sha256, verified);
   if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
   return reader;
 }

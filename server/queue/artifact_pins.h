@@ -26,8 +26,7 @@ class ArtifactPins {
       : references_(references), artifacts_(artifacts), log_(std::move(log)) {}
 
   /// See ArtifactStore::open; null also when it has another size.
-  std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
-  std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact);
+  std::unique_ptr<ArtifactReader> open(const Artifact& artifact, bool verified = true);
   /// Reads it to its end, as some readers compare the bytes.
   bool is_intact(const Artifact& artifact);
 

@@ -55,10 +55,8 @@ class ArtifactStore {
   virtual void sync(const std::string& sha256) = 0;  ///< makes an existing artifact durable, as put
 
   /// Null when it does not exist, or its bytes are not those of its name. Large artifacts are read for this once after
-  /// the start, or compared by their reader.
-  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;
-  /// Does not compare the bytes: for readers that do.
-  virtual std::unique_ptr<ArtifactReader> open_unverified(const std::string& sha256) { return open(sha256); }
+  /// the start, or compared by their reader. Without `verified` nothing is compared: for readers that do.
+  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256, bool verified = true) = 0;
   virtual void remove(const std::string& sha256) = 0;  ///< no effect when it does not exist
 };
 

@@ -204,6 +204,11 @@ struct CommonScene {
 struct BatchState {
   Batch batch;
   std::map<JobState, std::int64_t> jobs;
+
+  [[nodiscard]] std::int64_t count(JobState which) const {
+    const auto found = jobs.find(which);
+    return found == jobs.end() ? 0 : found->second;
+  }
 };
 
 struct BatchSubmission {

@@ -35,29 +35,6 @@ std::vector<tracer::Issue> read_errors(sql::Database& database, const std::strin
   return all;
 }
 
-void read_labels(sql::Database& database, Job& job) {
-  sql::Query labels = database.query("SELECT key, value FROM labels WHERE job_id = ?", job.id);
-  while (labels.row()) job.labels.emplace(labels.text(0), labels.text(1));
-}
-
-void read_report(sql::Database& database, Job& job) {
-  sql::Query report = database.query("SELECT report FROM reports WHERE job_id = ?", job.id);
-  if (report.row()) job.report = report.text(0);
-}
-
-void read_assets(sql::Database& database, Job& job) {
-  sql::Query assets = database.query("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", job.id);
-  while (assets.row()) job.assets.push_back(assets.text(0));
-}
-
-/// Adds a claim of the job to the passes.
-void count_turn(sql::Database& database, const Job& job) {
-  if (database.is_shared()) return database.post("SELECT count_turn(?, ?)", job.owner, pass_of_turn / job.weight);
-  database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))", job.owner);
-  database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
-                job.weight, job.owner);
-}
-
 constexpr const char* summary_columns = "kind, name, batch_id, owner, keep, state";
 
 /// None without a row of the summary's columns.
@@ -85,13 +62,6 @@ std::vector<std::string> split(const std::string& text) {
 void insert_labels(sql::Database& database, const std::string& id, const std::map<std::string, std::string>& labels) {
   for (const auto& [key, value] : labels) {
     database.post("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, id);
-  }
-}
-
-void insert_scene(sql::Database& database, const std::string& id, const CommonScene& scene) {
-  database.post("INSERT INTO scenes (id, document) VALUES (?, ?)", id, sql::Blob{scene.document});
-  for (const std::string& sha256 : scene.assets) {
-    database.post("INSERT INTO scene_assets (sha256, scene_id) VALUES (?, ?)", sha256, id);
   }
 }
 
@@ -162,9 +132,11 @@ std::optional<Job> read_job(sql::Database& database, const std::string& id) {
   row.take(job.expired, job.content_key, job.batch, url, events, code, detail);
   if (url) job.webhook = api::Webhook{*url, split(events)};
   if (code) job.problem = Problem{*code, detail, read_errors(database, id)};
-  read_labels(database, job);
-  read_assets(database, job);
-  if (job.state == JobState::succeeded) read_report(database, job);
+  sql::Query labels = database.query("SELECT key, value FROM labels WHERE job_id = ?", id);
+  while (labels.row()) job.labels.emplace(labels.text(0), labels.text(1));
+  job.assets = database.query("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", id).texts();
+  if (job.state == JobState::succeeded)
+    job.report = database.query("SELECT report FROM reports WHERE job_id = ?", id).first_text().value_or("");
   if (ended(job.state)) job.artifacts = read_artifacts(database, id);
   return job;
 }
@@ -181,25 +153,6 @@ std::optional<JobSummary> delete_job(sql::Database& database, const std::string&
   return take_summary(id, database.query(sql + summary_columns, id));
 }
 
-std::optional<std::string> read_document(sql::Database& database, const std::string& id) {
-  return database.query("SELECT document FROM documents WHERE job_id = ?", id).first_text();
-}
-
-std::optional<std::string> read_scene(sql::Database& database, const std::string& id) {
-  return database
-      .query("SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?", id)
-      .first_text();
-}
-
-void read_claimed_document(sql::Database& database, Claim& claim) {
-  sql::Query row = database.query(
-      "SELECT documents.document, scenes.document FROM documents LEFT JOIN scenes ON scenes.id = documents.scene_id"
-      " WHERE job_id = ?",
-      claim.job.id);
-  row.row();
-  row.take(claim.document, claim.scene);
-}
-
 std::vector<Artifact> read_artifacts(sql::Database& database, const std::string& id) {
   std::vector<Artifact> artifacts;
   sql::Query row =
@@ -213,82 +166,6 @@ std::vector<Artifact> read_artifacts(sql::Database& database, const std::string&
 
 std::int64_t read_artifact_bytes(sql::Database& database) {
   return database.number("SELECT bytes FROM artifact_total");
-}
-
-std::vector<JobMove> read_moves(sql::Database& database, const std::string& id) {
-  std::vector<JobMove> moves;
-  sql::Query row = database.query(
-      "SELECT * FROM (SELECT at, state, attempt, reason, worker, revision FROM moves WHERE job_id = ?"
-      " ORDER BY revision DESC LIMIT ?) AS latest ORDER BY revision",
-      id, moves_max);
-  while (row.row()) {
-    JobMove& move = moves.emplace_back();
-    row.take(move.at, move.state, move.attempt, move.code, move.worker);
-    const std::size_t space = std::min(move.code.find(' '), move.code.size());
-    move.detail = move.code.substr(std::min(space + 1, move.code.size()));
-    move.code.resize(space);
-  }
-  return moves;
-}
-
-// ---- batches and replies
-
-void insert_batch(sql::Database& database, const Batch& batch) {
-  database.post(
-      "INSERT INTO batches (id, owner, name, sweep, created_at, max_failed, size) VALUES (?, ?, ?, ?, ?, ?, ?)",
-      batch.id, batch.owner, batch.name, batch.sweep, batch.created_at, batch.max_failed, batch.size);
-}
-
-std::optional<BatchState> read_batch(sql::Database& database, const std::string& id) {
-  sql::Query row =
-      database.query("SELECT owner, name, sweep, created_at, max_failed, size FROM batches WHERE id = ?", id);
-  if (!row.row()) return std::nullopt;
-  BatchState state;
-  Batch& batch = state.batch;
-  batch.id = id;
-  row.take(batch.owner, batch.name, batch.sweep, batch.created_at, batch.max_failed, batch.size);
-  sql::Query counts =
-      database.query("SELECT state, count(*) FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? GROUP BY state", id);
-  while (counts.row()) state.jobs.emplace(job_state(counts.text(0)).value(), counts.integer(1));
-  return state;
-}
-
-bool insert_reply(sql::Database& database, const KeptReply& kept, std::int64_t now) {
-  return database.change(
-             "INSERT INTO replies (owner, route, key, request_sha256, status, location, body, expires_at)"
-             " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT (owner, route, key) DO UPDATE SET"
-             " request_sha256 = ?4, status = ?5, location = ?6, body = ?7, expires_at = ?8"
-             " WHERE replies.expires_at <= ?9",
-             kept.key.owner, kept.key.route, kept.key.key, kept.request_sha256, kept.reply.status, kept.reply.location,
-             kept.reply.body, kept.expires_at, now) == 1;
-}
-
-std::optional<KeptReply> read_reply(sql::Database& database, const ReplyKey& key, std::int64_t now) {
-  sql::Query row = database.query(
-      "SELECT request_sha256, status, location, body, expires_at FROM replies"
-      " WHERE owner = ? AND route = ? AND key = ? AND expires_at > ?",
-      key.owner, key.route, key.key, now);
-  if (!row.row()) return std::nullopt;
-  KeptReply kept;
-  kept.key = key;
-  row.take(kept.request_sha256, kept.reply.status, kept.reply.location, kept.reply.body, kept.expires_at);
-  return kept;
-}
-
-// ---- claims
-
-Claim claim_job(sql::Database& database, const std::string& id, const ClaimTerms& terms, std::int64_t now) {
-  Claim claim;
-  claim.fence = database.number(
-      "UPDATE jobs SET state = 'running', started_at = max(?1, created_at), moved_at = ?1, moved_for = '',"
-      " attempt = attempt + 1, fence = fence + 1, boot_id = ?2, lease_until = ?3, revision = revision + 1"
-      " WHERE id = ?4 RETURNING fence",
-      now, terms.boot_id, terms.lease_until, id);
-  claim.job = read_job(database, id).value();
-  // Outside the only writer, which a large document would delay.
-  if (database.is_shared()) read_claimed_document(database, claim);
-  count_turn(database, claim.job);
-  return claim;
 }
 
 }  // namespace queue

@@ -1,5 +1,5 @@
 #pragma once
-/// Rows of jobs, batches and replies, read and written inside a transaction. Private to this directory.
+/// Rows of jobs, read and written inside a transaction. Private to this directory.
 
 #include <cstdint>
 #include <map>
@@ -20,7 +20,6 @@ std::vector<std::string> split(const std::string& text);
 /// The document is a patch of the scene of that id; null: a complete document.
 void insert_job(sql::Database& database, const Job& job, const std::string& document,
                 const std::optional<std::string>& scene_id);
-void insert_scene(sql::Database& database, const std::string& id, const CommonScene& scene);
 void insert_labels(sql::Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
 void insert_report(sql::Database& database, const std::string& id, const std::string& report);
 void insert_problem(sql::Database& database, const std::string& id, const Problem& problem);
@@ -33,29 +32,11 @@ std::optional<Job> read_job(sql::Database& database, const std::string& id);
 std::optional<JobSummary> read_summary(sql::Database& database, const std::string& id);
 /// Deletes the job if it does not run; none if it was not deleted.
 std::optional<JobSummary> delete_job(sql::Database& database, const std::string& id);
-std::optional<std::string> read_document(sql::Database& database, const std::string& id);
-/// The scene that the document of a job patches; none if the document is complete.
-std::optional<std::string> read_scene(sql::Database& database, const std::string& id);
-/// Sets the document of the claim, and the scene that it patches. Precondition: the job exists.
-void read_claimed_document(sql::Database& database, Claim& claim);
 std::vector<Artifact> read_artifacts(sql::Database& database, const std::string& id);
-std::vector<JobMove> read_moves(sql::Database& database, const std::string& id);
 std::int64_t read_artifact_bytes(sql::Database& database);  ///< sum over all jobs
-
-void insert_batch(sql::Database& database, const Batch& batch);
-std::optional<BatchState> read_batch(sql::Database& database, const std::string& id);
-
-/// Replaces an expired reply under the same key. False, and nothing is changed, if there is one that has not expired.
-bool insert_reply(sql::Database& database, const KeptReply& kept, std::int64_t now);
-/// None if it has expired.
-std::optional<KeptReply> read_reply(sql::Database& database, const ReplyKey& key, std::int64_t now);
 
 /// Growth of an owner's pass by a claim with weight 1: all weights up to 10 divide it.
 inline constexpr std::int64_t pass_of_turn = 2520;
-
-/// Without the document where one connection does all writes. Precondition: the job is queued, and locked where several
-/// processes write.
-Claim claim_job(sql::Database& database, const std::string& id, const ClaimTerms& terms, std::int64_t now);
 
 /// An UPDATE of a running job (as all ends not before the start, also if the clock was set back) that returns to
 /// queued, or to cancelled where that was requested; ?1 is now. The reason, the attempt and the condition follow.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/queue/job_rows.h"
+#include "server/support/text_values.h"
 
 namespace queue {
 namespace {
@@ -48,12 +49,6 @@ Walk choose_walk(sql::Database& database, const JobFilter& filter) {
   }
   if (filter.state && count_jobs(database, *filter.state) < shortest) walk.over = Walk::Over::state;
   return walk;
-}
-
-std::string lower_ascii(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
 }
 
 std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter& filter) {
@@ -109,7 +104,7 @@ std::vector<std::string> list_ids(sql::Database& database, const JobFilter& filt
     query.bind(++position, key);
     query.bind(++position, value);
   }
-  if (!filter.text.empty()) query.bind(++position, lower_ascii(filter.text));
+  if (!filter.text.empty()) query.bind(++position, support::lowered(filter.text));
   if (filter.kind) query.bind(++position, *filter.kind);
   if (filter.owner) query.bind(++position, *filter.owner);
   for (const auto& moment : {filter.created_after, filter.created_before})
@@ -203,15 +198,48 @@ std::optional<JobsBefore> read_queue_position(sql::Database& database, const std
   return before;
 }
 
+// ---- replies
+
+/// Replaces an expired reply under the same key. False, and nothing is changed, if there is one that has not expired.
+bool insert_reply(sql::Database& database, const KeptReply& kept, std::int64_t now) {
+  return database.change(
+             "INSERT INTO replies (owner, route, key, request_sha256, status, location, body, expires_at)"
+             " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT (owner, route, key) DO UPDATE SET"
+             " request_sha256 = ?4, status = ?5, location = ?6, body = ?7, expires_at = ?8"
+             " WHERE replies.expires_at <= ?9",
+             kept.key.owner, kept.key.route, kept.key.key, kept.request_sha256, kept.reply.status, kept.reply.location,
+             kept.reply.body, kept.expires_at, now) == 1;
+}
+
+std::optional<KeptReply> read_reply(sql::Database& database, const ReplyKey& key, std::int64_t now) {
+  sql::Query row = database.query(
+      "SELECT request_sha256, status, location, body, expires_at FROM replies"
+      " WHERE owner = ? AND route = ? AND key = ? AND expires_at > ?",
+      key.owner, key.route, key.key, now);
+  if (!row.row()) return std::nullopt;
+  KeptReply kept;
+  kept.key = key;
+  row.take(kept.request_sha256, kept.reply.status, kept.reply.location, kept.reply.body, kept.expires_at);
+  return kept;
+}
+
 }  // namespace
 
 std::optional<KeptReply> JobStore::insert(const InsertRequest& request, std::int64_t now) {
   const auto work = [&](sql::Database& database) -> std::optional<KeptReply> {
     if (request.reply && !insert_reply(database, *request.reply, now))
       return read_reply(database, request.reply->key, now).value();
-    if (request.batch) insert_batch(database, *request.batch);
     std::optional<std::string> scene_id;
-    if (request.scene) insert_scene(database, scene_id.emplace(request.batch.value().id), *request.scene);
+    if (const auto& batch = request.batch)
+      database.post(
+          "INSERT INTO batches (id, owner, name, sweep, created_at, max_failed, size) VALUES (?, ?, ?, ?, ?, ?, ?)",
+          batch->id, batch->owner, batch->name, batch->sweep, batch->created_at, batch->max_failed, batch->size);
+    if (const auto& scene = request.scene) {
+      const std::string& id = scene_id.emplace(request.batch.value().id);
+      database.post("INSERT INTO scenes (id, document) VALUES (?, ?)", id, sql::Blob{scene->document});
+      for (const std::string& sha256 : scene->assets)
+        database.post("INSERT INTO scene_assets (sha256, scene_id) VALUES (?, ?)", sha256, id);
+    }
     for (const auto& [job, document] : request.jobs) {
       assert(job.state == JobState::queued || job.state == JobState::succeeded);
       insert_job(database, job, document, scene_id);
@@ -234,7 +262,21 @@ std::optional<JobSummary> JobStore::summary(const std::string& id) {
 }
 
 std::vector<JobMove> JobStore::moves(const std::string& id) {
-  return transactions_.read([&](sql::Database& database) { return read_moves(database, id); });
+  return transactions_.read([&](sql::Database& database) {
+    std::vector<JobMove> moves;
+    sql::Query row = database.query(
+        "SELECT * FROM (SELECT at, state, attempt, reason, worker, revision FROM moves WHERE job_id = ?"
+        " ORDER BY revision DESC LIMIT ?) AS latest ORDER BY revision",
+        id, moves_max);
+    while (row.row()) {
+      JobMove& move = moves.emplace_back();
+      row.take(move.at, move.state, move.attempt, move.code, move.worker);
+      const std::size_t space = std::min(move.code.find(' '), move.code.size());
+      move.detail = move.code.substr(std::min(space + 1, move.code.size()));
+      move.code.resize(space);
+    }
+    return moves;
+  });
 }
 
 std::optional<Job> JobStore::find_by_content_key(const std::string& content_key, std::int64_t expires_after) {
@@ -249,11 +291,18 @@ std::optional<Job> JobStore::find_by_content_key(const std::string& content_key,
 }
 
 std::optional<std::string> JobStore::document(const std::string& id) {
-  return transactions_.read([&](sql::Database& database) { return read_document(database, id); });
+  return transactions_.read([&](sql::Database& database) {
+    return database.query("SELECT document FROM documents WHERE job_id = ?", id).first_text();
+  });
 }
 
 std::optional<std::string> JobStore::scene(const std::string& id) {
-  return transactions_.read([&](sql::Database& database) { return read_scene(database, id); });
+  return transactions_.read([&](sql::Database& database) {
+    return database
+        .query("SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?",
+               id)
+        .first_text();
+  });
 }
 
 JobPage JobStore::list(const JobFilter& filter, const std::string& cursor, int limit) {

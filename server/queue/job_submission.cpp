@@ -112,17 +112,6 @@ void JobSubmission::make_durable(const std::string& id) {
   context_.stores.maintenance.probe();
 }
 
-/// Stores the only job of the request.
-std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, JobView& view, bool with_position) {
-  const Job& job = view.job;
-  const bool may_run = !ended(job.state) && !job.not_before;  // otherwise run_maintenance notifies the runner in time
-  if (auto earlier = context_.stores.jobs.insert(request, job.created_at)) return earlier;
-  notify_stored(job);
-  if (with_position && !ended(job.state) && !request.reply) add_position(context_, view);
-  if (may_run) context_.runner.notify();
-  return std::nullopt;
-}
-
 tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission) {
   JobStore& jobs = context_.stores.jobs;
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
@@ -150,14 +139,15 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
   if (!request.durable && !from_cache) context_.running.set_durable(job.id, false);
   const Announcement announcement(context_.notifications,
                                   from_cache ? std::vector<std::string>{} : std::vector{job.id});
-  std::optional<KeptReply> earlier;
   try {
-    earlier = insert(request, view, with_position);
+    if (const auto earlier = jobs.insert(request, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
+    notify_stored(job);
+    if (with_position && !from_cache && !request.reply) add_position(context_, view);
+    if (!from_cache && !job.not_before) context_.runner.notify();  // otherwise run_maintenance notifies it in time
   } catch (...) {
     context_.running.set_durable(job.id, true);
     throw;
   }
-  if (earlier) return replay<Submitted>(*earlier, *idempotency);
   return Submitted{view, from_cache, std::nullopt};
 }
 

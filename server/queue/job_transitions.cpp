@@ -58,6 +58,20 @@ RetryOutcome retry_job(sql::Database& database, const std::string& id, std::int6
   return RetryOutcome::queued;
 }
 
+std::optional<BatchState> read_batch(sql::Database& database, const std::string& id) {
+  sql::Query row =
+      database.query("SELECT owner, name, sweep, created_at, max_failed, size FROM batches WHERE id = ?", id);
+  if (!row.row()) return std::nullopt;
+  BatchState state;
+  Batch& batch = state.batch;
+  batch.id = id;
+  row.take(batch.owner, batch.name, batch.sweep, batch.created_at, batch.max_failed, batch.size);
+  sql::Query counts =
+      database.query("SELECT state, count(*) FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? GROUP BY state", id);
+  while (counts.row()) state.jobs.emplace(job_state(counts.text(0)).value(), counts.integer(1));
+  return state;
+}
+
 /// A part of a statement: jobs of one owner that may be claimed at ?2, least rank first.
 std::string waiting_jobs(const ClaimFilter& filter, const std::string& owner) {
   const std::string index = filter.small ? "small_jobs_waiting WHERE large = 0 AND" : "jobs_waiting WHERE";
@@ -109,6 +123,24 @@ std::optional<NextJob> find_next_job(sql::Database& database, const ClaimFilter&
   return next_of_owners.front();
 }
 
+/// Adds a claim of the job to the passes.
+void count_turn(sql::Database& database, const Job& job) {
+  if (database.is_shared()) return database.post("SELECT count_turn(?, ?)", job.owner, pass_of_turn / job.weight);
+  database.post("UPDATE latest_pass SET pass = max(pass, (SELECT pass FROM owner_usage WHERE owner = ?))", job.owner);
+  database.post("UPDATE owner_usage SET pass = (SELECT pass FROM latest_pass) + ? / ? WHERE owner = ?", pass_of_turn,
+                job.weight, job.owner);
+}
+
+/// Sets the document of the claim, and the scene that it patches. Precondition: the job exists.
+void read_claimed_document(sql::Database& database, Claim& claim) {
+  sql::Query row = database.query(
+      "SELECT documents.document, scenes.document FROM documents LEFT JOIN scenes ON scenes.id = documents.scene_id"
+      " WHERE job_id = ?",
+      claim.job.id);
+  row.row();
+  row.take(claim.document, claim.scene);
+}
+
 std::vector<std::string> jobs_of(sql::Database& database, const std::string& batch) {
   return database
       .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
@@ -124,9 +156,17 @@ std::optional<Claim> JobTransitions::claim(const ClaimTerms& terms, std::int64_t
   const auto work = [&](sql::Database& database) -> std::optional<Claim> {
     const std::optional<NextJob> next = find_next_job(database, filter, now);
     if (!next) return std::nullopt;
-    Claim claim = claim_job(database, next->id, terms, now);
+    Claim claim;
+    claim.fence = database.number(
+        "UPDATE jobs SET state = 'running', started_at = max(?1, created_at), moved_at = ?1, moved_for = '',"
+        " attempt = attempt + 1, fence = fence + 1, boot_id = ?2, lease_until = ?3, revision = revision + 1"
+        " WHERE id = ?4 RETURNING fence",
+        now, terms.boot_id, terms.lease_until, next->id);
+    claim.job = read_job(database, next->id).value();
     claim.is_last = next->is_last;
     has_document = database.is_shared();
+    if (has_document) read_claimed_document(database, claim);
+    count_turn(database, claim.job);
     return claim;
   };
   std::optional<Claim> claim = transactions_.write(work, sql::Synced::with_next);

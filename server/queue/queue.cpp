@@ -295,8 +295,7 @@ void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
   if (!job || job->batch.empty()) return;
   const std::optional<BatchState> state = context_.stores.batches.find(job->batch);
   if (!state || !state->batch.max_failed) return;
-  const auto failed = state->jobs.find(JobState::failed);
-  if (failed != state->jobs.end() && failed->second > *state->batch.max_failed) cancel_batch(job->batch);
+  if (state->count(JobState::failed) > *state->batch.max_failed) cancel_batch(job->batch);
 }
 
 // JobLifecycle, for the daemon

@@ -101,7 +101,6 @@ class JobSubmission {
   std::optional<Rejection> reserve(const std::string& owner, std::int64_t jobs);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
   NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
-  std::optional<KeptReply> insert(InsertRequest& request, JobView& view, bool with_position);
   void notify_stored(const Job& job);
 
   QueueContext& context_;
@@ -215,9 +214,8 @@ class JobQueries {
   QueueState state();
   [[nodiscard]] DiskSpace disk_space() const { return context_.settings.disk_space(); }
   /// See ArtifactPins.
-  std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }
-  std::unique_ptr<ArtifactReader> open_unverified(const Artifact& artifact) {
-    return context_.pins.open_unverified(artifact);
+  std::unique_ptr<ArtifactReader> open(const Artifact& artifact, bool verified = true) {
+    return context_.pins.open(artifact, verified);
   }
 
   /// For readiness: empty, or the reason ("store: disk full", "worker: restarting", "draining"). Costs a small durable

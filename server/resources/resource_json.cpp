@@ -2,44 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "api/report.h"
+#include "api/json.h"
 #include "server/support/text_values.h"
 
 namespace resources {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// The text on one line with a newline at its end. Invalid UTF-8 is replaced by U+FFFD.
-std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
+using api::array_of, api::issues_json, api::Json, api::json_line, api::or_null, api::text_or_null;
 
 Json time_json(std::optional<std::int64_t> unix_ms) { return unix_ms ? Json(time_text(*unix_ms)) : Json(nullptr); }
-
-template <class Value>
-Json or_null(const std::optional<Value>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-template <class List, class Write>
-Json array_of(const List& list, Write write) {
-  Json array = Json::array();
-  for (const auto& each : list) array.push_back(write(each));
-  return array;
-}
 
 Json limits_json(const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
   Json json = Json::object();
   for (const auto& [name, value] : limits) json[name] = value;
   return json;
-}
-
-/// [{pointer, code, detail}] with pointers as URI fragments.
-Json errors_json(const std::vector<tracer::Issue>& errors) {
-  return array_of(errors, [](const tracer::Issue& issue) -> Json {
-    return {{"pointer", api::uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}};
-  });
 }
 
 double to_milliseconds(double seconds) { return std::round(seconds * 1000) / 1000; }
@@ -53,7 +30,7 @@ Json eta_json(const queue::JobView& view, std::int64_t now_ms) {
 
 Json job_problem_json(const std::optional<queue::Problem>& problem) {
   if (!problem) return nullptr;
-  return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
+  return {{"code", problem->code}, {"detail", problem->detail}, {"errors", issues_json(problem->errors)}};
 }
 
 /// JSON that was stored with a job. Null if it is not valid, as after a change of the format.
@@ -66,8 +43,6 @@ Json stored_json(const std::string& stored) {
 bool may_be_retried(const queue::Job& job) {
   return queue::ended(job.state) && job.state != queue::JobState::succeeded && !job.expired;
 }
-
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 /// Null if the job has no artifact of that name yet.
 Json link_to(const queue::Job& job, const std::string& name) {
@@ -98,8 +73,6 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
             {"url", self + "/" + artifact.name}};
   };
   const bool measured = job.kind == queue::JobKind::measure;
-  Json labels = Json::object();
-  for (const auto& [name, value] : job.labels) labels[name] = value;
   return {{"id", job.id},
           {"kind", queue::name_of(job.kind)},
           {"name", job.name},
@@ -120,7 +93,7 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"max_attempts", job.max_attempts},
           {"priority", job.priority},
           {"cancel_requested", job.cancel_requested},
-          {"labels", std::move(labels)},
+          {"labels", job.labels},
           {"owner", text_or_null(job.owner)},
           {"batch", text_or_null(job.batch)},
           {"variation", variation_json(job)},
@@ -179,24 +152,20 @@ Json json_of(const queue::JobEvent& event) {
 /// Progress is the share of ended jobs.
 Json json_of(const queue::BatchState& state) {
   using enum queue::JobState;
-  const auto count = [&](queue::JobState which) {
-    const auto found = state.jobs.find(which);
-    return found == state.jobs.end() ? 0 : found->second;
-  };
   Json by_state = Json::object();
   std::int64_t all = 0, ended = 0;
   for (const queue::JobState which : queue::all_job_states) {
-    by_state[queue::name_of(which)] = count(which);
-    all += count(which);
-    if (queue::ended(which)) ended += count(which);
+    by_state[queue::name_of(which)] = state.count(which);
+    all += state.count(which);
+    if (queue::ended(which)) ended += state.count(which);
   }
-  const queue::JobState batch_state = ended < all            ? (count(queued) == all ? queued : running)
-                                      : count(failed) > 0    ? failed
-                                      : count(cancelled) > 0 ? cancelled
-                                                             : succeeded;
+  const queue::JobState batch_state = ended < all                  ? (state.count(queued) == all ? queued : running)
+                                      : state.count(failed) > 0    ? failed
+                                      : state.count(cancelled) > 0 ? cancelled
+                                                                   : succeeded;
   const queue::Batch& batch = state.batch;
   const std::string self = "/v1/batches/" + batch.id;
-  const bool may_retry = count(failed) + count(cancelled) > 0;
+  const bool may_retry = state.count(failed) + state.count(cancelled) > 0;
   return {{"id", batch.id},
           {"name", batch.name},
           {"state", queue::name_of(batch_state)},
@@ -212,7 +181,7 @@ Json json_of(const queue::BatchState& state) {
             {"jobs", "/v1/jobs?batch=" + batch.id},
             {"cancel", ended < all ? Json(self + "/cancel") : Json(nullptr)},
             {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
-            {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}};
+            {"artifacts", state.count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}};
 }
 
 Json json_of(const queue::BatchPage& page) {
@@ -249,7 +218,7 @@ Json json_of(const ProblemReply& problem) {
             {"status", problem.status},
             {"detail", problem.detail},
             {"request_id", problem.request_id}};
-  if (!problem.errors.empty()) json["errors"] = errors_json(problem.errors);
+  if (!problem.errors.empty()) json["errors"] = issues_json(problem.errors);
   return json;
 }
 
@@ -319,53 +288,34 @@ std::string time_text(std::int64_t unix_ms) {
   return support::in_utc(unix_ms / 1000, "%Y-%m-%dT%H:%M:%S.") + milliseconds + 'Z';
 }
 
-std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
+std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return json_line(job_json(view, now_ms)); }
 
 std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms) {
-  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
+  return json_line({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
 }
 
 std::string write_event(std::string_view event, std::int64_t now_ms) {
-  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
+  return json_line({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", Json::object()}});
 }
 
 std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms) {
   Json items = array_of(views, [&](const queue::JobView& view) { return job_json(view, now_ms); });
-  return text_of({{"items", std::move(items)}, {"next_cursor", text_or_null(next_cursor)}});
-}
-
-std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
-                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used) {
-  const auto usage_json = [](const queue::OwnerUsage& usage) -> Json {
-    return {{"queued_jobs", usage.queued_jobs}, {"artifact_bytes", usage.artifact_bytes}};
-  };
-  return text_of(
-      {{"name", text_or_null(name)}, {"scopes", scopes}, {"quotas", usage_json(quotas)}, {"used", usage_json(used)}});
-}
-
-std::string write_ticket(const std::string& url, std::optional<std::int64_t> expires_at_unix_ms) {
-  return text_of({{"url", url}, {"expires_at", time_json(expires_at_unix_ms)}});
-}
-
-std::string write_bulk(std::int64_t matched, std::int64_t done,
-                       const std::vector<std::pair<std::string, std::string_view>>& refused) {
-  Json items = array_of(refused, [](const auto& each) -> Json { return {{"id", each.first}, {"code", each.second}}; });
-  return text_of({{"matched", matched}, {"done", done}, {"refused", std::move(items)}});
+  return json_line({{"items", std::move(items)}, {"next_cursor", text_or_null(next_cursor)}});
 }
 
 std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox, bool dashboard,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
-  return text_of({{"version", version},
-                  {"build", build},
-                  {"sandbox", text_or_null(std::string(sandbox))},
-                  {"dashboard", dashboard},
-                  {"limits", limits_json(limits)}});
+  return json_line({{"version", version},
+                    {"build", build},
+                    {"sandbox", text_or_null(std::string(sandbox))},
+                    {"dashboard", dashboard},
+                    {"limits", limits_json(limits)}});
 }
 
 template <class Resource>
 std::string write(const Resource& resource) {
-  return text_of(json_of(resource));
+  return json_line(json_of(resource));
 }
 
 template std::string write(const queue::JobEvent&);

@@ -47,17 +47,6 @@ struct ServiceStatus {
   std::optional<telemetry::ServiceHistory::Hour> hour;
 };
 
-/// {name, scopes, quotas, used}; an empty name becomes null.
-std::string write_me(const std::string& name, const std::vector<std::string_view>& scopes,
-                     const queue::OwnerUsage& quotas, const queue::OwnerUsage& used);
-
-/// {url, expires_at} of a ticket; a time of none is null.
-std::string write_ticket(const std::string& url, std::optional<std::int64_t> expires_at_unix_ms);
-
-/// {matched, done, refused[{id, code}]} of a request for many jobs.
-std::string write_bulk(std::int64_t matched, std::int64_t done,
-                       const std::vector<std::pair<std::string, std::string_view>>& refused);
-
 /// RFC 9457. An empty `errors` is omitted.
 struct ProblemReply {
   std::string type, title;

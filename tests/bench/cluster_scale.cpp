@@ -33,7 +33,7 @@ class NoArtifacts final : public queue::ArtifactStore {
  public:
   Stored put(int /*fd*/, bool /*durable*/) override { return {}; }
   void sync(const std::string& /*sha256*/) override {}
-  std::unique_ptr<queue::ArtifactReader> open(const std::string& /*sha256*/) override { return nullptr; }
+  std::unique_ptr<queue::ArtifactReader> open(const std::string&, bool) override { return nullptr; }
   void remove(const std::string& /*sha256*/) override {}
 };
 

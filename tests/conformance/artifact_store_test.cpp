@@ -244,7 +244,7 @@ TEST(FileArtifactStore, FindsAndReplacesChangedBytes) {
   std::ofstream(path) << "abd";
   FileArtifactStore store(directory.path());
   EXPECT_EQ(store.open(sha256), nullptr);
-  EXPECT_EQ(store.open_unverified(sha256)->size_bytes(), 3u);
+  EXPECT_EQ(store.open(sha256, /*verified=*/false)->size_bytes(), 3u);
   store.put(MemoryFile("abc").fd(), false);
   ASSERT_NE(store.open(sha256), nullptr) << "replaced";
 

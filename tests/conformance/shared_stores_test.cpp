@@ -190,7 +190,7 @@ TEST_F(SharedStores, FindsAndReplacesChangedBytes) {
       }
     }
     EXPECT_EQ(b.store.open(sha256), nullptr);
-    EXPECT_NE(b.store.open_unverified(sha256), nullptr);
+    EXPECT_NE(b.store.open(sha256, /*verified=*/false), nullptr);
     a.put(bytes);
     b.put(bytes);
     ASSERT_NE(b.store.open(sha256), nullptr);

@@ -119,7 +119,7 @@ class HttpServerTest : public testing::Test {
     std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
     for (const auto& [path, handler] : handlers) {
       const bool one_at_a_time = std::find(slow_paths.begin(), slow_paths.end(), path) != slow_paths.end();
-      routes.push_back({"GET", path, handler, {}, one_at_a_time});
+      routes.push_back({"GET", path, handler, {.one_at_a_time = one_at_a_time}});
     }
     settings.spool_directory = testing::TempDir();
     server = std::make_unique<http::HttpServer>(

@@ -153,21 +153,46 @@ TEST(KeyRing, FindsAKeyByATicketForItsPathAndTime) {
   EXPECT_FALSE(ring.find_by_ticket(ticket.text, "/v1/jobs"));
 }
 
-TEST(Access, HasTheKeyAndRefusesWhatItsScopesDoNotAllow) {
+TEST(Access, HasTheKeyOrRefuses) {
   const keys::CreatedKey made = keys::create("ann", {Scope::jobs_read});
   const keys::KeyRing ring(*keys::parse(made.line));
   http::RequestHead head;
-  head.method = "GET";
   head.path = "/v1/jobs";
   head.headers = {{"authorization", "Bearer  " + made.token}};
-  const auto reading = http::access_of(head, &ring);
-  ASSERT_TRUE(reading);
-  EXPECT_EQ(reading->key->name, "ann");
-  EXPECT_FALSE(reading->forbidden);
-  head.method = "POST";
-  EXPECT_EQ(http::access_of(head, &ring)->forbidden->failure, http::failures::forbidden);
+  const auto key = http::access_of(head, &ring);
+  ASSERT_TRUE(key);
+  EXPECT_EQ((*key)->name, "ann");
   head.headers.clear();
   EXPECT_EQ(http::access_of(head, &ring).error().failure, http::failures::unauthenticated);
+}
+
+TEST(Access, IsOpenToEveryoneOnPathsOfOpenRoutesOnly) {
+  const keys::KeyRing ring(*keys::parse(keys::create("ann", {Scope::admin}).line));
+  const auto is_open = [&](const char* path) {
+    http::RequestHead head;
+    head.path = path;
+    return static_cast<bool>(http::access_of(head, &ring));
+  };
+  for (const char* path : {"/", "/docs", "/docs/scene", "/openapi.json", "/schemas/scene.schema.json", "/ui/0/main.js"})
+    EXPECT_TRUE(is_open(path)) << path;
+  for (const char* path : {"/v1/jobs", "/v1/me", "/docs/", "/doc", "/docs/scene/x", "/ui", "/ui/0/a/b", "//", ""})
+    EXPECT_FALSE(is_open(path)) << path;
+}
+
+TEST(Access, NeedsTheScopeOfTheRoute) {
+  using enum http::RequiredKey;
+  const keys::Key reader{"r", {Scope::jobs_read}, zeros}, writer{"w", {Scope::jobs_write}, zeros};
+  const keys::Key admin{"a", {Scope::admin}, zeros};
+  const auto allowed = [&](const char* method, http::RequiredKey required) {
+    const http::Route route{method, "/", {}, {.key = required}};
+    EXPECT_FALSE(http::scope_problem(admin, route) || http::scope_problem(std::nullopt, route)) << method;
+    return std::pair(!http::scope_problem(reader, route), !http::scope_problem(writer, route));
+  };
+  EXPECT_EQ(allowed("GET", of_method), std::pair(true, false));
+  for (const char* method : {"POST", "DELETE"}) EXPECT_EQ(allowed(method, of_method), std::pair(false, true));
+  EXPECT_EQ(allowed("POST", reading), std::pair(true, false));
+  for (const auto open : {any, none}) EXPECT_EQ(allowed("GET", open), std::pair(true, true));
+  EXPECT_EQ(http::scope_problem(writer, {"GET", "/", {}})->failure, http::failures::forbidden);
 }
 
 }  // namespace

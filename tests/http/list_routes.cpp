@@ -15,7 +15,7 @@ namespace {
 void print(const std::vector<http::Route>& routes) {
   for (const http::Route& route : routes) {
     std::string query;
-    for (const std::string& name : route.query) query += (query.empty() ? "" : ",") + name;
+    for (const std::string& name : route.rules.query) query += (query.empty() ? "" : ",") + name;
     std::printf("%s %s %s\n", route.method.c_str(), route.pattern.c_str(), query.c_str());
   }
 }

@@ -117,11 +117,16 @@ class Uploads(OneDaemon):
         self.assertLess(self.daemon.peak_bytes() - before, len(content) // 4)
 
     def test_queried_without_a_list_of_hashes_are_an_invalid_request(self):
-        for body in ({}, {"sha256": "0"}, {"sha256": ["A" * 64]}, {"sha256": [], "more": 1}):
+        self.assertEqual(self.missing(), [])
+        for body, issues in (({}, ["#/sha256 missing_field"]), ([], ["# wrong_type"]), ({"sha256": "0"}, ["#/sha256 wrong_type"]),
+                             ({"sha256": {}}, ["#/sha256 wrong_type"]), ({"sha256": ["A" * 64]}, ["#/sha256/0 malformed"]),
+                             ({"sha256": [1, "a", None], "more": 1}, ["#/sha256/0 wrong_type", "#/sha256/1 malformed",
+                                                                       "#/sha256/2 wrong_type", "#/more unknown_field"]),
+                             ({"sha256": [0] * 10_001}, ["#/sha256 limit_exceeded"])):
             problem = self.assert_problem(self.daemon.request("POST", "/v1/assets/missing", body), 422, "invalid_request")
-            self.assertTrue(problem["errors"])
-        too_many = self.daemon.request("POST", "/v1/assets/missing", {"sha256": ["0" * 64] * 10_001})
-        self.assertIn("10000", self.assert_problem(too_many, 422, "invalid_request")["errors"][0]["detail"])
+            self.assertEqual([f"{error['pointer']} {error['code']}" for error in problem["errors"]], issues)
+            if issues == ["#/sha256 limit_exceeded"]:
+                self.assertIn("10000", problem["errors"][0]["detail"])
 
     def test_missing_for_a_scene_are_reported_at_submission(self):
         content = os.urandom(100)

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "api/load_assets.h"
-#include "api/requests.h"
 #include "tests/reader/reading.h"
 
 namespace {
@@ -64,33 +63,6 @@ TEST(AssetNames, RejectFilesIfOnlyUploadsAreAllowed) {
   api::Limits limits;
   limits.uploads = true;
   EXPECT_EQ(outcome(textures_of({"a.png"}), limits), Issues{"/textures/0/file unsupported"});
-}
-
-TEST(AssetHashRequest, ReturnsHashesInOrderWithoutDuplicates) {
-  const std::string a(64, 'a'), b(64, 'b');
-  const auto hashes = api::parse_asset_hashes("{\"sha256\": [\"" + b + "\", \"" + a + "\", \"" + b + "\"]}", {});
-  ASSERT_TRUE(hashes);
-  EXPECT_EQ(*hashes, (Issues{b, a}));
-  EXPECT_EQ(api::parse_asset_hashes(R"({"sha256": []})", {})->size(), 0u);
-}
-
-TEST(AssetHashRequest, ReportsAllInvalidHashes) {
-  const auto issues_of = [](const std::string& text) {
-    Issues issues;
-    const auto hashes = api::parse_asset_hashes(text, {});
-    if (hashes) return issues;
-    for (const tracer::Issue& issue : hashes.error().issues) issues.push_back(issue.pointer + " " + issue.code);
-    return issues;
-  };
-  EXPECT_EQ(issues_of(R"({"sha256": [1, "a", null], "more": 0})"),
-            (Issues{"/sha256/0 wrong_type", "/sha256/1 malformed", "/sha256/2 wrong_type", "/more unknown_field"}));
-  EXPECT_EQ(issues_of("{}"), Issues{"/sha256 missing_field"});
-  EXPECT_EQ(issues_of("[]"), Issues{" wrong_type"});
-  EXPECT_EQ(issues_of(R"({"sha256": {}})"), Issues{"/sha256 wrong_type"});
-  std::string many = R"({"sha256": [)";
-  for (std::size_t i = 0; i <= api::asset_hashes_max; ++i) many += i == 0 ? "0" : ",0";
-  EXPECT_EQ(issues_of(many + "]}"), Issues{"/sha256 limit_exceeded"});
-  EXPECT_EQ(api::parse_asset_hashes("{", {}).error().kind, api::Refusal::Kind::not_json);
 }
 
 TEST(LoadAssets, ReadsEachFileOnceInOrder) {

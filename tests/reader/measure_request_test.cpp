@@ -1,12 +1,13 @@
 /// The body of POST /v1/measure, and the documents that the settings of a measurement stand for.
 
+#include "api/measure_request.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 #include <tuple>
 
-#include "api/requests.h"
 #include "api/src/result_json.h"
 #include "tests/reader/reading.h"
 #include "tests/support/scenes.h"

@@ -67,9 +67,9 @@ class SchemaTest(unittest.TestCase):
                 self.assertTrue(accepts(shortened(load(path))))
 
     def test_rejects_every_invalid_document_whose_error_a_schema_can_express(self):
-        cases = [case for case in invalid_documents.cases() if case.is_read]
+        cases = [case for case in invalid_documents.bases() + invalid_documents.cases() if case.is_read and case.request == "scene"]
         self.assertGreater([case.schema_accepts for case in cases].count(False), 150)
-        for case in invalid_documents.bases() + cases:
+        for case in cases:
             with self.subTest(case.name):
                 self.assertEqual(accepts(json.loads(case.text)), case.schema_accepts)
 
@@ -87,10 +87,10 @@ class SchemaTest(unittest.TestCase):
 
 class FieldTables(unittest.TestCase):
     def test_call_members_by_their_names(self):
-        rows = [(struct, name, member.removesuffix("_deg")) for struct, body in tables.STRUCTS.items()
+        rows = [(struct, name, re.sub("_(deg|s)$", "", member)) for struct, body in tables.STRUCTS.items()
                 for _, name, member, *_ in tables.FIELD.findall(body)]
         self.assertGreater(len(rows), 100)
-        self.assertEqual([row for row in rows if row[1] != row[2] and row[2] != "colors"], [])
+        self.assertEqual([row for row in rows if row[1] != row[2] and row[2] not in ("colors", "texture")], [])
 
     def test_call_enumerators_by_their_names(self):
         enum = re.compile(r"^ *enum class (\w+) \{([^}]*)\};", re.MULTILINE)
@@ -103,7 +103,3 @@ class FieldTables(unittest.TestCase):
                 words = re.findall(r"\w+", words)
                 start = 0 if first == "first" else values[name].index(first.rsplit("::", 1)[1])
                 self.assertEqual(values[name][start:start + len(words)], words)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -62,6 +62,7 @@ enum class CacheUse {
   refresh,  ///< the scene is rendered, and its image replaces the cached one
   off,      ///< the scene is rendered, and its image is not cached
 };
+constexpr auto words_of(CacheUse first) { return tracer::in_order(first, {"use", "refresh", "off"}); }
 
 /// The optional "job" member: instructions for the service. The command line ignores it. Times are milliseconds since
 /// 1970 UTC.
@@ -77,6 +78,19 @@ struct JobRequest {
   bool keep = true;  ///< false: the job is not listed, and removed soon after its end
   std::optional<Webhook> webhook;
   bool operator==(const JobRequest&) const = default;
+
+  static constexpr auto fields() {
+    using tracer::Field, tracer::FieldRange, tracer::optional_field;
+    return std::tuple{optional_field("name", &JobRequest::name), optional_field("labels", &JobRequest::labels),
+                      optional_field("priority", &JobRequest::priority, FieldRange::within(0, 100)),
+                      optional_field("max_attempts", &JobRequest::max_attempts, FieldRange::within(1, 10)),
+                      Field{"run_after", &JobRequest::run_after, FieldRange::time},
+                      Field{"deadline", &JobRequest::deadline, FieldRange::time},
+                      // Up to ten years; without the field, images are kept.
+                      Field{"expires_in", &JobRequest::expires_in_s, FieldRange::within(1, 315360000)},
+                      optional_field("cache", &JobRequest::cache), optional_field("keep", &JobRequest::keep),
+                      Field{"webhook", &JobRequest::webhook}};
+  }
 };
 
 struct Document {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "api/requests.h"
+#include "api/measure_request.h"
 #include "tracer/scene.h"
 
 namespace api {

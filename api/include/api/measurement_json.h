@@ -19,15 +19,10 @@ struct MeasurementInfo {
   bool complete = false;  ///< all settings have been measured
 };
 
-/// {kind: "whittle measurement", version: 2, build, key, complete, scene, width, height, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, runs[seconds], error, broken, model, model_error, total_error,
-/// claimed{...}, samples{mean, total}, rays{...}}], pareto_front[index], model_error{levels, standard_error, bias,
-/// by{interreflection[3], emission[3], environment[3], ambient[3]}, fitted_ambient[3], fitted_levels,
-/// fronts{MODEL[index]}}, advice[sentence]}, with the names and units of tracer::Measurement. `settings` is the
-/// "accuracy" section of a document with the same result (and with `fitted_ambient` as `ambient` for that model);
-/// `preset`, `model` and its errors are null if the setting has none; `broken` is that of tracer::is_broken; the fronts
-/// have indices of points, fastest first. The measurement's `model_error` is null without the parameter "model", and
-/// {not_measured} if the rendering equation refuses the scene.
+/// The schema Measurement of api/openapi.yaml without `alone`, and kind, version, build, key, complete and scene. Its
+/// points have all their `runs`, `samples{mean, total}` and `rays` too, and all of the estimate in `claimed`. The names
+/// and units are those of tracer::Measurement. `settings` of the model "fitted ambient" are those of a document that
+/// has `fitted_ambient` as `ambient`.
 std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info);
 
 /// Comma-separated: a line of column names, then a line per point. `pareto_front` is 1 if no point is better (of the
@@ -35,11 +30,8 @@ std::string write_measurement(const tracer::Measurement& measurement, const Meas
 /// nothing is proven; `runs` is their number. Lines end in \n, and no value contains a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
-/// The part that a job document contains, some kilobytes: {width, height, alone, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, error, broken, model, model_error, total_error, claimed}],
-/// pareto_front[index], model_error, advice[sentence]} as in write_measurement; `claimed` is the estimate alone.
-/// `alone`: no other job was rendered by the same process at the same time, so `seconds` are those of an otherwise idle
-/// machine.
+/// The part that a job document contains, some kilobytes: the schema Measurement. `alone`: no other job was rendered by
+/// the same process at the same time, so `seconds` are those of an otherwise idle machine.
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
 
 struct SavedMeasurement {
@@ -57,14 +49,7 @@ struct ComparisonInfo {
   std::optional<double> heat_white;    ///< levels; set if a heat map was drawn
 };
 
-/// {formats[2], width, height, rmse, rmse_channel[3], bias, greatest, psnr_db, ssim, differing, worst[{x, y,
-/// difference, a[3], b[3]}], tolerance, within_tolerance, heat_white}, with the names and units of tracer::Comparison.
-/// within_tolerance is true if `rmse` is at most the tolerance. Null: `psnr_db` of equal images, `ssim` of small ones,
-/// and unset options.
+/// The schema Comparison of api/openapi.yaml without `heat_map`, with the names and units of tracer::Comparison.
 std::string write_comparison(const tracer::Comparison& comparison, const ComparisonInfo& info);
-
-/// Adds `heat_map`, the URL of its PNG or null, to a comparison of write_comparison. Unset if the text is no JSON
-/// object. Throws std::bad_alloc only.
-std::optional<std::string> add_heat_map(std::string_view comparison, const std::optional<std::string>& url);
 
 }  // namespace api

@@ -38,15 +38,7 @@ struct ReportedArtifact {
   std::uint64_t bytes = 0;  ///< size of the file; not in the report
 };
 
-/// {requirements, reasons, warnings, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
-/// looks, limit, parts{sampling, depth, cutoff, approximation, approximation_min, tone}},
-/// artifacts[{name, error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max}, holdout_samples,
-/// rays{camera, shadow, reflection, refraction, diffuse}, culled_shadows{rays, radiance}, duplicates, time_ms{...},
-/// workers, tasks, repeated_tasks, geometry_reused, textures{reused, decoded}, radiosity{patches, limited, stages,
-/// rays, factors, sweeps, reused, bound}, estimated_work, memory_bytes, non_finite, build}. Null: targets that were not
-/// requested, `proven` if nothing is proven, `radiosity` without patches, its `bound` if there is none, `limit` with a
-/// fixed number of samples. `samples` are those of the image, without `holdout_samples`. Precondition: tracer::validate
-/// accepts `scene`. Throws std::bad_alloc only.
+/// The schema Report of api/openapi.yaml. Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {});
@@ -71,17 +63,11 @@ struct ReportFigures {
 /// Throws std::bad_alloc only.
 std::optional<ReportFigures> read_report(std::string_view report);
 
-// ---- The result of validation: one line. Invalid UTF-8 is replaced by U+FFFD.
+// ---- The result of validation, the schema Validation: one line. Invalid UTF-8 is replaced by U+FFFD.
 
-/// {valid: true, errors: [], warnings: [{pointer, code, detail}], requirements, reasons, global_light,
-/// estimate{samples, proof_rays, seconds, memory_bytes}}. `global_light` is tracer::global_light_summary. `samples` is
-/// the total over all pixels; with adaptive sampling, the minimum. `proof_rays` is estimated_proof_rays. `seconds` is
-/// estimated_work (api/estimate.h) times `seconds_per_work`, at most the time budget; null if neither is known.
-/// Precondition: tracer::validate accepts `scene`.
+/// `seconds` is estimated_work (api/estimate.h) times `seconds_per_work`, at most the time budget; null if neither is
+/// known. Precondition: tracer::validate accepts `scene`.
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work);
-
-/// {valid: false, errors: [{pointer, code, detail}], warnings: [], requirements: null, reasons: null, global_light:
-/// null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
 
 /// A JSON pointer as a URI fragment (RFC 6901, section 6): characters that RFC 3986 excludes are percent-encoded.

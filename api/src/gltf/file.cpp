@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "api/src/reader/issue_text.h"
+#include "api/reader/issue_text.h"
 
 namespace api::gltf {
 namespace {

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "api/src/json/json_parser.h"
-#include "api/src/reader/cursor.h"
+#include "api/reader/cursor.h"
+#include "api/reader/json_parser.h"
 
 namespace api::gltf {
 

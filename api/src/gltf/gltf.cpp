@@ -4,10 +4,10 @@
 #include <new>
 #include <span>
 
+#include "api/reader/issue_text.h"
+#include "api/reader/json_parser.h"
 #include "api/src/gltf/file.h"
 #include "api/src/gltf/primitives.h"
-#include "api/src/json/json_parser.h"
-#include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 #include "tracer/mesh_file.h"
 

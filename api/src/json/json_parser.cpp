@@ -1,4 +1,4 @@
-#include "api/src/json/json_parser.h"
+#include "api/reader/json_parser.h"
 
 #include <algorithm>
 #include <limits>

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <string>
 
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
@@ -16,42 +16,35 @@ using tracer::Preset;
 
 namespace {
 
-/// The fields as written; unset, or the default, if they are absent or invalid.
-struct RequestedAccuracy {
-  std::optional<Preset> preset;
-  std::optional<double> target_error, tile_error, time_budget_ms;
-  std::array<std::uint32_t, 2> samples{tracer::Adaptive{}.samples_min, tracer::Adaptive{}.samples_max};
-  bool cutoff = false, max_depth = false;
-
-  [[nodiscard]] bool exact() const { return samples[0] == samples[1]; }
+/// A number of samples, or the least and the most.
+struct SampleRange {
+  std::uint32_t least = tracer::Adaptive{}.samples_min, most = tracer::Adaptive{}.samples_max;
 };
 
-/// `n` stands for `[n, n]`.
-void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 2>& samples) {
-  std::array<std::uint32_t, 2> range{};
-  if (at.node->kind == json::Kind::number) {
-    if (read(reading, at, Integer<std::uint32_t>{range[0], 1})) samples = {range[0], range[0]};
-    return;
-  }
-  bool valid = expect_length(reading, at, 2, "N or [MIN, MAX]");
-  if (!valid) return;
-  for_each_element(reading, at, [&](const Cursor& element) {
-    valid &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
-  });
-  if (valid) samples = range;
-}
+/// The fields that determine the kind of sampling, as written.
+struct RequestedAccuracy {
+  Accuracy::Model model = Accuracy::Model::whitted;
+  std::optional<Preset> preset;
+  std::optional<double> target_error, tile_error, time_budget_ms;
+  SampleRange samples;
+  bool has_cutoff = false, has_max_depth = false;
 
-/// With exact samples the scene has no time budget that tracer::validate could check.
-void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& requested) {
-  double& budget = requested.time_budget_ms.emplace();
-  if (read(reading, at, budget) && requested.exact() && budget <= 0)
-    add_issue(reading, at, "out_of_range", "must be > 0, got " + number_text(budget));
-}
+  [[nodiscard]] bool exact() const { return samples.least == samples.most; }
+
+  static constexpr auto fields() {
+    return std::tuple{tracer::optional_field("model", &RequestedAccuracy::model),
+                      tracer::Field{"preset", &RequestedAccuracy::preset},
+                      tracer::Field{"target_error", &RequestedAccuracy::target_error},
+                      tracer::Field{"tile_error", &RequestedAccuracy::tile_error},
+                      tracer::Field{"time_budget_ms", &RequestedAccuracy::time_budget_ms},
+                      tracer::optional_field("samples", &RequestedAccuracy::samples)};
+  }
+};
 
 /// "nearest-8".
 bool read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& count) {
   constexpr std::string_view prefix = "nearest-";
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
+  if (!expect_string(reading, at)) return false;
   const std::string_view text = at.node->string();
   if (text.starts_with(prefix)) {
     const std::string_view digits = text.substr(prefix.size());
@@ -65,34 +58,30 @@ bool read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& coun
       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + quoted(text));
 }
 
-void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
-  Fields fields(reading, at, "the approximations");
-  fields.optional("shadows", approximate.shadows);
-  fields.optional("reflections", approximate.reflections);
-  fields.optional("shading", approximate.shading);
-  fields.optional("interreflection", approximate.interreflection);
-  if (const auto lights = fields.take("lights")) read_nearest_lights(reading, *lights, approximate.nearest_lights);
-  fields.finish();
+bool read(Reading& reading, const Cursor& at, SampleRange& samples) {
+  const bool is_number = at.node->kind == json::Kind::number;
+  if (!is_number && !expect_length(reading, at, 2, "N or [MIN, MAX]")) return false;
+  std::array<std::uint32_t, 2> range{};
+  bool valid = true;
+  const auto read_count = [&](const Cursor& count) {
+    valid &= read(reading, count, Integer<std::uint32_t>{range[count.index], 1});
+  };
+  is_number ? read_count(at) : (void)for_each_element(reading, at, read_count);
+  if (valid) samples = {range[0], is_number ? range[0] : range[1]};
+  return valid;
 }
 
 RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   RequestedAccuracy requested;
   Accuracy& accuracy = reading.scene().accuracy;
   Fields fields(reading, at, "the accuracy");
-  fields.optional("model", accuracy.model);
-  if (Preset preset{}; fields.optional("preset", preset)) requested.preset = preset;
-  fields.optional("target_error", requested.target_error);
-  fields.optional("tile_error", requested.tile_error);
-  if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
-  if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
-  requested.max_depth = fields.has("max_depth");
-  fields.optional("max_depth", accuracy.max_depth);
-  requested.cutoff = fields.has("cutoff");
-  fields.optional("cutoff", accuracy.cutoff);
-  fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});
-  fields.optional("proof", accuracy.proof);
-  if (const auto approximate = fields.take("approximate"))
-    read_approximations(reading, *approximate, accuracy.approximate);
+  read_all_fields(fields, requested);
+  read_all_fields(fields, accuracy);
+  requested.has_max_depth = fields.has("max_depth");
+  requested.has_cutoff = fields.has("cutoff");
+  // With exact samples the scene has no time budget that tracer::validate could check.
+  if (requested.exact() && requested.time_budget_ms && *requested.time_budget_ms <= 0)
+    fields.add_issue("time_budget_ms", "out_of_range", "must be > 0, got " + number_text(*requested.time_budget_ms));
   fields.finish();
   return requested;
 }
@@ -107,12 +96,21 @@ std::optional<double> target_of(const RequestedAccuracy& requested) {
 
 }  // namespace
 
+bool read(Reading& reading, const Cursor& at, Approximations& approximate) {
+  Fields fields(reading, at, "the approximations");
+  read_all_fields(fields, approximate);
+  if (const auto lights = fields.take("lights")) read_nearest_lights(reading, *lights, approximate.nearest_lights);
+  fields.finish();
+  return static_cast<bool>(fields);
+}
+
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
   const RequestedAccuracy requested = at ? read_requested(reading, *at) : RequestedAccuracy();
   Accuracy& accuracy = reading.scene().accuracy;
   const std::optional<double> target = target_of(requested);
+  accuracy.model = requested.model;
   if (requested.exact()) {
-    accuracy.samples = requested.samples.front();
+    accuracy.samples = requested.samples.least;
     accuracy.target_error = target;
     accuracy.tile_error = requested.tile_error;
   } else {
@@ -120,14 +118,14 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
     adaptive.target_error = target;
     adaptive.tile_error = requested.tile_error;
     adaptive.time_budget_ms = requested.time_budget_ms;
-    adaptive.samples_min = requested.samples.front();
-    adaptive.samples_max = requested.samples.back();
+    adaptive.samples_min = requested.samples.least;
+    adaptive.samples_max = requested.samples.most;
     if (adaptive.samples_min <= adaptive.samples_max)
       adaptive.samples_max =
           tracer::bounded_samples(adaptive.samples_max, adaptive.samples_min, reading.scene().image.window().pixels());
   }
-  accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
-  if (!requested.max_depth)
+  accuracy.cutoff_by_chance = !requested.has_cutoff && accuracy.adaptive.has_value();
+  if (!requested.has_max_depth)
     accuracy.max_depth = tracer::default_max_depth(accuracy.adaptive.has_value(), accuracy.cutoff);
 }
 

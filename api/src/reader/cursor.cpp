@@ -1,11 +1,11 @@
-#include "api/src/reader/cursor.h"
+#include "api/reader/cursor.h"
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <utility>
 
-#include "api/src/reader/issue_text.h"
+#include "api/reader/issue_text.h"
 
 namespace api {
 namespace {

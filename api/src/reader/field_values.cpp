@@ -1,14 +1,13 @@
-#include "api/src/reader/field_values.h"
+#include "api/reader/field_values.h"
 
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <string>
 
-#include "api/requests.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
 #include "api/src/reader/color_names.h"
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
 
 namespace api {
 namespace {
@@ -116,36 +115,6 @@ int number(std::string_view text) {
   return value;
 }
 
-std::optional<std::int64_t> unix_ms_of(std::string_view text) {
-  if (!matches(text, "0000-00-00?00:00:00") || text.find_first_of("Tt ", 10) != 10) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(number(text.substr(0, 4))),
-                                         std::chrono::month(static_cast<unsigned>(number(text.substr(5, 2)))),
-                                         std::chrono::day(static_cast<unsigned>(number(text.substr(8, 2))))};
-  const int hour = number(text.substr(11, 2)), minute = number(text.substr(14, 2)), second = number(text.substr(17, 2));
-  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
-  std::string_view rest = text.substr(19);
-  int milliseconds = 0;
-  if (rest.starts_with('.')) {
-    const std::string_view fraction =
-        rest.substr(1, std::min(rest.find_first_not_of(decimal_digits, 1), rest.size()) - 1);
-    if (fraction.empty()) return std::nullopt;
-    milliseconds =
-        number(std::string(fraction.substr(0, 3)).append(3 - std::min<std::size_t>(3, fraction.size()), '0'));
-    rest.remove_prefix(1 + fraction.size());
-  }
-  int offset_minutes = 0;
-  if (rest.size() == 6 && (matches(rest, "+00:00") || matches(rest, "-00:00"))) {
-    const int offset_hour = number(rest.substr(1, 2)), offset_minute = number(rest.substr(4, 2));
-    if (offset_hour > 23 || offset_minute > 59) return std::nullopt;
-    offset_minutes = (rest[0] == '-' ? -1 : 1) * (offset_hour * 60 + offset_minute);
-  } else if (rest != "Z" && rest != "z") {
-    return std::nullopt;
-  }
-  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
-  const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_minutes) * 60 + second) * 1000 + milliseconds;
-  return date.year() >= std::chrono::year(1970) && ms >= 0 ? std::optional(ms) : std::nullopt;
-}
-
 }  // namespace
 
 bool read(Reading& reading, const Cursor& at, double& value) {
@@ -189,13 +158,13 @@ bool has_control_characters(std::string_view text) {
                      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
 }
 
-bool read(Reading& reading, const Cursor& at, Name name) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
+bool read(Reading& reading, const Cursor& at, std::string& name) {
+  if (!expect_string(reading, at)) return false;
   const std::string_view text = at.node->string();
   const std::size_t bytes_max = reading.limits.document.name_bytes;
   if (text.size() > bytes_max) return add_limit_exceeded(reading, at, "name_bytes", bytes_max, text.size());
   if (has_control_characters(text)) return add_issue(reading, at, "malformed", "must not have control characters");
-  name.value = text;
+  name = text;
   return true;
 }
 
@@ -215,7 +184,7 @@ bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::i
 }
 
 bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::string_view> choices) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
+  if (!expect_string(reading, at)) return false;
   if (!reading.can_add_issue()) return false;
   const std::string_view text = at.node->string();
   reading.issues.push_back({pointer(at), at.is_member && at.key == "type" ? "unknown_type" : "unknown_value",
@@ -227,6 +196,10 @@ bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::s
 bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound) {
   if (at.node->kind < json::Kind::array || at.node->size <= bound) return true;
   return add_limit_exceeded(reading, at, limit, bound, at.node->size);
+}
+
+bool expect_string(Reading& reading, const Cursor& at, std::string_view form) {
+  return at.node->kind == json::Kind::string || add_wrong_type(reading, at, form);
 }
 
 bool expect_length(Reading& reading, const Cursor& at, std::size_t length, std::string_view form) {
@@ -266,11 +239,39 @@ bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
   return valid;
 }
 
-std::optional<std::int64_t> parse_time(std::string_view text) { return unix_ms_of(text); }
+std::optional<std::int64_t> parse_time(std::string_view text) {
+  if (!matches(text, "0000-00-00?00:00:00") || text.find_first_of("Tt ", 10) != 10) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(number(text.substr(0, 4))),
+                                         std::chrono::month(static_cast<unsigned>(number(text.substr(5, 2)))),
+                                         std::chrono::day(static_cast<unsigned>(number(text.substr(8, 2))))};
+  const int hour = number(text.substr(11, 2)), minute = number(text.substr(14, 2)), second = number(text.substr(17, 2));
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  std::string_view rest = text.substr(19);
+  int milliseconds = 0;
+  if (rest.starts_with('.')) {
+    const std::string_view fraction =
+        rest.substr(1, std::min(rest.find_first_not_of(decimal_digits, 1), rest.size()) - 1);
+    if (fraction.empty()) return std::nullopt;
+    milliseconds =
+        number(std::string(fraction.substr(0, 3)).append(3 - std::min<std::size_t>(3, fraction.size()), '0'));
+    rest.remove_prefix(1 + fraction.size());
+  }
+  int offset_minutes = 0;
+  if (rest.size() == 6 && (matches(rest, "+00:00") || matches(rest, "-00:00"))) {
+    const int offset_hour = number(rest.substr(1, 2)), offset_minute = number(rest.substr(4, 2));
+    if (offset_hour > 23 || offset_minute > 59) return std::nullopt;
+    offset_minutes = (rest[0] == '-' ? -1 : 1) * (offset_hour * 60 + offset_minute);
+  } else if (rest != "Z" && rest != "z") {
+    return std::nullopt;
+  }
+  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
+  const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_minutes) * 60 + second) * 1000 + milliseconds;
+  return date.year() >= std::chrono::year(1970) && ms >= 0 ? std::optional(ms) : std::nullopt;
+}
 
 bool read(Reading& reading, const Cursor& at, Time time) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
-  time.value = unix_ms_of(at.node->string());
+  if (!expect_string(reading, at)) return false;
+  time.value = parse_time(at.node->string());
   return time.value.has_value() ||
          add_issue(reading, at, "malformed",
                    "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " +

@@ -1,9 +1,9 @@
-#include "api/src/reader/fields.h"
+#include "api/reader/fields.h"
 
 #include <cassert>
 #include <string>
 
-#include "api/src/reader/issue_text.h"
+#include "api/reader/issue_text.h"
 
 namespace api {
 
@@ -18,18 +18,22 @@ std::optional<Cursor> Fields::take(std::string_view name) {
 
 std::optional<Cursor> Fields::take_required(std::string_view name, std::string_view form) {
   const auto field = take(name);
-  if (!field) missing_.push_back(name);
-  if (!field && is_object_ && reading_.can_add_issue())
-    reading_.issues.push_back(
-        {pointer_to_member(at_, name), "missing_field",
-         std::string(kind_) + " must have " + quoted(name) + (form.empty() ? "" : ": ") + std::string(form)});
+  if (field) return field;
+  missing_.push_back(name);
+  if (is_object_ && reading_.can_add_issue())
+    add_issue(name, "missing_field",
+              std::string(kind_) + " must have " + quoted(name) + (form.empty() ? "" : ": ") + std::string(form));
   return field;
 }
 
+void Fields::add_issue(std::string_view name, std::string_view code, std::string detail) {
+  if (reading_.can_add_issue())
+    reading_.issues.push_back({pointer_to_member(at_, name), std::string(code), std::move(detail)});
+}
+
 void Fields::report_missing_one_of(std::span<const std::string_view> names) {
-  if (!is_object_ || !reading_.can_add_issue()) return;
-  reading_.issues.push_back({pointer_to_member(at_, names.front()), "missing_field",
-                             std::string(kind_) + " must have one of " + list_of(names)});
+  if (is_object_ && reading_.can_add_issue())
+    add_issue(names.front(), "missing_field", std::string(kind_) + " must have one of " + list_of(names));
 }
 
 void Fields::finish() {

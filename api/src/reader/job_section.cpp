@@ -4,13 +4,12 @@
 #include <string>
 #include <string_view>
 
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
+#include "api/reader/request.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
-
-constexpr auto words_of(CacheUse first) { return tracer::in_order(first, {"use", "refresh", "off"}); }
 
 namespace {
 
@@ -29,7 +28,7 @@ bool is_web_address(std::string_view url) {
 }
 
 bool read_url(Reading& reading, const Cursor& at, std::string& url) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a URL as text");
+  if (!expect_string(reading, at, "a URL as text")) return false;
   url = at.node->string();
   if (url.size() > url_bytes_max) return add_limit_exceeded(reading, at, "url_bytes_max", url_bytes_max, url.size());
   return is_web_address(url) ||
@@ -55,52 +54,46 @@ void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& e
 
 }  // namespace
 
-void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook) {
-  if (!reading.limits.webhooks) {
-    add_issue(reading, at, "unsupported",
-              "this service sends no webhooks: it was started without the option --webhook-secret-file");
-    return;
-  }
+bool read(Reading& reading, const Cursor& at, Webhook& webhook) {
+  if (!reading.limits.webhooks)
+    return add_issue(reading, at, "unsupported",
+                     "this service sends no webhooks: it was started without the option --webhook-secret-file");
   Fields fields(reading, at, "a webhook");
   if (const auto url = fields.take_required("url")) read_url(reading, *url, webhook.url);
   if (const auto events = fields.take("events")) read_events(reading, *events, webhook.events);
   fields.finish();
+  return static_cast<bool>(fields);
 }
 
-void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
+bool read_labels(Reading& reading, const Cursor& at, bool null_allowed,
                  std::map<std::string, std::optional<std::string>>& labels) {
-  if (!within_limit(reading, at, "labels", reading.limits.document.labels)) return;
-  for_each_member(reading, at, [&](const Cursor& member) {
+  if (!within_limit(reading, at, "labels", reading.limits.document.labels)) return false;
+  return for_each_member(reading, at, [&](const Cursor& member) {
     const auto [place, is_new] = labels.emplace(member.key, std::nullopt);
     if (!is_new) {
       add_issue(reading, member, "duplicate_key", quoted(member.key) + " is written twice");
     } else if (has_control_characters(member.key)) {
       add_issue(reading, member, "malformed", "a label must not have control characters");
     } else if (!null_allowed || member.node->kind != json::Kind::null) {
-      read(reading, member, Name{place->second.emplace()});
+      read(reading, member, place->second);
     }
   });
 }
 
-void read_job(Reading& reading, const Cursor& at) {
-  constexpr std::int64_t expires_in_max_s = 315'360'000;  // ten years; without the field, images are kept
-  JobRequest& job = reading.document.job;
+bool read(Reading& reading, const Cursor& at, std::map<std::string, std::string>& labels) {
+  std::map<std::string, std::optional<std::string>> values;
+  const bool is_object = read_labels(reading, at, false, values);
+  for (auto& [name, value] : values) labels.emplace(name, std::move(value).value_or(""));
+  return is_object;
+}
+
+bool read(Reading& reading, const Cursor& at, JobRequest& job) {
   Fields fields(reading, at, "the job");
-  fields.optional("name", Name{job.name});
-  std::map<std::string, std::optional<std::string>> labels;
-  if (const auto field = fields.take("labels")) read_labels(reading, *field, false, labels);
-  for (auto& [name, value] : labels) job.labels.emplace(name, std::move(value).value_or(""));
-  fields.optional("priority", Integer<int>{job.priority, 0, 100});
-  fields.optional("max_attempts", Integer<int>{job.max_attempts, 1, 10});
-  fields.optional("run_after", Time{job.run_after});
-  const auto deadline = fields.take("deadline");
-  if (deadline && read(reading, *deadline, Time{job.deadline}) && job.run_after && *job.deadline <= *job.run_after)
-    add_issue(reading, *deadline, "conflict", "must be later than run_after");
-  fields.optional("expires_in", Integer<std::optional<std::int64_t>>{job.expires_in_s, 1, expires_in_max_s});
-  fields.optional("cache", job.cache);
-  fields.optional("keep", job.keep);
-  if (const auto webhook = fields.take("webhook")) read_webhook(reading, *webhook, job.webhook.emplace());
+  read_all_fields(fields, job);
+  if (job.run_after && job.deadline && *job.deadline <= *job.run_after)
+    fields.add_issue("deadline", "conflict", "must be later than run_after");
   fields.finish();
+  return static_cast<bool>(fields);
 }
 
 }  // namespace api

@@ -7,9 +7,9 @@
 #include <variant>
 #include <vector>
 
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
 #include "api/src/reader/color_names.h"
-#include "api/src/reader/fields.h"
-#include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 #include "tracer/sha256.h"
 
@@ -128,7 +128,7 @@ bool add_unknown_color(Reading& reading, const Cursor& at, tracer::ColorOrTextur
 }  // namespace
 
 bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "the relative path of a file");
+  if (!expect_string(reading, at, "the relative path of a file")) return false;
   const std::string_view name = at.node->string();
   if (!is_asset_name(reading, at, name)) return false;
   std::vector<tracer::Asset>& assets = reading.scene().assets;

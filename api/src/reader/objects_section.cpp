@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/reader/fields.h"
+#include "api/reader/fields.h"
 #include "api/src/reader/sections.h"
 #include "tracer/triangulate.h"
 
@@ -278,7 +278,7 @@ tracer::PrototypeId add_prototype(Reading& reading, const Cursor& at) {
 
 bool read(Reading& reading, const Cursor& at, tracer::PrototypeId& prototype) {
   set_invalid(prototype);
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "the name of a prototype");
+  if (!expect_string(reading, at, "the name of a prototype")) return false;
   return find_name(reading, at, reading.prototypes, "prototypes", prototype);
 }
 

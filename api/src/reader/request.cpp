@@ -1,8 +1,8 @@
-#include "api/src/reader/request.h"
+#include "api/reader/request.h"
 
 #include <algorithm>
 
-#include "api/src/json/json_parser.h"
+#include "api/reader/json_parser.h"
 
 namespace api {
 namespace {

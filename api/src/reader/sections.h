@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "api/src/reader/cursor.h"
-#include "api/src/reader/issue_text.h"
+#include "api/reader/cursor.h"
+#include "api/reader/issue_text.h"
 #include "tracer/result.h"
 
 namespace api {
@@ -21,7 +21,6 @@ class Fields;
 tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
                                                                 const Limits& limits);
 
-void read_image(Reading& reading, const Cursor& at);
 void read_camera(Reading& reading, const Cursor& at);
 void read_background(Reading& reading, const Cursor& at);
 /// Without the section: the standard accuracy.
@@ -33,15 +32,14 @@ void read_textures(Reading& reading, const Cursor& at);
 void read_materials(Reading& reading, const Cursor& at);
 void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
-void read_job(Reading& reading, const Cursor& at);
-void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook);
-
-/// The labels of a job by name. Null, if it is allowed, is an empty optional.
-void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
-                 std::map<std::string, std::optional<std::string>>& labels);
 
 /// A file's name as one of the scene's assets, of which there is one for each name.
 bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset);
+/// [x0, y0, x1, y1]; unset if it is invalid.
+bool read(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& window);
+bool read(Reading& reading, const Cursor& at, tracer::Approximations& approximate);
+bool read(Reading& reading, const Cursor& at, JobRequest& job);
+bool read(Reading& reading, const Cursor& at, std::map<std::string, std::string>& labels);
 /// A 4 x 4 matrix, or a list of steps applied in the order written.
 bool read(Reading& reading, const Cursor& at, tracer::Transform& transform);
 /// One number for all three axes, or one for each.

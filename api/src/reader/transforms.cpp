@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "api/src/reader/fields.h"
+#include "api/reader/fields.h"
 #include "api/src/reader/sections.h"
 
 namespace api {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/src/reader/fields.h"
+#include "api/reader/fields.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
@@ -16,13 +16,14 @@ bool read(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) 
   return read(reading, at, attenuation.coefficients);
 }
 
-namespace {
-
-/// [x0, y0, x1, y1]; unset if it is invalid.
-void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& crop) {
+bool read(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& window) {
   std::array<std::uint32_t, 4> edges{};
-  if (read(reading, at, edges)) crop = {edges[0], edges[1], edges[2], edges[3]};
+  const bool valid = read(reading, at, edges);
+  if (valid) window = {edges[0], edges[1], edges[2], edges[3]};
+  return valid;
 }
+
+namespace {
 
 void read_cube(Reading& reading, const Cursor& at, tracer::CubeMap& cube) {
   constexpr std::string_view names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
@@ -102,16 +103,6 @@ void read_light(Reading& reading, const Cursor& at) {
 
 }  // namespace
 
-void read_image(Reading& reading, const Cursor& at) {
-  tracer::ImageSize& image = reading.scene().image;
-  Fields fields(reading, at, "the image");
-  const bool width = fields.optional("width", Integer<std::uint32_t>{image.width, 1}) || !fields.has("width");
-  const bool height = fields.optional("height", Integer<std::uint32_t>{image.height, 1}) || !fields.has("height");
-  if (const auto crop = fields.take("crop")) read_crop(reading, *crop, image.crop);
-  if (!width || !height) image.crop.reset();  // it cannot be compared with an unknown size
-  fields.finish();
-}
-
 /// The fields of other types are allowed and have no effect: a type is changed by changing one word.
 void read_camera(Reading& reading, const Cursor& at) {
   tracer::Camera& camera = reading.scene().camera;
@@ -136,18 +127,17 @@ void read_background(Reading& reading, const Cursor& at) {
     return;
   }
   Fields fields(reading, at, "the background");
+  const auto read_form = [&](auto& form) {
+    fields.set_kind(form.noun);
+    read_all_fields(fields, form);
+  };
   if (fields.has("environment")) {
-    fields.set_kind("a background with an environment");
-    fields.optional("environment", background.environment.emplace().texture);
-    fields.optional("rotation", background.environment->rotation_deg);
+    read_form(background.environment.emplace());
   } else if (const auto cube = fields.take("cube")) {
     fields.set_kind("a background with a cube");
     read_cube(reading, *cube, background.cube.emplace());
   } else if (fields.has("zenith") || fields.has("nadir")) {
-    fields.set_kind("a background with zenith and nadir");
-    tracer::Gradient& gradient = background.gradient.emplace();
-    fields.required("zenith", gradient.zenith);
-    fields.required("nadir", gradient.nadir);
+    read_form(background.gradient.emplace());
   } else {
     fields.optional("color", background.color);
     for (const std::string_view other : {"zenith", "nadir", "environment"}) fields.take(other);

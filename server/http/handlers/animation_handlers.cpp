@@ -85,7 +85,7 @@ Answer get_animation(Request& request, const ApiContext& context) {
     return reduce_frames(std::make_shared<Reduction>(Reduction{std::move(images), *query, {}, 0}), context);
   const std::size_t count = images.size();
   const auto open = [images = std::move(images), &queries = context.queue.queries](std::size_t i) {
-    return queries.open_unverified(images[i]);
+    return queries.open(images[i], /*verified=*/false);
   };
   return animation_reply(count, open, query->frames_per_second);
 }
@@ -93,7 +93,7 @@ Answer get_animation(Request& request, const ApiContext& context) {
 }  // namespace
 
 Endpoints animation_endpoints() {
-  return {{"GET", "/v1/batches/{id}/animation.apng", get_animation, {"fps", "max"}, true}};
+  return {{"GET", "/v1/batches/{id}/animation.apng", get_animation, {.query = {"fps", "max"}, .one_at_a_time = true}}};
 }
 
 }  // namespace http::handlers

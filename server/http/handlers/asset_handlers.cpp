@@ -1,6 +1,10 @@
 /// Uploaded files, named by the sha256 of their bytes.
 
-#include "api/requests.h"
+#include <set>
+
+#include "api/json.h"
+#include "api/reader/fields.h"
+#include "api/reader/issue_text.h"
 #include "server/http/handlers/handlers.h"
 #include "tracer/sha256.h"
 
@@ -11,15 +15,33 @@ namespace {
 constexpr const char* asset_name_rule =
     "an asset is named by the sha256 of its bytes, 64 lower-case hex digits; characters in the path: ";
 
+/// {"sha256": ["64 lower-case hex digits", ...]}, in their order and without duplicates.
+void read_hashes(api::Reading& reading, std::vector<std::string>& hashes) {
+  api::Fields fields(reading, reading.root, "the request");
+  const auto list = fields.take_required("sha256");
+  fields.finish();
+  if (!list || !within_limit(reading, *list, "asset_hashes_max", asset_hashes_max)) return;
+  std::set<std::string_view> known;
+  for_each_element(reading, *list, [&](const api::Cursor& element) {
+    if (!expect_string(reading, element, "a sha256 as text")) return;
+    const std::string_view hash = element.node->string();
+    if (!tracer::is_sha256(hash)) {
+      add_issue(reading, element, "malformed", "must be 64 lower-case hex digits, got " + api::quoted(hash));
+    } else if (known.insert(hash).second) {
+      hashes.emplace_back(hash);
+    }
+  });
+}
+
 /// Existing assets are marked as used, so that they are kept until the client submits its job.
 Answer find_missing_assets(Request& request, const ApiContext& context) {
-  const auto hashes = take_request(request, "the hashes", api::parse_asset_hashes, context.limits);
+  const auto hashes = take_request(request, "the hashes", read_hashes, context.limits);
   if (!hashes) return hashes.error();
   std::vector<std::string> missing;
   for (const std::string& sha256 : *hashes) {
     if (!context.assets.use(sha256)) missing.push_back(sha256);
   }
-  return json_reply(200, api::write_missing(missing));
+  return json_reply(200, api::json_line({{"missing", missing}}));
 }
 
 Answer put_asset(Request& request, const ApiContext& context) {
@@ -47,7 +69,8 @@ Answer put_asset(Request& request, const ApiContext& context) {
                                                std::to_string(context.uploads_bytes) + "; nothing was stored"};
   }
   const bool is_new = put == queue::AssetStore::Put::stored;
-  Reply reply = json_reply(is_new ? 201 : 200, api::write_asset(sha256, request.body.size_bytes()));
+  Reply reply =
+      json_reply(is_new ? 201 : 200, api::json_line({{"sha256", sha256}, {"bytes", request.body.size_bytes()}}));
   if (is_new) reply.headers.emplace_back("Location", "/v1/assets/" + sha256);
   return reply;
 }

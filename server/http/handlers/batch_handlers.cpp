@@ -28,11 +28,6 @@ Answer changed_reply(const std::string& id, const ApiContext& context) {
   return accepted_reply(*after);
 }
 
-std::int64_t count(const queue::BatchState& batch, queue::JobState state) {
-  const auto found = batch.jobs.find(state);
-  return found == batch.jobs.end() ? 0 : found->second;
-}
-
 /// "00012.16.png": index of the job in the batch, and the name of the artifact without "image".
 std::string file_name(const queue::Job& job, const queue::Artifact& artifact) {
   std::array<char, 16> index{};
@@ -101,7 +96,7 @@ Answer list_batches(Request& request, const ApiContext& context) {
 }
 
 Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
-  const std::int64_t waiting = count(state, queue::JobState::queued) + count(state, queue::JobState::running);
+  const std::int64_t waiting = state.count(queue::JobState::queued) + state.count(queue::JobState::running);
   // Also if a retry came between.
   if (waiting > 0 || !context.queue.lifecycle.remove_batch(state.batch.id)) {
     return Problem{
@@ -112,7 +107,7 @@ Answer remove_batch(Request&, const queue::BatchState& state, const ApiContext& 
 }
 
 Answer cancel_batch(Request&, const queue::BatchState& state, const ApiContext& context) {
-  if (count(state, queue::JobState::queued) + count(state, queue::JobState::running) == 0) {
+  if (state.count(queue::JobState::queued) + state.count(queue::JobState::running) == 0) {
     return Problem{failures::batch_ended, "all jobs of the batch have ended"};
   }
   context.queue.lifecycle.cancel_batch(state.batch.id);
@@ -133,7 +128,9 @@ Answer get_batch_artifacts(Request&, const queue::BatchState& state, const ApiCo
   if (entries.empty()) {
     return Problem{failures::image_not_found, "no job of batch " + id + " has an image yet"};
   }
-  const auto open = [&queries = context.queue.queries](const queue::Artifact& a) { return queries.open_unverified(a); };
+  const auto open = [&queries = context.queue.queries](const queue::Artifact& a) {
+    return queries.open(a, /*verified=*/false);
+  };
   return Reply{
       .content_type = "application/x-tar",
       .headers = {{"Content-Disposition", "attachment; filename=\"" + id + ".tar\""}, {"Cache-Control", "no-cache"}},
@@ -170,12 +167,12 @@ tracer::Result<queue::BatchState, Problem> find_batch(const std::string& id, con
 }
 
 Endpoints batch_endpoints() {
-  return {{"POST", "/v1/batches", submit_batch, {}, true},
-          {"GET", "/v1/batches", list_batches, {"limit", "cursor"}},
+  return {{"POST", "/v1/batches", submit_batch, {.one_at_a_time = true}},
+          {"GET", "/v1/batches", list_batches, {.query = {"limit", "cursor"}}},
           {"GET", "/v1/batches/{id}", get_batch},
-          {"DELETE", "/v1/batches/{id}", remove_batch, {}, true},
-          {"POST", "/v1/batches/{id}/cancel", cancel_batch, {}, true},
-          {"POST", "/v1/batches/{id}/retry", retry_batch, {}, true},
+          {"DELETE", "/v1/batches/{id}", remove_batch, {.one_at_a_time = true}},
+          {"POST", "/v1/batches/{id}/cancel", cancel_batch, {.one_at_a_time = true}},
+          {"POST", "/v1/batches/{id}/retry", retry_batch, {.one_at_a_time = true}},
           {"GET", "/v1/batches/{id}/artifacts.tar", get_batch_artifacts}};
 }
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "api/measurement_json.h"
-#include "api/requests.h"
+#include "api/json.h"
+#include "api/reader/fields.h"
 #include "server/http/handlers/handlers.h"
 #include "tracer/encode.h"
 #include "tracer/sha256.h"
@@ -14,6 +14,27 @@ namespace http::handlers {
 namespace {
 
 constexpr std::uint64_t compared_bytes_max = 1'000'000'000;  // 64 Mpx of uncompressed floats
+
+/// Two images, each as the sha256 of an upload, the id of a job, or "ID/image.exr".
+struct CompareRequest {
+  std::string a, b;
+  std::optional<double> tolerance;  ///< levels, >= 0
+  bool heat = false;
+};
+
+void read_compare(api::Reading& reading, CompareRequest& request) {
+  api::Fields fields(reading, reading.root, "a comparison");
+  fields.required("a", request.a);
+  fields.required("b", request.b);
+  if (const auto tolerance = fields.take("tolerance")) {
+    double levels = 0;
+    if (read(reading, *tolerance, levels) && levels < 0)
+      add_issue(reading, *tolerance, "out_of_range", "must be >= 0, a root mean square error in levels");
+    request.tolerance = levels;
+  }
+  fields.optional("heat", request.heat);
+  fields.finish();
+}
 
 /// An image as a client names it.
 struct NamedImage {
@@ -73,7 +94,9 @@ tracer::Result<OpenedImage, Problem> open_image(const NamedImage& image, const A
 
 /// Keeps the heat map as an upload and names it in the reply.
 Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& context) {
-  std::optional<std::string> url;
+  api::Json comparison = api::Json::parse(result.text, nullptr, false);
+  if (!comparison.is_object()) return Problem{failures::image_not_processed, "the worker sent no comparison"};
+  api::Json& url = comparison["heat_map"];
   if (!result.bytes.empty()) {
     const std::string sha256 = tracer::sha256_hex(result.bytes);
     const auto put = context.assets.put(sha256, [&](std::uint64_t offset, char* into, std::size_t size) {
@@ -84,13 +107,11 @@ Answer comparison_reply(const queue::ImageTaskResult& result, const ApiContext& 
                                                  std::to_string(context.uploads_bytes) + "; compare without it"};
     url = "/v1/assets/" + sha256;
   }
-  auto text = api::add_heat_map(result.text, url);
-  if (!text) return Problem{failures::image_not_processed, "the worker sent no comparison"};
-  return json_reply(200, *std::move(text));
+  return json_reply(200, api::json_line(comparison));
 }
 
 Answer compare_images(Request& request, const ApiContext& context) {
-  const auto wanted = take_request(request, "a comparison", api::parse_compare, context.limits);
+  const auto wanted = take_request(request, "a comparison", read_compare, context.limits);
   if (!wanted) return wanted.error();
   if (const queue::DiskSpace space = context.queue.queries.disk_space();
       wanted->heat && space.state != queue::DiskSpace::State::enough)

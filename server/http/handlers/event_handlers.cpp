@@ -191,9 +191,9 @@ Answer submission_reply(const Request& request, const queue::Submitted& submitte
 }
 
 Endpoints event_endpoints() {
-  return {{"GET", "/v1/jobs/{id}", get_job, {"wait"}},
+  return {{"GET", "/v1/jobs/{id}", get_job, {.query = {"wait"}}},
           {"GET", "/v1/jobs/{id}/events", get_job_events},
-          {"GET", "/v1/events", get_events, {"batch"}}};
+          {"GET", "/v1/events", get_events, {.query = {"batch"}}}};
 }
 
 }  // namespace http::handlers

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "api/reader/request.h"
 #include "server/http/handlers/routes.h"
 #include "server/queue/artifact_store.h"
 #include "tracer/result.h"
@@ -25,8 +26,7 @@ using BatchHandler = Answer(Request&, const queue::BatchState&, const ApiContext
 struct Endpoint {
   std::string method, pattern;
   std::variant<ContextHandler*, JobHandler*, BatchHandler*> handler;
-  std::vector<std::string> query{};
-  bool one_at_a_time = false;
+  RouteRules rules{};
 };
 using Endpoints = std::vector<Endpoint>;
 Endpoints animation_endpoints(), asset_endpoints(), batch_endpoints(), bulk_endpoints(), compare_endpoints();
@@ -115,15 +115,15 @@ tracer::Result<std::string, Problem> take_json(Request& request, std::string_vie
                                                std::string_view other_type = {});
 /// The problem of a refused body that is no scene document; see problem_of.
 Problem request_problem(const api::Refusal& refusal);
-/// Takes a body that is no scene document and parses it with a function of api/requests.h. Problems: 400, 411, 413,
-/// 415, 422.
-template <class Parse>
-auto take_request(Request& request, std::string_view what, Parse parse, const api::Limits& limits) {
-  using Taken = tracer::Result<std::remove_cvref_t<decltype(*parse({}, limits))>, Problem>;
+/// Takes a body that is no scene document; `read` reads it, see api::read_body. Problems: 400, 411, 413, 415, 422.
+template <class T>
+tracer::Result<T, Problem> take_request(Request& request, std::string_view what, void (*read)(api::Reading&, T&),
+                                        const api::Limits& limits) {
   const auto body = take_json(request, what);
-  if (!body) return Taken(body.error());
-  auto parsed = parse(*body, limits);
-  return parsed ? Taken(*std::move(parsed)) : Taken(request_problem(parsed.error()));
+  if (!body) return body.error();
+  auto parsed = api::read_body<T>(*body, limits, read);
+  if (!parsed) return request_problem(parsed.error());
+  return *std::move(parsed);
 }
 /// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);

@@ -306,7 +306,7 @@ Problem image_not_found(const queue::Job& job, const std::string& name) {
 }
 
 Endpoints image_endpoints() {
-  Endpoints all{{"POST", "/v1/render", render}, {"GET", "/v1/jobs/{id}/preview", get_preview, {"max"}}};
+  Endpoints all{{"POST", "/v1/render", render}, {"GET", "/v1/jobs/{id}/preview", get_preview, {.query = {"max"}}}};
   std::vector<std::string> names{"preview.png", "measure.json", "measure.csv",
                                  "measure.svg", "measure.png",  "reference.exr"};
   for (const tracer::Format format : tracer::all_formats) names.push_back(tracer::file_name(format));

@@ -3,8 +3,9 @@
 #include <utility>
 
 #include "api/estimate.h"
+#include "api/measure_request.h"
+#include "api/reader/fields.h"
 #include "api/report.h"
-#include "api/requests.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
@@ -76,8 +77,30 @@ Answer submit_and_reply(const Request& request, queue::Submission submission, co
 /// Attempts to change a job that other changes modify at the same time, if the client accepts any revision.
 constexpr int attempts_max = 16;
 
+/// A JSON merge patch (RFC 7396) of a job: {priority, name, labels{NAME: VALUE|null}, expires_at|null}, each optional.
+/// Unset: unchanged.
+struct RequestedChange {
+  std::optional<int> priority;  ///< 0..100
+  std::optional<std::string> name;
+  std::map<std::string, std::optional<std::string>> labels;  ///< null: removed; labels that are not named are kept
+  std::optional<std::optional<std::int64_t>> expires_at;     ///< ms since 1970 UTC; null: never
+};
+
+void read_change(api::Reading& reading, RequestedChange& change) {
+  api::Fields fields(reading, reading.root, "a change of a job");
+  fields.optional("priority", api::Integer<std::optional<int>>{change.priority, 0, 100});
+  fields.optional("name", change.name);
+  if (const auto labels = fields.take("labels")) read_labels(reading, *labels, true, change.labels);
+  if (const auto expires_at = fields.take("expires_at")) {
+    std::optional<std::int64_t> time;
+    const bool never = expires_at->node->kind == api::json::Kind::null;
+    if (never || read(reading, *expires_at, api::Time{time})) change.expires_at = time;
+  }
+  fields.finish();
+}
+
 /// The labels of the job after the patch, which removes those without a value.
-std::map<std::string, std::string> patched_labels(const queue::Job& job, const api::RequestedChange& patch) {
+std::map<std::string, std::string> patched_labels(const queue::Job& job, const RequestedChange& patch) {
   std::map<std::string, std::string> labels = job.labels;
   for (const auto& [name, value] : patch.labels) {
     if (value) {
@@ -93,7 +116,7 @@ Problem invalid_patch(std::vector<tracer::Issue> errors) {
   return with_errors(failures::invalid_patch, "in the change", std::move(errors));
 }
 
-tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const api::RequestedChange& patch,
+tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const RequestedChange& patch,
                                                     const ApiContext& context) {
   queue::JobChange change{patch.priority, patch.name, std::nullopt, patch.expires_at};
   if (patch.labels.empty()) return change;
@@ -134,7 +157,7 @@ tracer::Result<std::optional<std::int64_t>, Problem> required_revision(const Req
 }
 
 /// Repeats the change while others come between reading and writing, unless a revision is required.
-Answer apply_change(const std::string& id, const ApiContext& context, const api::RequestedChange& patch,
+Answer apply_change(const std::string& id, const ApiContext& context, const RequestedChange& patch,
                     std::optional<std::int64_t> revision) {
   for (int attempt = 1;; ++attempt) {
     const auto view = find_job(id, context);
@@ -222,7 +245,7 @@ Answer change_job(Request& request, const queue::JobView& view, const ApiContext
   if (!revision) return revision.error();
   const auto body = take_json(request, "a change", "application/merge-patch+json");
   if (!body) return body.error();
-  const auto patch = api::parse_change(*body, context.limits);
+  const auto patch = api::read_body<RequestedChange>(*body, context.limits, read_change);
   if (patch) return apply_change(view.job.id, context, *patch, *revision);
   Problem problem = problem_of(patch.error());
   if (problem.failure == failures::bad_scene) return invalid_patch(std::move(problem.errors));
@@ -291,7 +314,8 @@ Endpoints job_endpoints() {
           {"GET",
            "/v1/jobs",
            list_jobs,
-           {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit", "cursor"}},
+           {.query = {"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q", "limit",
+                      "cursor"}}},
           {"POST", "/v1/jobs/validate", validate_job},
           {"POST", "/v1/measure", measure},
           {"GET", "/v1/jobs/{id}/scene", get_scene},

@@ -60,6 +60,9 @@ Answer get_page_file(Request& request, const ApiContext& context) {
 
 }  // namespace
 
-Endpoints page_endpoints() { return {{"GET", "/", get_root}, {"GET", "/ui/{tree}/{file}", get_page_file}}; }
+Endpoints page_endpoints() {
+  return {{"GET", "/", get_root, {.key = RequiredKey::none}},
+          {"GET", "/ui/{tree}/{file}", get_page_file, {.key = RequiredKey::none}}};
+}
 
 }  // namespace http::handlers

@@ -29,9 +29,23 @@ std::string_view token_of(const RequestHead& head) {
   return trimmed(value.substr(scheme.size()));
 }
 
-bool is_open(const RequestHead& head) {
-  return head.path == "/" || head.path == "/docs" || head.path == "/docs/scene" || head.path == "/openapi.json" ||
-         head.path == "/schemas/scene.schema.json" || head.path.starts_with("/ui/");
+/// All endpoints, in the order in which their patterns are matched.
+const Endpoints& all_endpoints() {
+  static const Endpoints endpoints = [] {
+    Endpoints all;
+    for (Endpoints (*const list)() :
+         {page_endpoints, service_endpoints, job_endpoints, event_endpoints, image_endpoints, view_endpoints,
+          bulk_endpoints, compare_endpoints, batch_endpoints, animation_endpoints, webhook_endpoints, asset_endpoints})
+      std::ranges::copy(list(), std::back_inserter(all));
+    return all;
+  }();
+  return endpoints;
+}
+
+bool is_open(const std::string& path) {
+  return std::ranges::any_of(all_endpoints(), [&](const Endpoint& endpoint) {
+    return endpoint.rules.key == RequiredKey::none && match(endpoint.pattern, path);
+  });
 }
 
 /// Tickets permit to read only.
@@ -74,7 +88,7 @@ std::optional<Problem> cross_site_problem(const RequestHead& head, std::string_v
 
 }  // namespace
 
-tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring) {
+tracer::Result<std::optional<keys::Key>, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring) {
   if (ring == nullptr) {
     const std::string host(head.header("host").value_or(""));
     // HTTP/1.0 has no Host; browsers do not use it.
@@ -82,17 +96,11 @@ tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::K
       return Problem{failures::misdirected_request,
                      "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
     if (auto problem = cross_site_problem(head, host)) return *std::move(problem);
-    return Access{};
+    return std::optional<keys::Key>();
   }
-  Access access{find_key(head, *ring), std::nullopt};
-  if (is_open(head)) return access;
-  if (!access.key) return unauthenticated(head);
-  const bool changes = !reads(head) && head.path != "/v1/tickets";
-  const keys::Scope scope = changes ? keys::Scope::jobs_write : keys::Scope::jobs_read;
-  if (!access.key->allows(scope) && head.path != "/v1/me")
-    access.forbidden = Problem{failures::forbidden,
-                               "key " + access.key->name + " does not have the scope " + std::string(name_of(scope))};
-  return access;
+  std::optional<keys::Key> key = find_key(head, *ring);
+  if (!key && !is_open(head.path)) return unauthenticated(head);
+  return key;
 }
 
 namespace {
@@ -127,13 +135,10 @@ Handler bound(BatchHandler* handler, const Context& context) {
 std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto context = std::make_shared<const ApiContext>(api_context);
   std::vector<Route> routes;
-  for (Endpoints (*const list)() :
-       {page_endpoints, service_endpoints, job_endpoints, event_endpoints, image_endpoints, view_endpoints,
-        bulk_endpoints, compare_endpoints, batch_endpoints, animation_endpoints, webhook_endpoints, asset_endpoints})
-    for (const auto& [method, pattern, handler, query, one_at_a_time] : list()) {
-      const auto bind = [&](auto* function) { return bound(function, context); };
-      routes.push_back({method, pattern, std::visit(bind, handler), query, one_at_a_time});
-    }
+  for (const auto& [method, pattern, handler, rules] : all_endpoints()) {
+    const auto bind = [&](auto* function) { return bound(function, context); };
+    routes.push_back({method, pattern, std::visit(bind, handler), rules});
+  }
   return routes;
 }
 

@@ -32,6 +32,10 @@ namespace http {
 /// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
 
+/// Most hashes of POST /v1/assets/missing. A scene of a thousand files is large; ten thousand lookups take some tens of
+/// ms.
+constexpr std::size_t asset_hashes_max = 10'000;
+
 /// Readiness of the service. Thread-safe.
 class Readiness {
  public:
@@ -84,13 +88,12 @@ struct ApiContext {
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
-/// The access of a request, see AccessFilter. With keys (`ring`): the key, or the ticket of a GET, must be valid,
-/// except for the documentation. It needs the scope jobs:read for GET, HEAD and tickets, jobs:write for other methods;
-/// GET /v1/me is for every key. Every key with jobs:read can read all jobs, as a service belongs to one team. Without
-/// keys (null): Host must be this machine, because a web page in a local browser could use a name of its own that
+/// The key of a request, see AccessFilter. With keys (`ring`): the key, or the ticket of a GET, must be valid, except
+/// for open routes. Every key with jobs:read can read all jobs, as a service belongs to one team. Without keys (null):
+/// Host must be this machine, because a web page in a local browser could use a name of its own that
 /// resolves to this machine (DNS rebinding); and a page of another site may only read, because browsers send its
 /// requests without a body unasked (Fetch Metadata, W3C 2021; Origin, RFC 6454). A key cannot be sent in this way.
-tracer::Result<Access, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring);
+tracer::Result<std::optional<keys::Key>, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring);
 
 /// `readiness` must outlive the routes. `metrics` returns the Prometheus text, and may throw StoreFailure.
 std::vector<Route> health_routes(Readiness& readiness, const std::function<std::string()>& metrics);

@@ -3,8 +3,11 @@
 
 #include <httplib.h>
 
+#include <algorithm>
+
+#include "api/json.h"
 #include "api/openapi.h"
-#include "api/requests.h"
+#include "api/reader/fields.h"
 #include "server/http/handlers/handlers.h"
 #include "server/resources/resource_json.h"
 #include "tracer/sha256.h"
@@ -36,8 +39,10 @@ Reply document_reply(std::string content_type, std::string body) {
 Reply text_reply(std::string body) { return document_reply("text/plain; charset=utf-8", std::move(body)); }
 
 /// A page that has its own style, no script and no external content.
-Reply documentation_reply(std::string_view page, const std::string& etag) {
-  Reply reply = document_reply("text/html; charset=utf-8", std::string(page));
+template <std::string_view page()>
+Answer get_page(Request&, const ApiContext&) {
+  static const std::string etag = '"' + tracer::sha256_hex(page()) + '"';
+  Reply reply = document_reply("text/html; charset=utf-8", std::string(page()));
   reply.headers = {{"ETag", etag},
                    {"Cache-Control", "no-cache"},
                    {"Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"}};
@@ -50,13 +55,20 @@ Answer get_version(Request&, const ApiContext& context) {
 }
 
 Answer get_me(Request& request, const ApiContext& context) {
-  const std::optional<keys::Key>& key = request.access.key;
-  std::vector<std::string_view> scopes;
+  const std::optional<keys::Key>& key = request.key;
+  api::Json scopes = api::Json::array();
   for (const keys::Scope scope : {keys::Scope::jobs_read, keys::Scope::jobs_write, keys::Scope::admin})
     if (!key || key->allows(scope)) scopes.push_back(keys::name_of(scope));
+  const auto usage_json = [](const queue::OwnerUsage& usage) -> api::Json {
+    return {{"queued_jobs", usage.queued_jobs}, {"artifact_bytes", usage.artifact_bytes}};
+  };
   queue::JobQueries& queries = context.queue.queries;
   const std::string owner = request.owner();
-  return json_reply(200, resources::write_me(owner, scopes, queries.owner_quota(), queries.owner_usage(owner)),
+  return json_reply(200,
+                    api::json_line({{"name", api::text_or_null(owner)},
+                                    {"scopes", std::move(scopes)},
+                                    {"quotas", usage_json(queries.owner_quota())},
+                                    {"used", usage_json(queries.owner_usage(owner))}}),
                     "no-store");
 }
 
@@ -64,33 +76,33 @@ Answer get_nodes(Request&, const ApiContext& context) {
   return json_reply(200, resources::write(context.nodes()), "no-store");
 }
 
+/// {"path": below /v1/, with or without a query}
+void read_ticket(api::Reading& reading, std::string& path) {
+  api::Fields fields(reading, reading.root, "the request");
+  if (const auto at = fields.take_required("path"); at && read(reading, *at, path)) {
+    const bool is_plain = std::all_of(path.begin(), path.end(), [](char c) { return c > ' ' && c <= '~' && c != '#'; });
+    if (!is_plain || !path.starts_with("/v1/")) add_issue(reading, *at, "malformed", "must be a path below /v1/");
+  }
+  fields.finish();
+}
+
 Answer create_ticket(Request& request, const ApiContext& context) {
-  const auto target = take_request(request, "the path", api::parse_ticket, context.limits);
+  const auto target = take_request(request, "the path", read_ticket, context.limits);
   if (!target) return target.error();
   std::string url = *target;
-  std::optional<std::int64_t> expires_at;
-  if (const auto& key = request.access.key) {
+  std::optional<std::string> expires_at;
+  if (const auto& key = request.key) {
     const keys::Ticket ticket = context.keys->create_ticket(*key, target->substr(0, target->find('?')));
     url.append(url.find('?') == std::string::npos ? "?ticket=" : "&ticket=").append(ticket.text);
-    expires_at = ticket.expires_s * 1000;
+    expires_at = resources::time_text(ticket.expires_s * 1000);
   }
-  return json_reply(200, resources::write_ticket(url, expires_at), "no-store");
+  return json_reply(200, api::json_line({{"url", url}, {"expires_at", api::or_null(expires_at)}}), "no-store");
 }
 
 Answer get_openapi(Request&, const ApiContext&) { return json_reply(200, std::string(api::openapi_json())); }
 
 Answer get_scene_schema(Request&, const ApiContext&) {
   return document_reply("application/schema+json", std::string(api::scene_schema_json()));
-}
-
-Answer get_docs(Request&, const ApiContext&) {
-  static const std::string etag = '"' + tracer::sha256_hex(api::docs_html()) + '"';
-  return documentation_reply(api::docs_html(), etag);
-}
-
-Answer get_scene_docs(Request&, const ApiContext&) {
-  static const std::string etag = '"' + tracer::sha256_hex(api::scene_docs_html()) + '"';
-  return documentation_reply(api::scene_docs_html(), etag);
 }
 
 Answer get_status(Request& request, const ApiContext& context) {
@@ -121,15 +133,15 @@ Answer get_overview(const Request&) {
 }
 
 Endpoints service_endpoints() {
-  return {{"GET", "/openapi.json", get_openapi},
-          {"GET", "/docs", get_docs},
-          {"GET", "/docs/scene", get_scene_docs},
-          {"GET", "/schemas/scene.schema.json", get_scene_schema},
+  return {{"GET", "/openapi.json", get_openapi, {.key = RequiredKey::none}},
+          {"GET", "/docs", get_page<api::docs_html>, {.key = RequiredKey::none}},
+          {"GET", "/docs/scene", get_page<api::scene_docs_html>, {.key = RequiredKey::none}},
+          {"GET", "/schemas/scene.schema.json", get_scene_schema, {.key = RequiredKey::none}},
           {"GET", "/v1/version", get_version},
-          {"GET", "/v1/me", get_me},
-          {"GET", "/v1/status", get_status, {"history"}},
+          {"GET", "/v1/me", get_me, {.key = RequiredKey::any}},
+          {"GET", "/v1/status", get_status, {.query = {"history"}}},
           {"GET", "/v1/nodes", get_nodes},
-          {"POST", "/v1/tickets", create_ticket}};
+          {"POST", "/v1/tickets", create_ticket, {.key = RequiredKey::reading}}};
 }
 
 }  // namespace http::handlers
@@ -158,9 +170,7 @@ std::vector<Route> health_routes(Readiness& readiness, const std::function<std::
   const auto get_metrics = [metrics](Request&) {
     return handlers::document_reply("text/plain; version=0.0.4; charset=utf-8", metrics());
   };
-  return {{"GET", "/healthz", get_liveness, {}},
-          {"GET", "/readyz", get_readiness, {}},
-          {"GET", "/metrics", get_metrics, {}}};
+  return {{"GET", "/healthz", get_liveness}, {"GET", "/readyz", get_readiness}, {"GET", "/metrics", get_metrics}};
 }
 
 Probe probe(const std::string& host, std::uint16_t port) {

@@ -77,7 +77,7 @@ queue::Submission submission_of(const Request& request, const tracer::Scene& sce
   queue::Job& job = submission.job;
   static_cast<api::JobRequest&>(job) = std::move(wanted);
   job.owner = request.owner();
-  if (request.access.key) job.weight = request.access.key->weight;
+  if (request.key) job.weight = request.key->weight;
   job.accuracy = api::write_accuracy(scene.accuracy);
   job.width = scene.image.window().width();
   job.height = scene.image.window().height();

@@ -127,7 +127,7 @@ Answer get_view(Request& request, const queue::JobView& view, const ApiContext& 
 }  // namespace
 
 Endpoints view_endpoints() {
-  return {{"GET", "/v1/jobs/{id}/view.png", get_view, {"layer", "exposure", "range", "map", "crop", "max"}}};
+  return {{"GET", "/v1/jobs/{id}/view.png", get_view, {.query = {"layer", "exposure", "range", "map", "crop", "max"}}}};
 }
 
 }  // namespace http::handlers

@@ -1,6 +1,5 @@
 /// Webhooks: deliveries of a job, redelivery, and test calls.
 
-#include "api/requests.h"
 #include "server/http/handlers/handlers.h"
 #include "server/resources/resource_json.h"
 
@@ -28,7 +27,7 @@ Answer redeliver(Request& request, const queue::JobView& view, const ApiContext&
 
 Answer test_webhook(Request& request, const ApiContext& context) {
   if (!context.send_test_webhook) return webhooks_disabled;
-  const auto webhook = take_request(request, "a webhook", api::parse_webhook, context.limits);
+  const auto webhook = take_request(request, "a webhook", api::read_root<api::Webhook>, context.limits);
   if (!webhook) return webhook.error();
   const std::string id = context.send_test_webhook(webhook->url);
   Reply reply = deliveries_reply(202, id, context);

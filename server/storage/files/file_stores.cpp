@@ -43,16 +43,12 @@ void FileArtifactStore::sync(const std::string& sha256) {
   });
 }
 
-std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
+std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256, bool verified) {
   auto reader = open_reader(directory_, sha256);
-  if (!reader || verified_.contains(sha256)) return reader;
+  if (!reader || !verified || verified_.contains(sha256)) return reader;
   if (hash_of(contents_of(*reader)).sha256 != sha256) return nullptr;
   verified_.add(sha256);
   return reader;
-}
-
-std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open_unverified(const std::string& sha256) {
-  return open_reader(directory_, sha256);
 }
 
 std::optional<FileArtifactStore::Scrubbed> FileArtifactStore::scrub() {

@@ -64,17 +64,13 @@ queue::ArtifactStore::Stored SharedArtifactStore::put(int fd, bool /*durable*/) 
 
 void SharedArtifactStore::keep(const std::string& sha256) { index_.begin(sha256, 0, clock_()); }
 
-std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open(const std::string& sha256) {
-  if (!tracer::is_sha256(sha256) || damaged_.contains(sha256)) return nullptr;
+std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open(const std::string& sha256, bool verified) {
+  if (!tracer::is_sha256(sha256) || (verified && damaged_.contains(sha256))) return nullptr;
   auto reader = objects_.open(sha256);
-  if (!reader) return nullptr;
+  if (!reader || !verified) return reader;
   if (reader->size_bytes() > small_bytes) return std::make_unique<VerifyingReader>(std::move(reader), sha256, damaged_);
   if (files::hash_of(files::contents_of(*reader)).sha256 != sha256) return nullptr;
   return reader;
-}
-
-std::unique_ptr<queue::ArtifactReader> SharedArtifactStore::open_unverified(const std::string& sha256) {
-  return tracer::is_sha256(sha256) ? objects_.open(sha256) : nullptr;
 }
 
 void SharedArtifactStore::remove(const std::string& sha256) {

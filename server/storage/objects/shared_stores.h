@@ -32,8 +32,7 @@ class SharedArtifactStore final : public queue::ArtifactStore {
   Stored put(int fd, bool durable = true) override;
   void keep(const std::string& sha256) override;
   void sync(const std::string& /*sha256*/) override {}
-  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
-  std::unique_ptr<queue::ArtifactReader> open_unverified(const std::string& sha256) override;
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256, bool verified = true) override;
   void remove(const std::string& sha256) override;
 
   /// Removes the objects of one part (0 <= `part` < queue::AssetStore::parts) that no job names, and returns their

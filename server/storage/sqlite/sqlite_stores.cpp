@@ -112,16 +112,10 @@ void SmallArtifactStore::sync(const std::string& sha256) {
   if (!find(sha256)) large_.sync(sha256);
 }
 
-std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open(const std::string& sha256) {
+std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open(const std::string& sha256, bool verified) {
   std::optional<std::string> bytes = find(sha256);
-  if (!bytes) return large_.open(sha256);
-  if (tracer::sha256_hex(*bytes) != sha256) return nullptr;
-  return std::make_unique<queue::MemoryReader>(*std::move(bytes));
-}
-
-std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open_unverified(const std::string& sha256) {
-  std::optional<std::string> bytes = find(sha256);
-  if (!bytes) return large_.open_unverified(sha256);
+  if (!bytes) return large_.open(sha256, verified);
+  if (verified && tracer::sha256_hex(*bytes) != sha256) return nullptr;
   return std::make_unique<queue::MemoryReader>(*std::move(bytes));
 }
 

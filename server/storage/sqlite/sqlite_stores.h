@@ -60,8 +60,7 @@ class SmallArtifactStore final : public queue::ArtifactStore {
 
   Stored put(int fd, bool durable = true) override;
   void sync(const std::string& sha256) override;
-  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
-  std::unique_ptr<queue::ArtifactReader> open_unverified(const std::string& sha256) override;
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256, bool verified = true) override;
   void remove(const std::string& sha256) override;
 
  private:

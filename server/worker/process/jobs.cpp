@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "api/measure_request.h"
 #include "api/measurement_json.h"
 #include "api/render_document.h"
-#include "api/requests.h"
 #include "server/worker/process/task_exchange.h"
 #include "tracer/encode.h"
 #include "tracer/measure.h"

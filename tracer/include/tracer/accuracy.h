@@ -40,6 +40,15 @@ struct Approximations {
   /// lights have no distance: they are always evaluated and not counted.
   std::uint32_t nearest_lights = 0;
   bool operator==(const Approximations&) const = default;
+
+  /// All but `lights`, which is "nearest-N". Exact is the absence of a field.
+  static constexpr auto fields() {
+    return std::tuple{
+        Field{"shadows", &Approximations::shadows, FieldRange::any, FieldPresence::derived},
+        Field{"reflections", &Approximations::reflections, FieldRange::any, FieldPresence::derived},
+        Field{"shading", &Approximations::shading, FieldRange::any, FieldPresence::derived},
+        Field{"interreflection", &Approximations::interreflection, FieldRange::any, FieldPresence::derived}};
+  }
   [[nodiscard]] bool any() const { return *this != Approximations{}; }
 };
 constexpr auto words_of(Approximations::Shadows) { return in_order(Approximations::Shadows::none, {"none", "map"}); }
@@ -111,6 +120,14 @@ struct Accuracy {
   bool proof = false;
   Approximations approximate{};
   bool operator==(const Accuracy&) const = default;
+
+  /// The others are read together: they determine the kind of sampling.
+  static constexpr auto fields() {
+    return std::tuple{Field{"max_depth", &Accuracy::max_depth, FieldRange::any, FieldPresence::derived},
+                      Field{"cutoff", &Accuracy::cutoff, FieldRange::fraction(), FieldPresence::derived},
+                      optional_field("seed", &Accuracy::seed), optional_field("proof", &Accuracy::proof),
+                      Field{"approximate", &Accuracy::approximate, FieldRange::any, FieldPresence::derived}};
+  }
 
   /// True if, with these approximations, surfaces light each other.
   [[nodiscard]] bool has_interreflection(const Approximations& by) const {

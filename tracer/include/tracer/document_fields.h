@@ -22,6 +22,7 @@ struct FieldRange {
     factor,         ///< >= 0, at most `value_max`
     exponent,       ///< >= 0, without an upper bound
     ratio,          ///< > 0; the number and its inverse are at most `value_max`
+    time,           ///< milliseconds since 1970 UTC, a text in documents
     interval        ///< [least, most]
   };
   Kind kind;

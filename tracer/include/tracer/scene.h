@@ -44,6 +44,12 @@ struct ImageSize {
   /// samples depend on the window.
   std::optional<PixelWindow> crop{};
 
+  static constexpr std::string_view noun = "the image";
+  static constexpr auto fields() {
+    return std::tuple{optional_field("width", &ImageSize::width, FieldRange::count()),
+                      optional_field("height", &ImageSize::height, FieldRange::count()),
+                      Field{"crop", &ImageSize::crop}};
+  }
   /// The rendered part, and the size of the rendered image.
   [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
 };
@@ -91,6 +97,11 @@ constexpr auto words_of(Camera::Layout) { return in_order(Camera::Layout::side_b
 /// nadir for directions opposite to the background's `up`, zenith along it, linear in the cosine between.
 struct Gradient {
   Color zenith{}, nadir{};
+
+  static constexpr std::string_view noun = "a background with zenith and nadir";
+  static constexpr auto fields() {
+    return std::tuple{Field{"zenith", &Gradient::zenith}, Field{"nadir", &Gradient::nadir}};
+  }
 };
 
 /// Equirectangular texture of all directions, as a panorama camera renders it: u = 1/2 is world -z projected across the
@@ -99,6 +110,12 @@ struct Gradient {
 struct Environment {
   TextureId texture{};
   double rotation_deg = 0;  ///< about up, counter-clockwise seen from the tip of up; any finite angle
+
+  static constexpr std::string_view noun = "a background with an environment";
+  static constexpr auto fields() {
+    return std::tuple{Field{"environment", &Environment::texture},
+                      optional_field("rotation", &Environment::rotation_deg)};
+  }
 };
 
 /// One texture per face of a cube at infinity, seen from inside with u to the right and v up. On the side faces, up is

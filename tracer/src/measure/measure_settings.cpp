@@ -13,11 +13,6 @@
 namespace tracer {
 namespace {
 
-constexpr std::array<std::pair<const char*, Preset>, 4> presets{{{"draft", Preset::draft},
-                                                                 {"standard", Preset::standard},
-                                                                 {"fine", Preset::fine},
-                                                                 {"reference", Preset::reference}}};
-
 std::string text(double number) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%g", number);
@@ -97,12 +92,12 @@ class SettingList {
 
   void targets() {
     std::vector<double> selected{8, 4, 2, 1, 0.5, 0.25};
-    for (const auto& [name, preset] : presets) selected.push_back(target_error_of(preset));
+    for (const auto& [name, preset] : words<Preset>) selected.push_back(target_error_of(preset));
     std::sort(selected.begin(), selected.end(), std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
       Setting setting{"target_error", text(target), with_target(target)};
-      for (const auto& [name, preset] : presets)
+      for (const auto& [name, preset] : words<Preset>)
         if (target_error_of(preset) == target) setting.preset = name;
       settings_.push_back(std::move(setting));
     }
@@ -164,12 +159,9 @@ class SettingList {
     }
     if (needs_.triangles) approximate("shading: gouraud", &A::shading, A::Shading::gouraud);
     if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", &A::shading, A::Shading::flat);
-    if (needs_.global_light) {
-      using enum A::Interreflection;
-      for (const auto& [name, by] :
-           {std::pair{"gather", gather}, {"radiosity", radiosity}, {"ambient", ambient}, {"none", none}})
-        approximate(std::string("interreflection: ") + name, &A::interreflection, by);
-    }
+    if (needs_.global_light)
+      for (const auto& [name, by] : words<A::Interreflection>)
+        approximate("interreflection: " + std::string(name), &A::interreflection, by);
     const auto somewhere = std::count_if(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
       return !std::holds_alternative<DirectionalLight>(light.source);
     });

@@ -79,16 +79,11 @@ void check_layout(Checks& checks, const Scene& scene) {
 
 void check_background(Checks& checks, const Background& background) {
   const DocumentPath where("/background");
+  FieldChecks fields(checks, where);
   checks.color({where, "color"}, background.color);
   if (background.up) checks.direction({where, "up"}, *background.up);
-  if (background.gradient) {
-    checks.color({where, "zenith"}, background.gradient->zenith);
-    checks.color({where, "nadir"}, background.gradient->nadir);
-  }
-  if (background.environment) {
-    checks.texture({where, "environment"}, background.environment->texture);
-    checks.finite({where, "rotation"}, background.environment->rotation_deg);
-  }
+  if (background.gradient) fields.ranges(*background.gradient);
+  if (background.environment) fields.ranges(*background.environment);
   if (!background.cube) return;
   constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   const DocumentPath cube(where, "cube");
@@ -221,7 +216,7 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   if (accuracy.adaptive) check_adaptive(checks, where, *accuracy.adaptive);
   check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
   checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
-  checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
+  FieldChecks(checks, where).ranges(accuracy);
   if (accuracy.model == Accuracy::Model::whitted &&
       accuracy.approximate.interreflection != Approximations::Interreflection::exact)
     checks.add_issue({{where, "approximate"}, "interreflection"}, "conflict",

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "api/document.h"
-#include "api/src/json/json_parser.h"
+#include "api/reader/json_parser.h"
 
 namespace api {
 

@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "api/src/reader/cursor.h"
-#include "api/src/reader/field_values.h"
+#include "api/reader/cursor.h"
+#include "api/reader/field_values.h"
 #include "tracer/document_fields.h"
 
 namespace api {
@@ -55,6 +55,9 @@ class Fields {
 
   /// True if a member has this name, known or not.
   [[nodiscard]] bool has(std::string_view name) const { return reading_.tape.find_key(at_.node, name) != nullptr; }
+
+  /// Adds an issue at a member, which may be missing.
+  void add_issue(std::string_view name, std::string_view code, std::string detail);
 
   /// Adds an issue at the first name; the message lists all of them.
   void report_missing_one_of(std::span<const std::string_view> names);
@@ -99,6 +102,7 @@ template <class Owner, class T>
 void read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
   constexpr bool is_optional_member = requires(T member) { member.has_value(); };
   constexpr bool is_integer = std::is_integral_v<T> && !std::is_same_v<T, bool>;
+  const tracer::FieldRange& range = field.range;
   const auto read_value = [&](auto&& value) {
     if (is_optional_member || field.presence != tracer::FieldPresence::required) {
       fields.optional(field.name, value);
@@ -107,7 +111,11 @@ void read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& own
     }
   };
   if constexpr (is_integer) {
-    read_value(integer_in(field.range, owner.*field.member));
+    read_value(integer_in(range, owner.*field.member));
+  } else if constexpr (std::is_same_v<T, std::optional<std::int64_t>>) {
+    if (range.kind == tracer::FieldRange::time) return read_value(Time{owner.*field.member});
+    read_value(
+        Integer<T>{owner.*field.member, static_cast<std::int64_t>(range.least), static_cast<std::int64_t>(range.most)});
   } else {
     read_value(owner.*field.member);
   }

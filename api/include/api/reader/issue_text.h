@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/src/json/json_parser.h"
+#include "api/reader/json_parser.h"
 
 namespace api {
 
@@ -22,8 +22,8 @@ inline constexpr std::size_t suggestion_names_max = 1000;
 /// time for a document with many issues.
 std::string did_you_mean(std::string_view word, std::span<const std::string_view> names);
 
-/// "; write \"reflection\": ..." for a name from another program (foreign_words.h) in the scope `kind`, or in the more
-/// general `group` if the form begins with one of `names` or belongs in the document; else did_you_mean().
+/// "; write \"reflection\": ..." for a name from another program (src/reader/foreign_words.txt) in the scope `kind`, or
+/// in the more general `group` if the form begins with one of `names` or belongs in the document; else did_you_mean().
 std::string suggestion(std::string_view word, std::string_view kind, std::string_view group,
                        std::span<const std::string_view> names);
 

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/reader/cursor.h"
+#include "api/reader/cursor.h"
 #include "tracer/document_fields.h"
 
 namespace api {
@@ -44,16 +44,14 @@ Integer<T> integer_in(const tracer::FieldRange& range, T& value) {
   return {value, std::is_signed_v<T> ? std::int64_t{std::numeric_limits<T>::min()} : 0};
 }
 
-/// A text for people: at most `name_bytes`, no control characters.
-struct Name {
-  std::string& value;
-};
-
 /// A time in RFC 3339 (section 5.6), with any offset and any fraction, as milliseconds since 1970 UTC (rounded down).
 /// Years 1970 to 9999; a leap second is the second after it.
 struct Time {
   std::optional<std::int64_t>& value;
 };
+
+/// Such a text, as in a document.
+std::optional<std::int64_t> parse_time(std::string_view text);
 
 using tracer::Word;
 using tracer::words;
@@ -70,9 +68,13 @@ bool read(Reading& reading, const Cursor& at, std::uint32_t& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
 bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of its forms
-bool read(Reading& reading, const Cursor& at, Name name);
+/// A text for people: at most `name_bytes`, no control characters.
+bool read(Reading& reading, const Cursor& at, std::string& name);
 bool read(Reading& reading, const Cursor& at, Time time);
 bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value);
+
+/// True if the value is a string; else adds an issue, which names the form.
+bool expect_string(Reading& reading, const Cursor& at, std::string_view form = "a string");
 
 /// Adds that the value is none of `choices`: "unknown_type" for a field `type`, else "unknown_value". Returns false.
 bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::string_view> choices);
@@ -120,13 +122,13 @@ void set_invalid(T& value) {
 template <class T>
 bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
   std::int64_t value = 0;
-  if (!read_integer(reading, at, integer.least, integer.most, value)) return false;
+  const bool valid = read_integer(reading, at, integer.least, integer.most, value);
   if constexpr (std::is_integral_v<T>) {
     integer.value = static_cast<T>(value);
   } else {  // optional
     integer.value = static_cast<typename T::value_type>(value);
   }
-  return true;
+  return valid;
 }
 
 template <class T>
