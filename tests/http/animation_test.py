@@ -2,14 +2,11 @@
 import contextlib
 import sqlite3
 import struct
-import unittest
 
 import numpy
 
-from tests.http.daemon import OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import NOBODY, OneDaemon, json_of, scene
 from tests.support.images import png_chunks, read_png, write_png
-
-NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 
 def frames(apng):
@@ -33,21 +30,18 @@ def frames(apng):
 
 
 class Animations(OneDaemon):
-    def batch(self, **body):
-        batch = json_of(self.daemon.request("POST", "/v1/batches", body))
-        wait_until(lambda: json_of(self.daemon.get(batch["links"]["self"]))["links"]["cancel"] is None, "its end")
-        return batch
-
     def animation(self, batch, query=""):
         return self.daemon.get(f"{batch['links']['self']}/animation.apng{query}")
 
+    def jobs(self, batch):
+        return json_of(self.daemon.get(batch["links"]["jobs"] + "&limit=200"))["items"][::-1]
+
     def images(self, batch):
-        jobs = json_of(self.daemon.get(batch["links"]["jobs"] + "&limit=200"))["items"][::-1]
-        return [self.daemon.get(job["links"]["image"]).body for job in jobs if job["links"]["image"]]
+        return [self.daemon.get(job["links"]["image"]).body for job in self.jobs(batch) if job["links"]["image"]]
 
     def test_have_the_pixels_of_every_image(self):
         for size in (16, 200):  # a row of the database, and a file with several chunks of data
-            batch = self.batch(scene=scene(size, size, samples=4), sweep={"/camera/fov": [30 + i for i in range(24)]})
+            batch = self.daemon.finished_batch(scene=scene(size, size, samples=4), sweep={"/camera/fov": [30 + i for i in range(24)]})
             reply = self.animation(batch, "?fps=10")
             self.assertEqual((reply.status, reply.headers["Content-Type"], len(reply.body)),
                              (200, "image/apng", int(reply.headers["Content-Length"])))
@@ -59,26 +53,25 @@ class Animations(OneDaemon):
             self.assertEqual(struct.unpack(">H", frames(self.animation(batch).body)[0][0][22:24]), (24,))
 
     def test_have_reduced_images(self):
-        batch = self.batch(scene=scene(60, 40), sweep={"/camera/fov": [30, 40, 50]})
+        batch = self.daemon.finished_batch(scene=scene(60, 40), sweep={"/camera/fov": [30, 40, 50]})
         found = frames(self.animation(batch, "?max=30&fps=60").body)
-        jobs = json_of(self.daemon.get(batch["links"]["jobs"] + "&limit=200"))["items"][::-1]
         self.assertEqual(len(found), 3)
-        for (control, frame), job in zip(found, jobs):
+        for (control, frame), job in zip(found, self.jobs(batch)):
             self.assertEqual(struct.unpack(">IIIIHHBB", control[4:]), (30, 20, 0, 0, 1, 60, 0, 0))
             numpy.testing.assert_array_equal(read_png(frame), read_png(self.daemon.get(job["links"]["preview"] + "?max=30").body))
         self.assertEqual(self.animation(batch, "?max=30&fps=60").body, self.animation(batch, "?fps=60&max=30").body)
         whole = frames(self.animation(batch, "?max=1024").body)
         numpy.testing.assert_array_equal(read_png(whole[0][1]), read_png(self.images(batch)[0]))
-        other = self.batch(scene=scene(), sweep={"/image/width": [30, 40]})
+        other = self.daemon.finished_batch(scene=scene(), sweep={"/image/width": [30, 40]})
         self.assert_problem(self.animation(other, "?max=20"), 409, "images_differ")
-        kinds = self.batch(scene=scene(), sweep={"/output": [{}, {"palette": 4}]})
+        kinds = self.daemon.finished_batch(scene=scene(), sweep={"/output": [{}, {"palette": 4}]})
         self.assertEqual(len(frames(self.animation(kinds, "?max=16").body)), 2, "reduced images have one kind")
 
     def test_find_damaged_artifacts(self):
-        batch = self.batch(scene=scene(), sweep={"/camera/fov": [31, 41]})
+        batch = self.daemon.finished_batch(scene=scene(), sweep={"/camera/fov": [31, 41]})
         with contextlib.closing(sqlite3.connect(self.daemon.data / "whittle.db")) as database, database:
             changed = 0
-            for job in json_of(self.daemon.get(batch["links"]["jobs"]))["items"]:
+            for job in self.jobs(batch):
                 changed += database.execute("UPDATE small_artifacts SET bytes = X'89' WHERE sha256 = ?", (job["artifacts"][0]["sha256"],)).rowcount
             self.assertEqual(changed, 2)
         self.assert_problem(self.animation(batch), 500, "internal")
@@ -86,23 +79,19 @@ class Animations(OneDaemon):
 
     def test_have_the_images_that_exist(self):
         patches = [{}, {"job": {"deadline": "2001-01-01T00:00:00Z"}}, {"camera": {"fov": 50}}]
-        batch = self.batch(scene=scene(), frames=patches)
+        batch = self.daemon.finished_batch(scene=scene(), frames=patches)
         self.assertEqual(len(frames(self.animation(batch).body)), 2)
-        alone = self.batch(scene=scene(), frames=[{}])
+        alone = self.daemon.finished_batch(scene=scene(), frames=[{}])
         self.assertEqual(len(frames(self.animation(alone).body)), 1)
 
     def test_need_images_of_one_size_and_kind(self):
         for sweep in ({"/image/width": [8, 9]}, {"/output": [{}, {"alpha": True}]}, {"/output": [{"palette": 2}, {"palette": 3}]}):
-            self.assert_problem(self.animation(self.batch(scene=scene(), sweep=sweep)), 409, "images_differ")
-        linear = self.batch(scene=scene(output={"formats": ["exr"]}), frames=[{}])
+            self.assert_problem(self.animation(self.daemon.finished_batch(scene=scene(), sweep=sweep)), 409, "images_differ")
+        linear = self.daemon.finished_batch(scene=scene(output={"formats": ["exr"]}), frames=[{}])
         self.assert_problem(self.animation(linear), 404, "image_not_found")
 
     def test_refuse_other_speeds_and_batches(self):
-        batch = self.batch(scene=scene(), frames=[{}])
+        batch = self.daemon.finished_batch(scene=scene(), frames=[{}])
         for query in ("?fps=0", "?fps=61", "?fps=", "?fps=1.5", "?fps=-1", "?fps=9&fps=9", "?max=15", "?max=1025", "?max=", "?max=64&max=64", "?size=9"):
             self.assert_problem(self.animation(batch, query), 400, "invalid_query")
         self.assert_problem(self.daemon.get(f"/v1/batches/{NOBODY}/animation.apng"), 404, "batch_not_found")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,12 @@
 """Batches: one scene in many variations, submitted, observed, cancelled, retried and downloaded together."""
-import hashlib
 import io
 import tarfile
 import unittest
 
-from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import FAR, Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
 from tests.http.events_test import Stream
-from tests.support.whittle import SCENES
+from tests.http.uploads_test import TILE, textured
 
-FAR = "2099-01-01T00:00:00Z"
 PAST = "2001-01-01T00:00:00Z"
 
 
@@ -85,16 +83,15 @@ class Batches(OneDaemon):
             self.assertEqual(self.daemon.get(job["links"]["self"]).status, 404)
 
     def test_is_fetched_as_one_archive(self):
-        batch = self.accepted({"scene": scene(output={"formats": ["png", "exr"]}), "sweep": {"/camera/fov": [30, 40, 50]}})
-        self.ended(batch)
-        reply = self.daemon.get(self.batch(batch)["links"]["artifacts"])
+        batch = self.daemon.finished_batch(scene=scene(output={"formats": ["png", "exr"]}), sweep={"/camera/fov": [30, 40, 50]})
+        reply = self.daemon.get(batch["links"]["artifacts"])
         self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "application/x-tar"))
         with tarfile.open(fileobj=io.BytesIO(reply.body)) as archive:
             self.assertEqual(archive.getnames(), [f"0000{i}.{kind}" for i in range(3) for kind in ("exr", "png")])
             for index, job in enumerate(self.jobs(batch)):
                 for artifact in job["artifacts"]:
                     member = archive.extractfile(f"0000{index}.{artifact['name'].split('.', 1)[1]}").read()
-                    self.assertEqual(hashlib.sha256(member).hexdigest(), artifact["sha256"])
+                    self.assertEqual(sha256(member), artifact["sha256"])
         self.assertEqual(len(reply.body) % 512, 0)
 
     def test_is_cancelled_and_retried_as_a_whole(self):
@@ -127,14 +124,9 @@ class Batches(OneDaemon):
         self.daemon.request("POST", batch["links"]["cancel"])
 
     def test_ends_early_when_too_many_fail(self):
-        late = {"job": {"deadline": PAST}}
-        waits = {"job": {"run_after": FAR}}
-        for failures, state in ((1, "queued"), (2, "cancelled")):
-            batch = self.accepted({"scene": scene(), "max_failed": 1, "frames": [late] * failures + [waits]})
-            wait_until(lambda b=batch, n=failures: self.batch(b)["jobs"]["failed"] == n, "the failures")
-            wait_until(lambda b=batch, s=state: self.jobs(b)[-1]["state"] == s, state)
-            self.daemon.request("POST", batch["links"]["self"] + "/cancel")
-            self.assertEqual(self.ended(batch)["state"], "failed")
+        frames = [{"job": {"deadline": PAST}}] * 2 + [{"job": {"run_after": FAR}}]
+        batch = self.daemon.finished_batch(scene=scene(), max_failed=1, frames=frames)
+        self.assertEqual((batch["state"], self.jobs(batch)[-1]["state"]), ("failed", "cancelled"))
 
     def test_reports_errors_with_pointers_and_stores_nothing(self):
         before = json_of(self.daemon.get("/v1/jobs?limit=1"))
@@ -167,29 +159,20 @@ class Batches(OneDaemon):
         self.assertEqual(json_of(self.daemon.get("/v1/jobs?limit=1")), before)
 
     def test_is_cached_like_jobs_submitted_alone(self):
-        frames = [{"camera": {"fov": fov}} for fov in (31, 32)] + [{"objects": scene()["objects"][:1]}, {"name": None}]
-        alone = [scene(name="alone", camera={**scene()["camera"], "fov": 32}, job={"cache": "use"}),
-                 scene(name="alone", objects=scene()["objects"][:1], job={"cache": "use"})]
-        images = [self.daemon.request("POST", "/v1/jobs", document, {"Prefer": "wait=60"}) for document in alone]
-        batch = self.accepted({"scene": scene(name="alone", job={"cache": "use"}), "frames": frames})
-        self.assertEqual(batch["jobs"]["succeeded"], 2)
+        alone = [scene(name="alone", camera={**scene()["camera"], "fov": fov}, job={"cache": "use"}) for fov in (31, 32)]
+        image = self.daemon.rendered(alone[1])["artifacts"][0]["sha256"]
+        batch = self.accepted({"scene": scene(name="alone", job={"cache": "use"}), "frames": [{"camera": {"fov": fov}} for fov in (31, 32)]})
+        self.assertEqual(batch["jobs"]["succeeded"], 1)
         self.ended(batch)
-        jobs = self.jobs(batch)
-        for job, image in zip(jobs[1:3], images):
-            self.assertEqual(job["artifacts"][0]["sha256"], json_of(image)["artifacts"][0]["sha256"])
-        again = self.daemon.request("POST", "/v1/jobs", scene(name="alone", camera={**scene()["camera"], "fov": 31}, job={"cache": "use"}))
-        self.assertEqual(again.headers["X-Cache"], "hit")
+        self.assertEqual(self.jobs(batch)[1]["artifacts"][0]["sha256"], image)
+        self.assertEqual(self.daemon.request("POST", "/v1/jobs", alone[0]).headers["X-Cache"], "hit")
 
-    def test_keeps_its_uploads(self):
-        data = (SCENES / "assets/tile.png").read_bytes()
-        upload = hashlib.sha256(data).hexdigest()
-        material = {"color": {"file": f"sha256:{upload}"}}
-        objects = [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": material}]
-        body = {"scene": scene(objects=objects), "frames": [{}, {"camera": {"fov": 30}}]}
+    def test_needs_its_uploads(self):
+        body = {"scene": textured(TILE), "frames": [{}, {"camera": {"fov": 30}}]}
         problem = self.assert_problem(self.submit(body), 422, "bad_scene")
         self.assertEqual([error["code"] for error in problem["errors"]], ["bad_asset"])
-        self.daemon.request("PUT", f"/v1/assets/{upload}", data)
-        self.assertEqual(self.ended(self.accepted(body))["state"], "succeeded")
+        put(self.daemon, TILE)
+        self.assertEqual(self.daemon.finished_batch(**body)["state"], "succeeded")
 
     def test_under_the_same_key_is_submitted_once(self):
         body = {"name": "once", "scene": scene(name="once"), "frames": [{}, {}]}
@@ -221,7 +204,3 @@ class Limits(unittest.TestCase):
             daemon.kill()
             daemon.start()
             self.assertEqual(json_of(daemon.get(batch["links"]["self"])), batch)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,7 @@
 """POST /v1/jobs/bulk: one action on many jobs."""
 import unittest
 
-from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
-
-NOBODY = "0190a000-0000-7000-8000-000000000001"
-LATER = "2099-01-01T00:00:00Z"
+from tests.http.daemon import FAR, NOBODY, Daemon, OneDaemon, json_of, scene, wait_until
 
 
 class Bulk(OneDaemon):
@@ -12,7 +9,7 @@ class Bulk(OneDaemon):
 
     def waiting(self, count, **job):
         """Ids of jobs that wait."""
-        return [self.daemon.submit(scene(job={"run_after": LATER, **job})) for _ in range(count)]
+        return [self.daemon.submit(scene(job={"run_after": FAR, **job})) for _ in range(count)]
 
     def change(self, **body):
         reply = self.daemon.request("POST", "/v1/jobs/bulk", body)
@@ -83,7 +80,7 @@ class ManyJobs(unittest.TestCase):
     def test_that_match_are_cancelled_in_one_request_and_stay_so(self):
         with Daemon() as daemon:
             for _ in range(3):
-                batch = {"scene": scene(job={"run_after": LATER}), "sweep": {"/accuracy/seed": list(range(1, 501))}}
+                batch = {"scene": scene(job={"run_after": FAR}), "sweep": {"/accuracy/seed": list(range(1, 501))}}
                 batch_id = json_of(daemon.request("POST", "/v1/batches", batch))["id"]
             ended = [job["id"] for job in json_of(daemon.get(f"/v1/jobs?batch={batch_id}&limit=3"))["items"]]
             for job_id in ended:
@@ -97,7 +94,3 @@ class ManyJobs(unittest.TestCase):
             daemon.start()
             jobs = json_of(daemon.get("/v1/queue"))["jobs"]
             self.assertEqual((jobs["cancelled"], jobs["queued"]), (500, 1000))
-
-
-if __name__ == "__main__":
-    unittest.main()

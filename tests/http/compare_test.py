@@ -1,5 +1,4 @@
 """POST /v1/compare: the difference of two images."""
-import hashlib
 import json
 import pathlib
 import struct
@@ -10,11 +9,9 @@ import zlib
 
 import numpy
 
-from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import BIN, FAR, Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
 from tests.support.images import read_png, write_png
 from tests.support.whittle import only_in_long_runs
-
-NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 
 def gray_png(width, height, code, header_only=False):
@@ -36,14 +33,13 @@ class Compare(OneDaemon):
         return json_of(reply)
 
     def upload(self, data):
-        sha256 = hashlib.sha256(data).hexdigest()
-        self.assertIn(self.daemon.request("PUT", f"/v1/assets/{sha256}", data).status, (200, 201))
-        return sha256
+        self.assertIn(put(self.daemon, data).status, (200, 201))
+        return sha256(data)
 
     def render(self, formats, fov=40, **size):
         document = scene(**{"width": 64, "height": 48, **size}, output={"formats": formats})
         document["camera"]["fov"] = fov
-        return self.daemon.wait_for_end(self.daemon.submit(document))
+        return self.daemon.rendered(document)
 
     def image(self, job, name):
         return self.daemon.get(f"/v1/jobs/{job['id']}/{name}").body
@@ -66,9 +62,7 @@ class Compare(OneDaemon):
             expected, heat = self.by_command(a, b, "--tolerance", "1")
             self.assertGreater(expected["rmse"], 1)
             found = self.compared(*(f"{id_}/{name}" for id_ in ids), tolerance=1, heat=True)
-            reply = self.daemon.get(found.pop("heat_map"))
-            self.assertEqual(reply.status, 200)
-            numpy.testing.assert_array_equal(read_png(reply.body), read_png(heat))
+            numpy.testing.assert_array_equal(read_png(self.daemon.get(found.pop("heat_map")).body), read_png(heat))
             self.assertEqual(found, expected)
             uploads = [self.upload(a), self.upload(b)]
             self.assertEqual(self.compared(*uploads)["rmse"], expected["rmse"])
@@ -96,14 +90,13 @@ class Compare(OneDaemon):
                self.image(self.render(["exr"]), "image.exr")[:-100], b"\x76\x2f\x31\x01" + bytes(range(256)) * 9]
         for data in bad:
             for pair in ((data, good), (good, data)):
-                reply = self.compare(*(self.upload(one) for one in pair))
-                self.assert_problem(reply, 422, "bad_image")
-                self.assertIn("image a " if pair[0] is data else "image b ", json_of(reply)["detail"])
+                problem = self.assert_problem(self.compare(*(self.upload(one) for one in pair)), 422, "bad_image")
+                self.assertIn("image a " if pair[0] is data else "image b ", problem["detail"])
         self.assertEqual(self.compared(*[self.upload(good)] * 2)["rmse"], 0, "the worker goes on")
 
     def test_refuses_what_does_not_exist(self):
         done = self.render(["png"])["id"]
-        waiting = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        waiting = self.daemon.submit(scene(job={"run_after": FAR}))
         for name, code in (("../x", "job_not_found"), ("x" * 200, "job_not_found"), (waiting, "image_not_found"),
                            (done + "/image.exr", "image_not_found"), (done + "/../" + done, "image_not_found"), ("0" * 64, "asset_not_found")):
             for pair in ((done, name), (name, done)):
@@ -114,35 +107,25 @@ class Compare(OneDaemon):
         for body, pointers in (({}, ["/a", "/b"]), ({"a": 1, "b": ""}, ["/a"]), ({"a": "x", "b": "y", "tolerance": -1}, ["/tolerance"]),
                                ({"a": "x", "b": "y", "tolerance": "1", "heat": 1, "c": 0}, ["/tolerance", "/heat", "/c"]),
                                ({"a": "x" * 257, "b": "y"}, ["/a"])):
-            reply = self.daemon.request("POST", "/v1/compare", body)
-            self.assert_problem(reply, 422, "invalid_request")
-            self.assertEqual([error["pointer"] for error in json_of(reply)["errors"]], ["#" + one for one in pointers])
-        self.assert_problem(self.daemon.request("POST", "/v1/compare", b"{"), 400, "not_json")
+            problem = self.assert_problem(self.daemon.request("POST", "/v1/compare", body), 422, "invalid_request")
+            self.assertEqual([error["pointer"] for error in problem["errors"]], ["#" + one for one in pointers])
 
 
 class Limits(unittest.TestCase):
     def test_pixels_are_limited_by_the_memory_of_a_job(self):
         with Daemon("--job-memory-bytes", str(64 << 20)) as daemon:  # 1 Mpx
-            daemon.wait_for_end(daemon.submit(scene()))  # the worker runs
-            names = []
-            for width in (1024, 1025):
-                data = gray_png(width, 1024, 7)
-                names.append(hashlib.sha256(data).hexdigest())
-                daemon.request("PUT", "/v1/assets/" + names[-1], data)
-            replies = [daemon.request("POST", "/v1/compare", {"a": name, "b": name}) for name in names]
+            daemon.rendered(scene())  # the worker runs
+            images = [gray_png(width, 1024, 7) for width in (1024, 1025)]
+            for image in images:
+                put(daemon, image)
+            replies = [daemon.request("POST", "/v1/compare", {"a": sha256(image), "b": sha256(image)}) for image in images]
             self.assertEqual([reply.status for reply in replies], [200, 422], replies)
             self.assertIn("the limit pixels is 1048576", json_of(replies[1])["detail"])
 
     def test_heat_map_needs_space_for_uploads(self):
-        with Daemon("--uploads-bytes", "1000000") as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene()))["id"]
-            self.assertEqual(daemon.request("POST", "/v1/compare", {"a": job, "b": job, "heat": True}).status, 200)
-        with Daemon("--uploads-bytes", "1") as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene()))["id"]
-            reply = daemon.request("POST", "/v1/compare", {"a": job, "b": job, "heat": True})
-            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:uploads_full"))
-            self.assertEqual(daemon.request("POST", "/v1/compare", {"a": job, "b": job}).status, 200)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        for limit, statuses in (("1000000", [200, 200]), ("1", [503, 200])):
+            with self.subTest(limit), Daemon("--uploads-bytes", limit) as daemon:
+                job = daemon.rendered(scene())["id"]
+                replies = [daemon.request("POST", "/v1/compare", {"a": job, "b": job, "heat": heat}) for heat in (True, False)]
+                self.assertEqual([reply.status for reply in replies], statuses, replies)
+        self.assertEqual(json_of(replies[0])["type"], "urn:whittle:problem:uploads_full")

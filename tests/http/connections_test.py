@@ -8,7 +8,7 @@ import socket
 import time
 import unittest
 
-from tests.http.daemon import PATIENCE_S, SANITIZED, Daemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import PATIENCE_S, SANITIZED, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
 
 SMUGGLED = b"DELETE /v1/jobs/%s HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
@@ -22,6 +22,7 @@ def get(target=b"/v1/version", headers=b"Host: localhost\r\n"):
 
 
 JSON = b"Content-Type: application/json\r\n"
+CLOSING = get(b"/", b"Host: localhost\r\nConnection: close\r\n")
 
 # (description, bytes, status): each status, and two interpretations of the end of a body; all others are in request_head_test.cpp.
 # SMUGGLED is replaced by a request that must not run: it would delete a job.
@@ -78,15 +79,9 @@ def statuses(answer):
     return found
 
 
-class Malformed(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon()
-        cls.addClassCleanup(cls.daemon.__exit__)
-
-    def test_requests_are_refused_and_nothing_smuggled_runs(self):
-        job_id = self.daemon.submit(scene())
-        self.daemon.wait_for_end(job_id)
+class Requests(OneDaemon):
+    def test_that_are_malformed_are_refused_and_nothing_smuggled_runs(self):
+        job_id = self.finished()["id"]
         for (what, data, status), byte_by_byte in itertools.product(MALFORMED, (False, True)):
             with self.subTest(what, byte_by_byte=byte_by_byte):
                 data = data.replace(SMUGGLED, SMUGGLED % job_id.encode())
@@ -102,38 +97,24 @@ class Malformed(unittest.TestCase):
         alone = exchange(self.daemon, SMUGGLED % job_id.encode())
         self.assertEqual(statuses(alone), [204], "the smuggled request would have run")
 
-    def test_pipelined_requests_are_answered_in_order(self):
+    def test_that_are_pipelined_are_answered_in_order(self):
         body = json.dumps(scene()).encode()
-        data = (get() + post(JSON + b"Content-Length: %d\r\n" % len(body), body) + get(b"/nothing") + get(b"/?a=1")
-                + b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n" + get())
+        data = get() + post(JSON + b"Content-Length: %d\r\n" % len(body), body) + get(b"/nothing") + get(b"/?a=1") + CLOSING
         for byte_by_byte in (False, True):
-            with self.daemon.socket() as connection:
-                for index in range(0, len(data), 1 if byte_by_byte else len(data)):
-                    connection.sendall(data[index:index + 1] if byte_by_byte else data)
-                answer = b"".join(iter(lambda c=connection: c.recv(65536), b""))
-            self.assertEqual(statuses(answer), [200, 202, 404, 400, 200])
+            self.assertEqual(statuses(exchange(self.daemon, data, byte_by_byte)), [200, 202, 404, 400, 200])
 
-    def test_an_incomplete_request_gets_no_reply(self):
+    def test_that_are_incomplete_get_no_reply(self):
         self.assertEqual(exchange(self.daemon, b"GET / HTT"), b"")
         self.assertEqual(exchange(self.daemon, post(JSON + b"Content-Length: 10\r\n", b"{")), b"")
 
-    def test_version_and_connection_headers_determine_persistence(self):
-        for head, stays in ((b"GET / HTTP/1.0\r\n\r\n", False), (b"GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n", True),
-                            (get(b"/"), True), (get(b"/", b"Host: localhost\r\nConnection: close\r\n"), False)):
-            with self.daemon.socket() as connection:
-                file = connection.makefile("rwb")
-                file.write(head)
-                file.flush()
-                lines = list(iter(lambda f=file: f.readline().strip(), b""))
-                self.assertIn(b"Connection: keep-alive" if stays else b"Connection: close", lines, head)
-                length = next(int(line[16:]) for line in lines if line.startswith(b"Content-Length: "))
-                file.read(length)
-                if stays:
-                    file.write(get(b"/"))
-                    file.flush()
-                self.assertEqual(file.readline(), b"HTTP/1.1 200 OK\r\n" if stays else b"")
+    def test_keep_the_connection_by_version_and_header(self):
+        for request, stays in ((b"GET / HTTP/1.0\r\n\r\n", False), (b"GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n", True),
+                               (get(b"/"), True), (CLOSING, False)):
+            answer = exchange(self.daemon, request + get(b"/"))
+            self.assertEqual(statuses(answer), [200, 200] if stays else [200], request)
+            self.assertIn(b"\r\nConnection: keep-alive" if stays else b"\r\nConnection: close", answer.partition(b"\r\n\r\n")[0])
 
-    def test_expect_continue_is_answered_before_the_body(self):
+    def test_that_expect_continue_are_answered_before_the_body(self):
         body = json.dumps(scene()).encode()
         with self.daemon.socket() as connection:
             connection.sendall(post(JSON + b"Expect: 100-continue\r\nContent-Length: %d\r\n" % len(body)))
@@ -142,42 +123,24 @@ class Malformed(unittest.TestCase):
             connection.sendall(body)
             self.assertEqual(file.readline(), b"HTTP/1.1 202 Accepted\r\n")
 
-    def test_a_client_that_sends_a_body_too_large_can_read_the_refusal(self):
-        reply = self.daemon.request("POST", "/v1/jobs", b"[" * (64 << 20 | 1))
-        self.assertEqual((reply.status, json_of(reply)["type"]), (413, "urn:whittle:problem:body_too_large"))
+    def test_with_a_body_too_large_end_with_a_reply_that_the_client_can_read(self):
+        self.assert_problem(self.daemon.request("POST", "/v1/jobs", b"[" * (64 << 20 | 1)), 413, "body_too_large")
 
-
-class Huge(unittest.TestCase):
-    def test_64_mib_of_brackets_are_refused_in_bounded_memory(self):
-        with Daemon() as daemon:
-            before = daemon.resident_bytes()
-            daemon.forget_peak()
-            reply = daemon.request("POST", "/v1/jobs", b"[" * (64 << 20))
-            self.assertEqual(reply.status, 413, reply.body)
-            self.assertIn("depth", json_of(reply)["detail"])
-            self.assertLess(daemon.peak_bytes() - before, 300 << 20)
-            self.assertEqual(daemon.get("/v1/version").status, 200)
-
-    def test_a_large_body_is_spooled_and_parsed(self):
-        with Daemon() as daemon:
-            document = json.dumps(scene(name="padded")).encode() + b" " * (5 << 20)
-            reply = daemon.request("POST", "/v1/jobs", document)
-            self.assertEqual(reply.status, 202)
-            self.assertEqual(daemon.wait_for_end(json_of(reply)["id"])["state"], "succeeded")
-            self.assertEqual(list((daemon.data / "spool").iterdir()), [])
-
-    def test_the_body_limit_is_configurable_and_reported(self):
-        with Daemon("--body-bytes", "2048") as daemon:
-            reply = daemon.request("POST", "/v1/jobs", json.dumps(scene()).encode().ljust(2049))
-            self.assertEqual(reply.status, 413)
-            self.assertIn("body_bytes", json_of(reply)["detail"])
-            self.assertEqual(daemon.request("POST", "/v1/jobs", json.dumps(scene()).encode().ljust(2048)).status, 202)
-            self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["body_bytes"], 2048)
+    def test_with_64_mib_of_brackets_are_refused_in_bounded_memory(self):
+        before = self.daemon.resident_bytes()
+        self.daemon.forget_peak()
+        reply = self.daemon.request("POST", "/v1/jobs", b"[" * (64 << 20))
+        self.assertEqual(reply.status, 413, reply.body)
+        self.assertIn("depth", json_of(reply)["detail"])
+        self.assertLess(self.daemon.peak_bytes() - before, 300 << 20)
+        self.assertEqual(list((self.daemon.data / "spool").iterdir()), [])
+        self.assertEqual(self.daemon.get("/v1/version").status, 200)
 
 
 class ManyClients(unittest.TestCase):
     def test_idle_and_slow_clients_delay_no_request(self):
         with Daemon("--handler-threads", "1") as daemon:
+            daemon.rendered(scene())  # the worker runs: the slow clients have ten seconds
             silent = [daemon.socket() for _ in range(400)]
             slow = [daemon.socket() for _ in range(100)]
             body = json.dumps(scene()).encode()
@@ -186,8 +149,7 @@ class ManyClients(unittest.TestCase):
                 for index, connection in enumerate(slow):
                     connection.sendall(heads[index % 2][step:step + 1])
                 self.assertEqual(daemon.get("/v1/version").status, 200)
-            job = daemon.wait_for_end(daemon.submit(scene()))
-            self.assertEqual(job["state"], "succeeded")
+            daemon.rendered(scene())
             for index, connection in enumerate(slow):  # slow is not wrong: each is answered in the end
                 connection.sendall(heads[index % 2][40:])
                 self.assertIn(connection.makefile("rb").readline(), (b"HTTP/1.1 200 OK\r\n", b"HTTP/1.1 202 Accepted\r\n"))
@@ -237,7 +199,7 @@ class ManyClients(unittest.TestCase):
             open_now = len(list(pathlib.Path(f"/proc/{daemon.process.pid}/fd").iterdir()))
             resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (open_now + 60, open_now + 60))
             crowd = [daemon.socket() for _ in range(100)]
-            wait_until(lambda: any(row["event"] == "descriptors_exhausted" for row in daemon.log_rows()), "exhaustion")
+            wait_until(lambda: daemon.log_rows("descriptors_exhausted"), "exhaustion")
             self.assertEqual(daemon.health("/readyz").status, 200, "the health port has descriptors")
             for connection in crowd:
                 connection.close()
@@ -252,8 +214,7 @@ class ManyClients(unittest.TestCase):
 
     def test_slow_readers_of_an_image_occupy_neither_threads_nor_memory(self):
         with Daemon("--handler-threads", "1") as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene(2000, 1500, output={"formats": ["exr"]})))
-            path = job["links"]["image"]
+            path = daemon.rendered(scene(2000, 1500, output={"formats": ["exr"]}))["links"]["image"]
             whole = daemon.get(path).body
             self.assertGreater(len(whole), 100_000)
             before = daemon.resident_bytes()
@@ -274,7 +235,7 @@ class ManyClients(unittest.TestCase):
                 connection.close()
 
     def test_disconnected_clients_leak_nothing(self):
-        with Daemon("--connections", "50") as daemon:
+        with Daemon() as daemon:
             body = json.dumps(long_scene()).encode()
             whole = post(JSON + b"Content-Length: %d\r\n" % len(body), body, target=b"/v1/render")
             cuts = [0, 1, 30, len(whole) - 1, len(whole)]
@@ -282,24 +243,4 @@ class ManyClients(unittest.TestCase):
                 for cut in cuts:
                     with daemon.socket() as connection:
                         connection.sendall(whole[:cut])
-            crowd = wait_until(lambda: self.fits(daemon, 49), "all but one place to be free again")
-            for connection in crowd:
-                connection.close()
-
-    @staticmethod
-    def fits(daemon, count):
-        """Opens `count` connections and returns them if all are served, otherwise None."""
-        crowd = []
-        for _ in range(count):
-            connection = daemon.socket()
-            crowd.append(connection)
-            connection.sendall(get(b"/"))
-            if not connection.recv(15) == b"HTTP/1.1 200 OK":
-                for held in crowd:
-                    held.close()
-                return None
-        return crowd
-
-
-if __name__ == "__main__":
-    unittest.main()
+            wait_until(lambda: daemon.metrics()["whittle_connections"] == 0, "the end of all connections")

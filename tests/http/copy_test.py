@@ -1,13 +1,12 @@
 """--copy-to: the data of a stopped daemon, to a database and a bucket and back, whole or in several attempts."""
-import hashlib
 import os
 import pathlib
 import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import PATIENCE_S, Daemon, json_of, scene, wait_until
-from tests.http.uploads_test import TILE, VASE, hash_of, put, textured
+from tests.http.daemon import FAR, PATIENCE_S, Daemon, json_of, put, scene, sha256, wait_until
+from tests.http.uploads_test import TILE, VASE, textured
 from tests.support.postgres import PostgresServer
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
 from tests.support.whittle import BIN
@@ -26,9 +25,9 @@ def fill(daemon):
         scene(job={"webhook": {"url": "http://127.0.0.1:9/closed"}}))]
     batch = json_of(daemon.request("POST", "/v1/batches", {"name": "orbit", "scene": textured(TILE), "frames": [{"camera": {"fov": fov}} for fov in (30, 40, 50)]}))
     jobs += [item["id"] for item in json_of(daemon.get(f"/v1/jobs?batch={batch['id']}"))["items"]]
-    cancelled = daemon.submit(scene(job={"run_after": "2100-01-01T00:00:00Z"}))
+    cancelled = daemon.submit(scene(job={"run_after": FAR}))
     daemon.request("POST", f"/v1/jobs/{cancelled}/cancel")
-    daemon.submit(scene(name="later", job={"run_after": "2100-01-01T00:00:00Z"}))
+    daemon.submit(scene(name="later", job={"run_after": FAR}))
     reply = daemon.request("POST", "/v1/jobs", scene(name="once"), IDEMPOTENT)
     for job in (*jobs, json_of(reply)["id"]):
         daemon.wait_for_end(job)
@@ -49,11 +48,11 @@ def content_of(daemon):
         content[f"{path}/deliveries"] = [(each["id"], each["event"], each["created_at"]) for each in json_of(daemon.get(f"{path}/deliveries"))["items"]]
         for artifact in job["artifacts"]:
             image = daemon.get(artifact["url"])
-            content[artifact["url"]] = (image.status, hashlib.sha256(image.body).hexdigest() == artifact["sha256"])
+            content[artifact["url"]] = (image.status, sha256(image.body) == artifact["sha256"])
     for batch in json_of(daemon.get("/v1/batches"))["items"]:
         content[f"/v1/batches/{batch['id']}"] = json_of(daemon.get(f"/v1/batches/{batch['id']}"))
     for upload in (TILE, VASE):
-        content[hash_of(upload)] = daemon.get(f"/v1/assets/{hash_of(upload)}").body == upload
+        content[sha256(upload)] = daemon.get(f"/v1/assets/{sha256(upload)}").body == upload
     status = json_of(daemon.get("/v1/queue"))
     content["queue"] = status["jobs"] if "jobs" in status else {name: value for name, value in status.items() if isinstance(value, int)}
     return content
@@ -66,9 +65,7 @@ class CopyTest(unittest.TestCase):
     def setUpClass(cls):
         cls.server = PostgresServer()
         cls.addClassCleanup(cls.server.close)
-        directory = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(directory.cleanup)
-        cls.directory = pathlib.Path(directory.name)
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.directory / "secret").write_text("whsec_" + "MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw" + "\n")
         cls.options = ("--webhook-secret-file", str(cls.directory / "secret"), "--webhook-networks", "127.0.0.0/8")
         with Daemon(*cls.options, data=cls.directory / "data") as daemon:
@@ -180,7 +177,3 @@ class CopyTest(unittest.TestCase):
             result = self.run_command(*options)
             self.assertEqual(result.returncode, 2)
             self.assertIn(sentence, result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,18 +1,16 @@
 """Recovery after kills of the daemon and of its worker, and graceful shutdown."""
-import hashlib
 import os
 import signal
 import unittest
 
-from tests.http.daemon import PATIENCE_S, SANITIZED, Daemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import PATIENCE_S, SANITIZED, Daemon, json_of, long_scene, scene, sha256, wait_until
 
 
 def sha256_of(daemon, job):
     reply = daemon.get(job["links"]["image"])
     assert reply.status == 200, reply
-    sha256 = hashlib.sha256(reply.body).hexdigest()
-    assert sha256 == job["artifacts"][0]["sha256"]
-    return sha256
+    assert sha256(reply.body) == job["artifacts"][0]["sha256"]
+    return sha256(reply.body)
 
 
 def middling_scene(index):
@@ -23,46 +21,38 @@ def middling_scene(index):
 class KilledDaemon(unittest.TestCase):
     def test_preserves_accepted_jobs_and_finished_images(self):
         with Daemon("--jobs", "3") as daemon:  # large ones leave the third to small ones
-            finished = [daemon.submit(middling_scene(index)) for index in range(3)]
-            images = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
-            running = [daemon.submit(long_scene(name=f"long {index}")) for index in range(2)]
-            for job_id in running:
-                daemon.wait_for_state(job_id, "running")
+            jobs = [daemon.rendered(middling_scene(index)) for index in range(3)]
+            images = {job["id"]: sha256_of(daemon, job) for job in jobs}
+            running = [daemon.start_job(long_scene(name=f"long {index}")) for index in range(2)]
             queued = [daemon.submit(middling_scene(index)) for index in range(3)]
 
             daemon.kill()
             daemon.start()
 
             jobs = json_of(daemon.get("/v1/jobs"))["items"]
-            self.assertEqual({job["id"] for job in jobs}, {*finished, *running, *queued})
-            for job_id in finished:
+            self.assertEqual({job["id"] for job in jobs}, {*images, *running, *queued})
+            for job_id, image in images.items():
                 job = daemon.job(job_id)
-                self.assertEqual((job["state"], job["attempt"]), ("succeeded", 1))
-                self.assertEqual(sha256_of(daemon, job), images[job_id])
+                self.assertEqual((job["state"], job["attempt"], sha256_of(daemon, job)), ("succeeded", 1, image))
             for job_id in running:  # they run again, from the start, and the death is not held against them
                 job = daemon.wait_for_state(job_id, "running")
                 self.assertEqual(job["attempt"], 1)
                 daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-            for before, job_id in zip(finished, queued):
+            for image, job_id in zip(images.values(), queued):
                 job = daemon.wait_for_end(job_id)
                 self.assertEqual(job["state"], "succeeded", job["problem"])
-                self.assertEqual(sha256_of(daemon, job), images[before], "equal documents, equal images")
+                self.assertEqual(sha256_of(daemon, job), image, "equal documents, equal images")
 
 
 class KilledWorker(unittest.TestCase):
     def test_costs_one_attempt_of_the_job_and_no_request(self):
         with Daemon("--jobs", "1") as daemon:
-            job_id = daemon.start_job(long_scene(job={"max_attempts": 3}))
-            for attempt in (2, 3):
-                worker = wait_until(daemon.worker, "a worker")
-                os.kill(worker, signal.SIGKILL)
-                for _ in range(5):
-                    self.assertEqual(daemon.get("/v1/version").status, 200)
+            job_id, other = daemon.start_job(long_scene(job={"max_attempts": 3})), daemon.submit(scene())
+            for attempt in (1, 2, 3):
                 wait_until(lambda n=attempt: daemon.job(job_id)["attempt"] == n, f"attempt {attempt}")
                 daemon.wait_for_state(job_id, "running")
-            other = daemon.submit(scene())
-            worker = wait_until(daemon.worker, "a worker")
-            os.kill(worker, signal.SIGKILL)
+                os.kill(daemon.worker(), signal.SIGKILL)
+                self.assertEqual(daemon.get("/v1/version").status, 200)
             job = daemon.wait_for_end(job_id)
             self.assertEqual((job["state"], job["attempt"]), ("failed", 3))
             self.assertEqual(job["problem"]["code"], "worker_crashed")
@@ -77,7 +67,7 @@ class Draining(unittest.TestCase):
                 daemon.process.send_signal(number)
                 self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
                 idle.close()
-                self.assertEqual([row["event"] for row in daemon.log_rows()][-1], "stopped")
+                self.assertEqual(daemon.log_rows()[-1]["event"], "stopped")
 
     def test_running_job_finishes_new_work_is_refused_reads_are_answered(self):
         with Daemon("--jobs", "1", "--drain-s", "600", "--render-wait-s", "600") as daemon:
@@ -88,10 +78,8 @@ class Draining(unittest.TestCase):
             queued = daemon.submit(scene(name="left for later"))
             daemon.process.terminate()
             wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
-            self.assertEqual(json_of(daemon.health("/readyz"))["detail"], "draining")
             refused = daemon.request("POST", "/v1/jobs", scene())
             self.assertEqual((refused.status, json_of(refused)["type"]), (503, "urn:whittle:problem:draining"))
-            self.assertGreater(int(refused.headers["Retry-After"]), 0)
             self.assertEqual(daemon.job(queued)["state"], "queued")
             waiting = answer()
             self.assertEqual((waiting.status, waiting.headers["Content-Type"]), (200, "image/png"))
@@ -120,7 +108,3 @@ class Draining(unittest.TestCase):
             self.assertEqual(daemon.terminate(), -signal.SIGTERM)
             daemon.start()
             self.assertEqual(daemon.wait_for_state(job_id, "running")["attempt"], 1)
-
-
-if __name__ == "__main__":
-    unittest.main()

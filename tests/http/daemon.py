@@ -4,6 +4,7 @@ Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is
 """
 import collections
 import contextlib
+import hashlib
 import http.client
 import json
 import os
@@ -23,12 +24,24 @@ from tests.support.whittle import BIN
 
 SANITIZED = os.environ.get("WHITTLE_SANITIZED", "")
 PATIENCE_S = 600
+NOBODY = "0190a000-0000-7000-8000-000000000001"  # the id of no job, batch or delivery
+FAR = "2099-01-01T00:00:00Z"
 
 Reply = collections.namedtuple("Reply", "status headers body")
 
 
 def json_of(reply):
     return json.loads(reply.body)
+
+
+def sha256(content):
+    return hashlib.sha256(content).hexdigest()
+
+
+def whittled(*arguments, environment=None, cwd=None):
+    """The finished process of a command that ends at once, by default with no environment."""
+    return subprocess.run([BIN / "whittled", *map(str, arguments)], capture_output=True, text=True, check=False, timeout=PATIENCE_S,
+                          env=environment or {}, cwd=cwd)
 
 
 def wait_until(condition, what):
@@ -96,6 +109,11 @@ class Served:
     def health(self, path, method="GET"):
         return self.request(method, path, port=self.health_port)
 
+    def metrics(self):
+        """The figures by name with labels."""
+        lines = self.health("/metrics").body.decode().splitlines()
+        return {name: float(value) for name, _, value in (line.rpartition(" ") for line in lines if not line.startswith("#"))}
+
     def connection(self, port):
         return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
 
@@ -111,6 +129,13 @@ class Served:
         if reply.status != 202:
             raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
         return json_of(reply)["id"]
+
+    def rendered(self, document):
+        """Submits a job and returns it when it has succeeded."""
+        job = self.wait_for_end(self.submit(document))
+        if job["state"] != "succeeded":
+            raise AssertionError(f"{job['state']}: {job['problem']}")
+        return job
 
     def start_job(self, document=None):
         """Submits a job, by default a long one, and returns its id when it runs."""
@@ -154,6 +179,16 @@ class Served:
 
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
+
+    def finished_batch(self, **body):
+        """Submits a batch and returns it when all its jobs have ended."""
+        batch = json_of(self.request("POST", "/v1/batches", body))["links"]["self"]
+        return wait_until(lambda: (now := json_of(self.get(batch)))["links"]["cancel"] is None and now, f"the end of {batch}")
+
+
+def put(daemon, content, name=None):
+    """Sends an asset under its hash."""
+    return daemon.request("PUT", f"/v1/assets/{name or sha256(content)}", content, {"Content-Type": "application/octet-stream"})
 
 
 class Daemon(Served):
@@ -219,9 +254,10 @@ class Daemon(Served):
     def log(self):
         return self.log_path.read_text(encoding="utf-8")
 
-    def log_rows(self):
-        """Without a last line that is not complete, or never will be because the daemon was killed."""
-        return [json.loads(line) for line in self.log().splitlines(keepends=True) if line.endswith("\n")]
+    def log_rows(self, event=None):
+        """All rows or those of an event, without a last line that is not complete, or never will be because the daemon was killed."""
+        rows = [json.loads(line) for line in self.log().splitlines(keepends=True) if line.endswith("\n")]
+        return [row for row in rows if event in (None, row["event"])]
 
     def kill(self):
         """kill -9. The worker detects the end of the daemon and ends too."""
@@ -238,8 +274,8 @@ class Daemon(Served):
 
     def worker(self):
         """PID of the worker in use, from the log; None before the first."""
-        started = [row["pid"] for row in self.log_rows() if row["event"] == "worker_started"]
-        return int(started[-1]) if started else None
+        started = self.log_rows("worker_started")
+        return int(started[-1]["pid"]) if started else None
 
     def worker_pids(self):
         """PIDs of the child processes: the worker, and before its end a killed one."""
@@ -284,7 +320,4 @@ class OneDaemon(unittest.TestCase):
         return problem
 
     def finished(self, **changes):
-        job_id = self.daemon.submit(scene(**changes))
-        job = self.daemon.wait_for_end(job_id)
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-        return job
+        return self.daemon.rendered(scene(**changes))

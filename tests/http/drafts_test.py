@@ -53,11 +53,10 @@ class Drafts(OneDaemon):
         self.assertEqual(json_of(self.daemon.get("/v1/jobs?state=succeeded&q=sphere"))["items"], [])
 
     def test_can_be_read_for_some_seconds_after_their_end(self):
-        job_id = self.daemon.submit(scene(job=DRAFT))
-        job = self.daemon.wait_for_end(job_id)
-        self.assertEqual((job["state"], job["keep"]), ("succeeded", False))
+        job = self.daemon.rendered(scene(job=DRAFT))
+        self.assertIs(job["keep"], False)
         self.assertEqual(self.daemon.get(job["links"]["image"]).status, 200)
-        wait_until(lambda: self.daemon.get(f"/v1/jobs/{job_id}").status == 404, "its removal")
+        wait_until(lambda: self.daemon.get(job["links"]["self"]).status == 404, "its removal")
         self.assert_problem(self.daemon.get(job["links"]["image"]), 404, "job_not_found")
 
     def test_are_cancelled_when_the_client_leaves(self):
@@ -70,21 +69,13 @@ class Drafts(OneDaemon):
         wait_until(lambda: jobs(self.daemon)["running"] == 0, "the end of the one that ran")
         self.assertEqual(jobs(self.daemon)["succeeded"], 0)
 
-    def test_alone_are_cancelled_when_the_client_leaves(self):
-        with self.rendering(long_scene()):
-            wait_until(lambda: jobs(self.daemon)["running"] == 1, "the start")
-        with self.rendering(scene(job=DRAFT)):
-            wait_until(lambda: jobs(self.daemon)["queued"] == 1, "the draft")
-        wait_until(lambda: jobs(self.daemon)["queued"] == 0, "the end of the draft")
-        self.assertEqual(jobs(self.daemon)["running"], 1)
-
     def test_that_fail_are_removed(self):
         document = scene(job={**DRAFT, "deadline": "2001-01-01T00:00:00Z"})
         self.assert_problem(self.daemon.request("POST", "/v1/render", document), 500, "job_failed")
 
     def test_of_a_cached_image_do_not_remove_it(self):
         document = scene(300, 200, job={"cache": "use"})
-        kept = self.daemon.wait_for_end(self.daemon.submit(document))
+        kept = self.daemon.rendered(document)
         reply = self.daemon.request("POST", "/v1/render", {**document, "job": {**DRAFT, "cache": "use"}})
         self.assertEqual((reply.status, reply.headers["X-Cache"]), (200, "hit"))
         wait_until(lambda: rows(self.daemon)[0] == 1, "the removal of the draft")
@@ -109,7 +100,3 @@ class DraftsOfADaemonThatEnds(unittest.TestCase):
             self.assertEqual(daemon.wait_for_end(kept)["state"], "succeeded")
             wait_until(lambda: rows(daemon)[0] == 1, "the removal of the drafts")
             self.assertEqual(jobs(daemon)["succeeded"], 1)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -45,63 +45,48 @@ class Source {
 
 class BodyStreamTest : public HttpServerTest {
  protected:
-  /// Reads the head of the reply.
-  static std::string head_of(Client& client) {
-    std::string head;
-    while (!head.ends_with("\r\n\r\n")) {
-      const std::string byte = client.read(1);
-      if (byte.empty()) break;
-      head += byte;
-    }
-    return head;
+  /// A client of the stream, whose output can be produced from now on.
+  std::unique_ptr<Client> listen() {
+    serve({{"/stream", source.handler()}});
+    auto listener = std::make_unique<Client>(server->port());
+    listener->send_get("/stream");
+    EXPECT_TRUE(eventually([&] { return source.watched == 1; }));
+    return listener;
   }
 
   Source source;
 };
 
 TEST_F(BodyStreamTest, SendsChunksAndClosesAfterTheLast) {
-  serve({{"/stream", source.handler()}});
-  Client listener = client();
-  listener.send_get("/stream");
-  const std::string head = head_of(listener);
+  const auto listener = listen();
+  const std::string head = listener->read_head();
   EXPECT_TRUE(head.starts_with("HTTP/1.1 200 OK\r\n")) << head;
   EXPECT_NE(head.find("Connection: close\r\n"), std::string::npos) << head;
   EXPECT_EQ(head.find("Content-Length"), std::string::npos) << head;
-  ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
   source.produce("first\n");
-  EXPECT_EQ(listener.read(6), "first\n");
+  EXPECT_EQ(listener->read(6), "first\n");
   source.produce("last\n", true);
-  EXPECT_EQ(listener.read(100), "last\n");
+  EXPECT_EQ(listener->read(100), "last\n");
   EXPECT_TRUE(eventually([&] { return source.destroyed == 1; }));
 }
 
 TEST_F(BodyStreamTest, SendsHeartbeatsWhileThereIsNoOutput) {
   source.heartbeat_interval = 5ms;
-  serve({{"/stream", source.handler()}});
-  Client listener = client();
-  listener.send_get("/stream");
-  head_of(listener);
-  EXPECT_EQ(listener.read(18), "alive\nalive\nalive\n");
+  const auto listener = listen();
+  listener->read_head();
+  EXPECT_EQ(listener->read(18), "alive\nalive\nalive\n");
 }
 
 TEST_F(BodyStreamTest, IsDestroyedWhenTheClientDisconnects) {
-  serve({{"/stream", source.handler()}});
-  {
-    Client listener = client();
-    listener.send_get("/stream");
-    ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
-  }
+  listen().reset();
   EXPECT_TRUE(eventually([&] { return source.destroyed == 1; }));
   source.produce("late");  // without effect
 }
 
 TEST_F(BodyStreamTest, TakesNoMoreOutputForASlowClientAndDisconnectsIt) {
   settings.times.write_grace = 200ms;
-  serve({{"/stream", source.handler()}});
-  Client listener = client();
-  listener.send_get("/stream");
-  head_of(listener);
-  ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
+  const auto listener = listen();
+  listener->read_head();
   source.produce(std::string(64u << 20, 'x'));  // more than any socket buffers
   ASSERT_TRUE(eventually([&] { return source.taken >= 2 || source.destroyed == 1; }));
   const int taken = source.taken;
@@ -111,22 +96,16 @@ TEST_F(BodyStreamTest, TakesNoMoreOutputForASlowClientAndDisconnectsIt) {
 }
 
 TEST_F(BodyStreamTest, EndsOnDrain) {
-  serve({{"/stream", source.handler()}});
-  Client listener = client();
-  listener.send_get("/stream");
-  ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
+  const auto listener = listen();
   std::thread draining([&] { server->drain(patience); });
-  head_of(listener);
-  EXPECT_EQ(listener.read(1), "");
+  listener->read_head();
+  EXPECT_EQ(listener->read(1), "");
   draining.join();
   EXPECT_EQ(source.destroyed, 1);
 }
 
 TEST_F(BodyStreamTest, EndsWithTheServer) {
-  serve({{"/stream", source.handler()}});
-  Client listener = client();
-  listener.send_get("/stream");
-  ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
+  const auto listener = listen();
   server.reset();
   EXPECT_EQ(source.destroyed, 1);
   source.produce("late");

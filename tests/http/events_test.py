@@ -1,18 +1,15 @@
 """Event streams of one job and of all jobs: resumption, limits, and no thread per stream."""
-import http.client
 import json
 import unittest
 
-from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
-
-NOBODY = "0190a000-0000-7000-8000-000000000001"
+from tests.http.daemon import FAR, NOBODY, PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene
 
 
 class Stream:
     """A client of an event stream; events are dicts {id, event, data}."""
 
     def __init__(self, daemon, path, last_event_id=None):
-        self.connection = http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=PATIENCE_S)
+        self.connection = daemon.connection(daemon.port)
         headers = {} if last_event_id is None else {"Last-Event-ID": str(last_event_id)}
         self.connection.request("GET", path, headers=headers)
         self.response = self.connection.getresponse()
@@ -77,12 +74,6 @@ class EventsOfAJob(OneDaemon):
         self.assertEqual(fractions, sorted(fractions))
         self.assertEqual(fractions[-1], 1)
 
-    def test_of_an_ended_job_are_its_end(self):
-        job = self.finished()
-        with Stream(self.daemon, job["links"]["events"]) as stream:
-            events = list(stream.events())
-        self.assertEqual([(event["event"], event["data"]["state"]) for event in events], [("done", "succeeded")])
-
     def test_resume_after_the_last_event_id(self):
         blocker = self.daemon.submit(long_scene())
         job_id = self.daemon.submit(scene())
@@ -105,22 +96,13 @@ class EventsOfAJob(OneDaemon):
                 self.assertEqual([event["data"]["state"] for event in stream.events()], ["succeeded"])
 
     def test_end_when_the_job_is_removed(self):
-        blocker = self.daemon.submit(long_scene())
-        job_id = self.daemon.submit(scene())
+        job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
             self.daemon.request("DELETE", f"/v1/jobs/{job_id}")
             self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "removed")
-        self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
-
-    def test_answer_head_without_streaming(self):
-        job = self.finished()
-        for path in (job["links"]["events"], "/v1/events"):
-            reply = self.daemon.request("HEAD", path)
-            self.assertEqual((reply.status, reply.headers["Content-Type"], reply.body), (200, "text/event-stream", b""))
 
 
 class EventsOfAllJobs(unittest.TestCase):
-
     def test_describe_their_jobs_and_select_a_batch(self):
         with Daemon() as daemon:
             batch = json_of(daemon.request("POST", "/v1/batches", {"scene": scene(name="frame"), "frames": [{}, {}]}))["id"]
@@ -151,8 +133,7 @@ class EventsOfAllJobs(unittest.TestCase):
             with Stream(daemon, "/v1/events") as stream:
                 daemon.submit(scene(name="one"))
                 last = stream.until(lambda event: event["event"] == "done")[-1]["id"]
-            missed = daemon.submit(scene(name="two"))
-            daemon.wait_for_end(missed)
+            missed = daemon.rendered(scene(name="two"))["id"]
             with Stream(daemon, "/v1/events", last) as stream:
                 seen = stream.until(lambda event: event["event"] == "done")
                 self.assertEqual({event["data"]["id"] for event in seen}, {missed})
@@ -164,22 +145,6 @@ class EventsOfAllJobs(unittest.TestCase):
                 reset = next(stream.events())
                 self.assertEqual(reset["event"], "reset")
                 self.assertGreater(reset["id"], last)
-
-    def test_are_limited_in_number(self):
-        with Daemon("--streams", "3") as daemon:
-            self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["streams"], 3)
-            held = [Stream(daemon, "/v1/events") for _ in range(3)]
-            reply = daemon.get("/v1/events")
-            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:too_many_streams"))
-            self.assertGreater(int(reply.headers["Retry-After"]), 0)
-            held.pop().__exit__()
-
-            def again():
-                with Stream(daemon, "/v1/events") as stream:
-                    return stream.response.status == 200
-            wait_until(again, "room for another stream")
-            for stream in held:
-                stream.__exit__()
 
     def test_occupy_no_threads(self):
         with Daemon("--handler-threads", "1") as daemon:
@@ -201,7 +166,3 @@ class EventsOfAllJobs(unittest.TestCase):
             events = list(stream.events())
             self.assertEqual(events[-1]["data"]["state"], "succeeded")
             self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

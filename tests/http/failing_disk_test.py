@@ -7,7 +7,6 @@ first library itself.
 """
 import collections
 import errno
-import hashlib
 import http.client
 import json
 import mmap
@@ -18,7 +17,7 @@ import tempfile
 import unittest
 
 from tests.http import kills, webhooks_test
-from tests.http.daemon import BIN, PATIENCE_S, SANITIZED, Daemon, json_of, scene, wait_until
+from tests.http.daemon import BIN, FAR, PATIENCE_S, SANITIZED, Daemon, json_of, scene, sha256, wait_until
 
 UPLOAD = b"solid none\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
 
@@ -93,9 +92,9 @@ class FailingDisk:
     def live(self, key, image_seed):
         """All that is written: an upload, a job with a small image and a large one, a job that is cancelled, one that is
         removed."""
-        self.request("PUT", f"/v1/assets/{hashlib.sha256(UPLOAD + key.encode()).hexdigest()}", UPLOAD + key.encode())
+        self.request("PUT", f"/v1/assets/{sha256(UPLOAD + key.encode())}", UPLOAD + key.encode())
         self.submit(key, scene(150, 150, accuracy={"samples": [1, 1], "seed": image_seed}, output={"formats": ["png", "exr"]}))
-        self.submit(key + "-later", scene(job={"run_after": "2999-01-01T00:00:00Z"}))
+        self.submit(key + "-later", scene(job={"run_after": FAR}))
         if key + "-later" in self.answered:
             job_id = json.loads(self.answered[key + "-later"][1])["id"]
             self.request("POST", f"/v1/jobs/{job_id}/cancel")
@@ -161,7 +160,7 @@ class EachStep(unittest.TestCase):
             states[job["state"]] += 1
             self.assertEqual(len(job["artifacts"]), 2)
             for artifact in job["artifacts"]:
-                self.assertEqual(hashlib.sha256(daemon.get(artifact["url"]).body).hexdigest(), artifact["sha256"])
+                self.assertEqual(sha256(daemon.get(artifact["url"]).body), artifact["sha256"])
                 images.add(artifact["sha256"])
         self.assertGreater(states["succeeded"], 0)
         known = {json.loads(body)["id"] for _, body in disk.answered.values()}
@@ -224,7 +223,3 @@ class WebhookStore(unittest.TestCase):
             wait_until(lambda: "disk_io_error" in disk.daemon.log(), "the failure to be logged")
             disk.alive_again()
         disk.submit(f"step-{step}", document)
-
-
-if __name__ == "__main__":
-    unittest.main()

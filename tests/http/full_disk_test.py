@@ -4,7 +4,6 @@ reason, and with room all is as before; also when the daemon is killed again and
 Mounting wants root; without it there is nothing to see here.
 """
 import contextlib
-import hashlib
 import os
 import pathlib
 import random
@@ -15,7 +14,7 @@ import time
 import unittest
 
 from tests.http import kills
-from tests.http.daemon import Daemon, json_of, scene, wait_until
+from tests.http.daemon import Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
 
 KILLS = int(os.environ.get("WHITTLE_FULL_DISK_KILLS", "10"))
 SEED = int(os.environ.get("WHITTLE_SEED", str(random.SystemRandom().randrange(10**9))))
@@ -61,16 +60,14 @@ class Disk:
         (self.directory / "filler").unlink(missing_ok=True)
 
 
-def problem_of(reply):
-    return json_of(reply)["type"].rpartition(":")[2]
-
-
 def is_ready(daemon):
     return daemon.health("/readyz").status == 200
 
 
 @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
 class FullDisk(unittest.TestCase):
+    assert_problem = OneDaemon.assert_problem
+
     def test_refuses_new_work_and_finishes_accepted_jobs(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
             running = daemon.start_job(scene(500, 400, samples=256, name="runs when it fills"))
@@ -82,12 +79,9 @@ class FullDisk(unittest.TestCase):
             for method, path, body in (("POST", "/v1/jobs", scene()), ("POST", "/v1/render", scene()),
                                        ("POST", "/v1/batches", {"scene": scene(), "frames": [{}]})):
                 reply = daemon.request(method, path, body)
-                self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"), path)
-                self.assertIn("bytes are free on the disk", json_of(reply)["detail"])
+                self.assertIn("bytes are free on the disk", self.assert_problem(reply, 503, "disk_full")["detail"])
                 self.assertGreater(int(reply.headers["Retry-After"]), 0)
-            upload = os.urandom(1000)
-            reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(upload).hexdigest()}", upload)
-            self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"))
+            self.assert_problem(put(daemon, os.urandom(1000)), 503, "disk_full")
             ready = daemon.health("/readyz")
             self.assertEqual(ready.status, 503)
             self.assertRegex(json_of(ready)["detail"], r"^disk: \d+ bytes are free on the disk, \d+ are kept")
@@ -104,7 +98,7 @@ class FullDisk(unittest.TestCase):
             disk.make_room()
             self.assertEqual(daemon.wait_for_end(waiting)["state"], "succeeded")
             wait_until(lambda: is_ready(daemon), "ready again")
-            self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+            daemon.rendered(scene())
 
     def test_renders_again_an_image_that_could_not_be_stored(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
@@ -114,8 +108,7 @@ class FullDisk(unittest.TestCase):
             disk.make_room()
             job = daemon.wait_for_end(job_id)
             self.assertEqual(job["state"], "succeeded", job["problem"])
-            reply = daemon.get(job["artifacts"][0]["url"])
-            self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
+            self.assertEqual(sha256(daemon.get(job["artifacts"][0]["url"]).body), job["artifacts"][0]["sha256"])
 
     def test_starts_on_a_full_disk(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
@@ -166,37 +159,27 @@ class FullDisk(unittest.TestCase):
 
 
 class Bounds(unittest.TestCase):
+    assert_problem = OneDaemon.assert_problem
+
     def test_limit_the_size_of_all_uploads(self):
         with Daemon("--uploads-bytes", "1000") as daemon:
-            def put(upload):
-                return daemon.request("PUT", f"/v1/assets/{hashlib.sha256(upload).hexdigest()}", upload)
-            self.assertEqual(put(b"a" * 600).status, 201)
-            refused = put(b"b" * 600)
-            self.assertEqual((refused.status, problem_of(refused)), (503, "uploads_full"))
-            self.assertIn("uploads_bytes", json_of(refused)["detail"])
-            self.assertEqual(put(b"a" * 600).status, 200, "what is there needs no room")
-            self.assertEqual(put(b"c" * 400).status, 201)
+            self.assertEqual(put(daemon, b"a" * 600).status, 201)
+            self.assertIn("uploads_bytes", self.assert_problem(put(daemon, b"b" * 600), 503, "uploads_full")["detail"])
+            self.assertEqual(put(daemon, b"a" * 600).status, 200, "what is there needs no room")
+            self.assertEqual(put(daemon, b"c" * 400).status, 201)
             self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["uploads_bytes"], 1000)
-            self.assertIn("whittle_upload_bytes 1000\n", daemon.health("/metrics").body.decode())
+            self.assertEqual(daemon.metrics()["whittle_upload_bytes"], 1000)
 
     def test_limit_the_size_of_all_spooled_bodies(self):
         with Daemon("--spool-bytes", str(1 << 20), "--disk-free-bytes", "0") as daemon:
-            large = b"x" * (3 << 20)
-            reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(large).hexdigest()}", large)
-            self.assertEqual((reply.status, problem_of(reply)), (503, "overloaded"))
-            self.assertIn("no space for another body", json_of(reply)["detail"])
+            self.assertIn("no space for another body", self.assert_problem(put(daemon, b"x" * (3 << 20)), 503, "overloaded")["detail"])
 
     @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
     def test_include_a_configurable_reserve(self):
         with Disk("64m") as disk:
             with Daemon("--disk-free-bytes", "0", data=disk.data) as daemon:
                 (disk.directory / "filler").write_bytes(bytes(disk.free() - (4 << 20)))
-                self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+                daemon.rendered(scene())
                 daemon.terminate()
             with Daemon(data=disk.data) as daemon:
-                reply = daemon.request("POST", "/v1/jobs", scene())
-                self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"))
-
-
-if __name__ == "__main__":
-    unittest.main()
+                self.assert_problem(daemon.request("POST", "/v1/jobs", scene()), 503, "disk_full")

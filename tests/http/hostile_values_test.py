@@ -1,11 +1,9 @@
 """Every field of the format with values that break programs: NaN, infinities, the ends of the numbers, null, the empty."""
 import copy
-import http.client
 import json
 import os
-import unittest
 
-from tests.http.daemon import PATIENCE_S, OneDaemon
+from tests.http.daemon import OneDaemon
 from tests.support.whittle import SOURCE
 
 NOT_JSON = ("NaN", "Infinity", "-Infinity")
@@ -66,7 +64,7 @@ def changes(document):
 
 class HostileValues(OneDaemon):
     def setUp(self):
-        self.kept = http.client.HTTPConnection("127.0.0.1", self.daemon.port, timeout=PATIENCE_S)
+        self.kept = self.daemon.connection(self.daemon.port)
         self.addCleanup(self.kept.close)
 
     def post(self, path, body):
@@ -103,9 +101,4 @@ class HostileValues(OneDaemon):
                 if status == 202:
                     self.daemon.request("POST", headers["Location"] + "/cancel")
         self.assertGreater(drawn, 500 / STEP)
-        started = [row for row in self.daemon.log_rows() if row["event"] == "worker_started"]
-        self.assertEqual(len(started), 1)
-
-
-if __name__ == "__main__":
-    unittest.main()
+        self.assertEqual(len(self.daemon.log_rows("worker_started")), 1)

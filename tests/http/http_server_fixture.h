@@ -59,17 +59,24 @@ class Client {
     return text;
   }
 
-  struct Response {
-    int status = 0;
-    std::string body;
-  };
-  Response read_reply() {
+  /// Reads the head of a reply; it is empty if the connection ends before.
+  std::string read_head() {
     std::string head;
     while (!head.ends_with("\r\n\r\n")) {
       const std::string byte = read(1);
       if (byte.empty()) return {};
       head += byte;
     }
+    return head;
+  }
+
+  struct Response {
+    int status = 0;
+    std::string body;
+  };
+  Response read_reply() {
+    const std::string head = read_head();
+    if (head.empty()) return {};
     const std::size_t length = head.find("Content-Length: ");
     const std::size_t size = length == std::string::npos ? 0 : std::stoul(head.substr(length + 16));
     return {std::stoi(head.substr(9, 3)), read(size)};
@@ -126,6 +133,13 @@ class HttpServerTest : public testing::Test {
         settings, routes, [this] { return std::to_string(++request_count); }, telemetry::Log(telemetry::Level::error));
   }
   Client client() const { return Client(server->port()); }
+  /// A handler that waits until `barrier` is open.
+  http::Handler slow() {
+    return [this](Request&) -> Answer {
+      barrier.wait();
+      return text("slow");
+    };
+  }
 
   /// Polls until `condition` holds, so that no test depends on the speed of the machine.
   static bool eventually(const std::function<bool()>& condition) {
@@ -134,6 +148,7 @@ class HttpServerTest : public testing::Test {
     return condition();
   }
 
+  Barrier barrier;
   std::vector<std::string> slow_paths;  ///< routes whose requests are handled one at a time
   http::HttpServerSettings settings;
   std::atomic<int> request_count = 0;

@@ -9,13 +9,9 @@ namespace http_server_test {
 namespace {
 
 TEST_F(HttpServerTest, AnswersOverloadedAtOnceIfTheHandlerQueueIsFull) {
-  Barrier barrier;
   settings.handler_threads = 1;
   settings.waiting_max = 2;
-  serve({{"/slow", [&](Request&) -> Answer {
-            barrier.wait();
-            return text("slow");
-          }}});
+  serve({{"/slow", slow()}});
   Client running = client(), first = client(), second = client(), third = client();
   running.send_get("/slow");
   ASSERT_TRUE(barrier.wait_for_waiters(1));
@@ -35,16 +31,15 @@ TEST_F(HttpServerTest, AnswersOverloadedAtOnceIfTheHandlerQueueIsFull) {
 }
 
 TEST_F(HttpServerTest, HandlesSlowRoutesOneAtATime) {
-  Barrier barrier;
   std::atomic<int> running = 0, running_max = 0;
-  const auto slow = [&](Request&) -> Answer {
+  const auto counted = [&](Request& request) -> Answer {
     running_max = std::max(running_max.load(), ++running);
-    barrier.wait();
+    const Answer answer = slow()(request);
     --running;
-    return text("slow");
+    return answer;
   };
   slow_paths = {"/a", "/b/{id}"};
-  serve({{"/a", slow}, {"/b/{id}", slow}});
+  serve({{"/a", counted}, {"/b/{id}", counted}});
   std::deque<Client> clients;
   for (const char* path : {"/a", "/b/1", "/%61", "/b/%32"}) clients.emplace_back(server->port()).send_get(path);
   ASSERT_TRUE(eventually([&] { return request_count == 4; }));
@@ -61,14 +56,10 @@ TEST_F(HttpServerTest, HandlesSlowRoutesOneAtATime) {
 }
 
 TEST_F(HttpServerTest, SlowRoutesTakeHalfOfTheQueue) {
-  Barrier barrier;
   settings.handler_threads = 2;
   settings.waiting_max = 4;
   slow_paths = {"/slow"};
-  serve({{"/slow", [&](Request&) -> Answer {
-            barrier.wait();
-            return text("slow");
-          }}});
+  serve({{"/slow", slow()}});
   Client running = client(), first = client(), second = client(), third = client(), other = client();
   running.send_get("/slow");
   ASSERT_TRUE(barrier.wait_for_waiters(1));
@@ -97,7 +88,6 @@ TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {
 }
 
 TEST_F(HttpServerTest, ReadsBodiesThatWaitForANetworkOnOtherThreads) {
-  Barrier barrier;
   settings.body_threads = 2;
   std::string bytes(3'500'000, '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
@@ -273,14 +263,8 @@ TEST_F(HttpServerTest, AnswersAProblemIfAWatchCannotStart) {
 }
 
 TEST_F(HttpServerTest, DrainAnswersReceivedRequestsAndRefusesConnections) {
-  Barrier barrier;
   Deferring deferring;
-  serve({{"/slow",
-          [&](Request&) -> Answer {
-            barrier.wait();
-            return text("slow");
-          }},
-         {"/wait", deferring.handler()}});
+  serve({{"/slow", slow()}, {"/wait", deferring.handler()}});
   Client idle = client(), running = client(), waiting = client();
   idle.send_get("/");
   EXPECT_EQ(idle.read_reply().body, "root");
@@ -305,11 +289,7 @@ TEST_F(HttpServerTest, DrainAnswersReceivedRequestsAndRefusesConnections) {
 }
 
 TEST_F(HttpServerTest, DrainReturnsAfterItsGracePeriod) {
-  Barrier barrier;
-  serve({{"/slow", [&](Request&) -> Answer {
-            barrier.wait();
-            return text("slow");
-          }}});
+  serve({{"/slow", slow()}});
   Client running = client();
   running.send_get("/slow");
   ASSERT_TRUE(barrier.wait_for_waiters(1));

@@ -1,7 +1,6 @@
 """Images: rendered while the client waits, or downloaded from a job."""
 import contextlib
 import hashlib
-import http.client
 import json
 import sqlite3
 import unittest
@@ -10,6 +9,7 @@ from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wai
 
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 EXR_MAGIC = b"\x76\x2f\x31\x01"
+LARGE = scene(150, 150, output={"formats": ["exr"]})  # too large for a row of the database
 
 
 class Damage(unittest.TestCase):
@@ -23,62 +23,38 @@ class Damage(unittest.TestCase):
         self.assertEqual(daemon.wait_for_end(job["id"])["state"], "succeeded")
         self.assertEqual(daemon.get(job["links"]["image"]).body, image)
 
-    def test_a_cut_or_missing_image_is_found_at_each_read(self):
-        with Daemon() as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
-            image = daemon.get(job["links"]["image"]).body
-            sha256 = hashlib.sha256(image).hexdigest()
+    def test_is_found_at_each_read(self):
+        with Daemon() as daemon, contextlib.closing(sqlite3.connect(daemon.data / "whittle.db")) as database:
+            large, small = (daemon.rendered(document) for document in (LARGE, scene()))
+            sha256 = large["artifacts"][0]["sha256"]
             file = daemon.data / sha256[:2] / sha256
-            for damage in (lambda: file.write_bytes(image[:-1]), lambda: file.write_bytes(image + b"?"),
-                           lambda: file.write_bytes(b""), file.unlink):
+            image, row = (daemon.get(job["links"]["image"]).body for job in (large, small))
+
+            def change_row():
+                with database:
+                    made = database.execute("UPDATE small_artifacts SET bytes = ?", (row[:-1] + bytes([row[-1] ^ 1]),))
+                self.assertEqual(made.rowcount, 1)
+            for job, whole, damage in ((large, image, lambda: file.write_bytes(image[:-1])), (large, image, lambda: file.write_bytes(image + b"?")),
+                                       (large, image, lambda: file.write_bytes(b"")), (large, image, file.unlink), (small, row, change_row)):
                 damage()
                 self.assert_damaged(daemon, job)
-                self.assert_rendered_again(daemon, job, image)
-
-    def test_a_changed_small_image_is_found_at_each_read(self):
-        with Daemon() as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene()))
-            image = daemon.get(job["links"]["image"]).body
-            changed = image[:-1] + bytes([image[-1] ^ 1])
-            with contextlib.closing(sqlite3.connect(daemon.data / "whittle.db")) as database, database:
-                made = database.execute("UPDATE small_artifacts SET bytes = ?", (changed,))
-                self.assertEqual(made.rowcount, 1)
-            self.assert_damaged(daemon, job)
-            self.assert_rendered_again(daemon, job, image)
+                self.assert_rendered_again(daemon, job, whole)
 
     def test_a_changed_image_is_an_error_and_rendered_again_by_a_retry(self):
         with Daemon() as daemon:
-            ids = [daemon.submit(scene(150, 150, output={"formats": ["exr"]})) for _ in range(2)]
-            jobs = [daemon.wait_for_end(job_id) for job_id in ids]
+            jobs = [daemon.rendered(LARGE) for _ in range(2)]
             sha256 = jobs[0]["artifacts"][0]["sha256"]
             image = daemon.get(jobs[0]["links"]["image"]).body
-            retried = daemon.request("POST", f"/v1/jobs/{ids[0]}/retry")
-            self.assertEqual(retried.status, 409, "it is undamaged")
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{jobs[0]['id']}/retry").status, 409, "it is undamaged")
             daemon.kill()
             file = daemon.data / sha256[:2] / sha256
             file.write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
             with Daemon(data=daemon.data) as restarted:
-                found = wait_until(lambda: [row["sha256"] for row in restarted.log_rows() if row["event"] == "artifact_damaged"], "the event")
-                self.assertEqual(found, [sha256], "found in the background")
-                reply = restarted.get(jobs[0]["links"]["image"])
-                self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"))
-                self.assertEqual(restarted.request("POST", f"/v1/jobs/{ids[0]}/retry").status, 202)
-                again = restarted.wait_for_end(ids[0])
-                self.assertEqual((again["state"], again["artifacts"][0]["sha256"]), ("succeeded", sha256))
-                for job in jobs:
-                    self.assertEqual(restarted.get(job["links"]["image"]).body, image, "equal images are one file")
-
-    def test_a_batch_with_a_changed_image_is_cut_short(self):
-        with Daemon() as daemon:
-            batch = json_of(daemon.request("POST", "/v1/batches", {
-                "scene": scene(150, 150, output={"formats": ["exr"]}), "frames": [{}]}))
-            job = wait_until(lambda: next((job for job in json_of(daemon.get(batch["links"]["jobs"]))["items"]
-                                           if job["state"] == "succeeded"), None), "the batch")
-            sha256 = job["artifacts"][0]["sha256"]
-            file = daemon.data / sha256[:2] / sha256
-            file.write_bytes(file.read_bytes()[:-1] + b"?")
-            with self.assertRaises(http.client.IncompleteRead):
-                daemon.get(batch["links"]["self"] + "/artifacts.tar")
+                found = wait_until(lambda: restarted.log_rows("artifact_damaged"), "the event")
+                self.assertEqual([row["sha256"] for row in found], [sha256], "found in the background")
+                self.assert_damaged(restarted, jobs[0])
+                self.assert_rendered_again(restarted, jobs[0], image)
+                self.assertEqual(restarted.get(jobs[1]["links"]["image"]).body, image, "equal images are one file")
 
 
 class Rendering(OneDaemon):
@@ -146,17 +122,14 @@ class Image(OneDaemon):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        job_id = cls.daemon.submit(scene(64, 48, output={"formats": ["png"]}))
-        cls.job = cls.daemon.wait_for_end(job_id)
+        cls.job = cls.daemon.rendered(scene(64, 48))
         cls.path = cls.job["links"]["image"]
-        assert cls.job["links"]["measurement"] is None, cls.job["links"]
         cls.whole = cls.daemon.get(cls.path).body
 
     def test_has_its_sha256_as_etag_and_is_immutable(self):
         reply = self.daemon.get(self.path)
         sha256 = hashlib.sha256(reply.body).hexdigest()
-        artifact = self.job["artifacts"][0]
-        self.assertEqual((artifact["sha256"], artifact["bytes"], artifact["url"]), (sha256, len(reply.body), self.path))
+        self.assertLessEqual({"sha256": sha256, "bytes": len(reply.body), "url": self.path}.items(), self.job["artifacts"][0].items())
         self.assertEqual(reply.headers["ETag"], f'"{sha256}"')
         self.assertIn("immutable", reply.headers["Cache-Control"])
         self.assertEqual(reply.headers["Accept-Ranges"], "bytes")
@@ -178,8 +151,14 @@ class Image(OneDaemon):
             self.assertEqual(self.daemon.get(self.path, Range="bytes=0-1", If_Range=if_range).status, status)
 
     def test_head_has_the_same_headers_without_a_body(self):
-        head, get = self.daemon.request("HEAD", self.path), self.daemon.get(self.path)
-        self.assertEqual((head.status, head.body), (200, b""))
+        connection = self.daemon.connection(self.daemon.port)
+        self.addCleanup(connection.close)
+        connection.request("HEAD", self.path)
+        head = connection.getresponse()
+        head.read()
+        connection.request("GET", self.path)  # the next reply begins where the headers ended
+        get = connection.getresponse()
+        self.assertEqual((head.status, get.status, get.read()), (200, 200, self.whole))
         for name in ("Content-Length", "Content-Type", "ETag", "Cache-Control"):
             self.assertEqual(head.headers[name], get.headers[name])
         self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))
@@ -188,7 +167,3 @@ class Image(OneDaemon):
         problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "image_not_found")
         self.assertIn("image.exr", problem["detail"])
         self.assert_problem(self.daemon.get(self.path.replace("png", "bmp")), 404, "not_found")
-
-
-if __name__ == "__main__":
-    unittest.main()

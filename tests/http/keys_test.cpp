@@ -158,7 +158,7 @@ TEST(Access, HasTheKeyOrRefuses) {
   const keys::KeyRing ring(*keys::parse(made.line));
   http::RequestHead head;
   head.path = "/v1/jobs";
-  head.headers = {{"authorization", "Bearer  " + made.token}};
+  head.headers = {{"host", "render.example.com"}, {"authorization", "Bearer  " + made.token}};  // any host is served
   const auto key = http::access_of(head, &ring);
   ASSERT_TRUE(key);
   EXPECT_EQ((*key)->name, "ann");

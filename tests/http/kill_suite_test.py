@@ -10,7 +10,7 @@ import time
 import unittest
 
 from tests.http import kills
-from tests.http.daemon import Daemon
+from tests.http.daemon import Daemon, sha256
 
 KILLS = int(os.environ.get("WHITTLE_KILLS", "60"))
 SEED = int(os.environ.get("WHITTLE_SEED", str(random.SystemRandom().randrange(10**9))))
@@ -46,7 +46,7 @@ class KillSuite(unittest.TestCase):
             self.assertGreater(len(answered), rounds)
             kills.check_jobs(self, daemon, answered, removed, of_clients.get("max_attempts", 1))
             for name in uploads:
-                self.assertEqual(kills.sha256(daemon.get(f"/v1/assets/{name}").body), name, "an acknowledged upload")
+                self.assertEqual(sha256(daemon.get(f"/v1/assets/{name}").body), name, "an acknowledged upload")
             self.assertLess(daemon.resident_bytes(), 256 << 20)
             self.assertLess(len(os.listdir(f"/proc/{daemon.process.pid}/fd")), 100)
             self.assertEqual(list((daemon.data / "spool").iterdir()), [])
@@ -71,7 +71,3 @@ class KillSuite(unittest.TestCase):
                 daemon.start()
         # A job that kills happen to hit three times is blameless, so it gets more attempts than that.
         self.survive(5 * KILLS, hurt, 1, {200, 202, 503}, max_attempts=10, pause_s=0.01)
-
-
-if __name__ == "__main__":
-    unittest.main()

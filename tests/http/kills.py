@@ -1,17 +1,12 @@
 """Clients of a daemon that is killed, and the checks that nothing accepted is lost, repeated or incomplete."""
 import collections
-import hashlib
 import http.client
 import json
 import random
 import re
 import threading
 
-from tests.http.daemon import json_of, scene, wait_until
-
-
-def sha256(content):
-    return hashlib.sha256(content).hexdigest()
+from tests.http.daemon import json_of, put, scene, sha256, wait_until
 
 
 class Client(threading.Thread):
@@ -57,7 +52,7 @@ class Client(threading.Thread):
                     self.daemon_under_test.request("DELETE", f"/v1/jobs/{json_of(reply)['id']}")
                 elif chance > 0.9:
                     content = self.random.randbytes(400_000)
-                    if self.daemon_under_test.request("PUT", f"/v1/assets/{sha256(content)}", content).status == 201:
+                    if put(self.daemon_under_test, content).status == 201:
                         self.uploads.add(sha256(content))
             except (OSError, http.client.HTTPException):
                 return  # killed, perhaps in the middle of a reply

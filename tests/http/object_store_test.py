@@ -1,7 +1,8 @@
 """Images and uploads in a bucket or a directory that several nodes share, and what happens while the bucket is away."""
-import hashlib
+import contextlib
 import http.client
 import io
+import json
 import os
 import pathlib
 import subprocess
@@ -11,11 +12,11 @@ import threading
 import unittest
 import urllib.parse
 
-from tests.http.daemon import Daemon, json_of, scene, wait_until
-from tests.http.uploads_test import TILE, hash_of, put, textured
+from tests.http.daemon import Daemon, json_of, put, scene, sha256, wait_until, whittled
+from tests.http.uploads_test import TILE, textured
 from tests.support.postgres import PostgresServer, programs
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
-from tests.support.whittle import BIN, only_in_long_runs
+from tests.support.whittle import only_in_long_runs
 
 SMALL = scene(32, 24)
 LARGE = scene(1200, 900, samples=1, output={"formats": ["png", "exr"]})  # its EXR has more than 1 MiB
@@ -56,19 +57,19 @@ class BucketTest(SharedFilesTest):
     def test_every_node_has_the_images_and_uploads_of_all(self):
         with Daemon() as alone:
             put(alone, TILE)
-            expected = alone.wait_for_end(alone.submit(textured(TILE)))["artifacts"]
+            expected = alone.rendered(textured(TILE))["artifacts"]
         a, b = self.node("--jobs", "1"), self.node("--jobs", "1")
         self.assertEqual(put(a, TILE).status, 201)
         self.assertEqual(put(b, TILE).status, 200)
-        self.assertEqual(b.get(f"/v1/assets/{hash_of(TILE)}").body, TILE)
+        self.assertEqual(b.get(f"/v1/assets/{sha256(TILE)}").body, TILE)
         jobs = [b.submit(textured(TILE, name=f"{i}")) for i in range(6)]
         for job in jobs:
             self.assertEqual(a.wait_for_end(job)["state"], "succeeded")
             self.assertEqual(a.job(job)["artifacts"][0]["sha256"], expected[0]["sha256"])
             images = [node.get(f"/v1/jobs/{job}/image.png").body for node in (a, b)]
-            self.assertEqual([hashlib.sha256(image).hexdigest() for image in images], [expected[0]["sha256"]] * 2)
+            self.assertEqual([sha256(image) for image in images], [expected[0]["sha256"]] * 2)
         self.assertEqual(len(self.keys("artifacts")), 1)
-        self.assertEqual(self.keys("assets"), [f"farm/assets/{hash_of(TILE)[:2]}/{hash_of(TILE)}"])
+        self.assertEqual(self.keys("assets"), [f"farm/assets/{sha256(TILE)[:2]}/{sha256(TILE)}"])
         for node in (a, b):
             self.assertFalse([path for path in node.data.rglob("*") if path.is_file() and path.name == expected[0]["sha256"]])
 
@@ -81,7 +82,7 @@ class BucketTest(SharedFilesTest):
         self.assertGreater(exr["bytes"], 1 << 20, "several parts")
         path = f"/v1/jobs/{jobs[0]}/image.exr"
         whole = node.get(path)
-        self.assertEqual(hashlib.sha256(whole.body).hexdigest(), exr["sha256"])
+        self.assertEqual(sha256(whole.body), exr["sha256"])
         part = node.get(path, Range="bytes=1048000-1049999")
         self.assertEqual((part.status, part.body), (206, whole.body[1048000:1050000]))
         self.assertEqual(node.get(path, Range="bytes=-10").body, whole.body[-10:])
@@ -89,7 +90,7 @@ class BucketTest(SharedFilesTest):
         head = node.request("HEAD", path)
         self.assertEqual((head.status, head.headers["Content-Length"]), (200, str(exr["bytes"])))
         archive = tarfile.open(fileobj=io.BytesIO(node.get(f"/v1/batches/{batch['id']}/artifacts.tar").body))
-        self.assertEqual(sorted(hashlib.sha256(archive.extractfile(each).read()).hexdigest() for each in archive),
+        self.assertEqual(sorted(sha256(archive.extractfile(each).read()) for each in archive),
                          sorted(artifact["sha256"] for each in jobs for artifact in node.job(each)["artifacts"]))
         animation = node.get(f"/v1/batches/{batch['id']}/animation.apng")
         self.assertEqual((animation.status, animation.body[:4]), (200, b"\x89PNG"))
@@ -112,11 +113,11 @@ class BucketTest(SharedFilesTest):
             self.assertEqual((reply.status, json_of(reply)["type"]), (500, "urn:whittle:problem:image_damaged"))
             self.assertEqual(node.request("POST", f"/v1/jobs/{job}/retry").status, 202)
             self.assertEqual(node.wait_for_end(job)["state"], "succeeded")
-            self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/{name}").body).hexdigest(), artifact["sha256"])
+            self.assertEqual(sha256(node.get(f"/v1/jobs/{job}/{name}").body), artifact["sha256"])
 
     def test_redirects_large_downloads(self):
         node = self.node("--artifact-redirect", "on")
-        job = node.wait_for_end(node.submit(LARGE))
+        job = node.rendered(LARGE)
         exr, png = artifact_of(job, "image.exr"), artifact_of(job, "image.png")
         reply = node.get(exr["url"])
         self.assertEqual((reply.status, reply.headers["Cache-Control"]), (307, "no-store"))
@@ -125,7 +126,7 @@ class BucketTest(SharedFilesTest):
         connection.request("GET", f"{url.path}?{url.query}")
         answer = connection.getresponse()
         self.assertEqual((answer.status, answer.headers["Content-Type"]), (200, exr["media_type"]))
-        self.assertEqual(hashlib.sha256(answer.read()).hexdigest(), exr["sha256"])
+        self.assertEqual(sha256(answer.read()), exr["sha256"])
         connection.close()
         self.assertEqual(node.get(png["url"]).status, 200, "it is small")
         self.assertEqual(node.get(exr["url"], Sec_Fetch_Mode="cors").status, 200, "a script of the page")
@@ -135,20 +136,18 @@ class BucketTest(SharedFilesTest):
     def test_whittle_submit_follows_redirects_without_its_key(self):
         with tempfile.TemporaryDirectory() as directory:
             directory = pathlib.Path(directory)
-            key = subprocess.run([BIN / "whittled", "--new-key", "a", "--keys", directory / "keys"], check=True, capture_output=True,
-                                 text=True).stdout.strip()
+            key = whittled("--new-key", "a", "--keys", directory / "keys").stdout.strip()
             node = self.node("--artifact-redirect", "on", "--keys", str(directory / "keys"))
-            (directory / "scene.json").write_text(str(LARGE).replace("'", '"'))
+            (directory / "scene.json").write_text(json.dumps(LARGE))
             subprocess.run([pathlib.Path("api/client/whittle-submit").resolve(), "--server", f"http://127.0.0.1:{node.port}", "scene.json", "--out", "out"],
                            cwd=directory, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
-            sums = {hashlib.sha256(path.read_bytes()).hexdigest() for path in (directory / "out").glob("scene*.*r")}
+            sums = {sha256(path.read_bytes()) for path in (directory / "out").glob("scene*.*r")}
             self.assertTrue(sums & {key.rpartition("/")[2] for key in self.keys("artifacts")})
             self.assertIn("307", str({row.get("status") for row in node.log_rows()}))
 
     def test_reports_a_bucket_that_cannot_be_used(self):
-        def errors(*options, environment=None):
-            result = subprocess.run([BIN / "whittled", "--check-config", *options], capture_output=True, text=True, check=False,
-                                    env={**os.environ, **(KEYS if environment is None else environment)}, cwd=tempfile.gettempdir())
+        def errors(*options, environment=KEYS):
+            result = whittled("--check-config", *options, environment=environment, cwd=tempfile.gettempdir())
             self.assertEqual(result.returncode, 2, result.stdout)
             return result.stderr
         good = self.options
@@ -177,7 +176,7 @@ class BucketTest(SharedFilesTest):
 class BackupTest(SharedFilesTest):
     def test_a_dump_and_then_a_copy_of_the_bucket_have_every_image(self):
         node = self.node()
-        deleted = node.wait_for_end(node.submit(scene(20, 10, name="deleted")))["id"]
+        deleted = node.rendered(scene(20, 10, name="deleted"))["id"]
         ending = threading.Event()
         jobs = []
 
@@ -208,7 +207,7 @@ class BackupTest(SharedFilesTest):
         for job in rows:
             image = restored.get(f"/v1/jobs/{job}/image.png")
             self.assertEqual(image.status, 200, image.body)
-            self.assertEqual(hashlib.sha256(image.body).hexdigest(), restored.job(job)["artifacts"][0]["sha256"])
+            self.assertEqual(sha256(image.body), restored.job(job)["artifacts"][0]["sha256"])
         print(f"restored {len(rows)} images of {len(rows)} succeeded jobs; {len(jobs)} were submitted during the backup")
         self.assertIn(deleted, rows)
         self.assertGreater(len(rows), 5)
@@ -218,100 +217,87 @@ class BackupTest(SharedFilesTest):
 
 
 class BucketAwayTest(SharedFilesTest):
-    def down(self):
+    @contextlib.contextmanager
+    def away(self):
         self.bucket.down()
+        try:
+            yield
+        finally:
+            self.bucket = self.bucket.up()
 
-    def up(self):
-        self.bucket = self.bucket.up()
+    @staticmethod
+    def wait_for_a_result_that_waits(node):
+        wait_until(lambda: node.log_rows("results_wait"), "a result that waits")
+
+    def assert_rendered_once(self, node, job):
+        ended = node.wait_for_end(job)
+        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+        self.assertEqual(sha256(node.get(f"/v1/jobs/{job}/image.png").body), ended["artifacts"][0]["sha256"])
+        return ended
 
     def test_finished_images_wait_on_the_disk_and_are_stored_afterwards(self):
         node = self.node("--jobs", "2")
-        before = node.submit(SMALL)
-        node.wait_for_end(before)
+        before = node.rendered(SMALL)["id"]
         slow = node.start_job(scene(800, 600, samples=16))
-        self.down()
-        try:
+        with self.away():
             jobs = [slow, *(node.submit(scene(40, 30, name=f"{i}")) for i in range(WAITING_JOBS))]
-            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
+            self.wait_for_a_result_that_waits(node)
             reply = node.get(f"/v1/jobs/{before}/image.png")
             self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:store_unavailable"))
             self.assertIn("retry-after", reply.headers)
             self.assertEqual(node.job(before)["state"], "succeeded", "jobs can be read")
             wait_until(lambda: all(node.job(job)["state"] == "running" for job in jobs), "all jobs, which two slots render")
-            wait_until(lambda: sum(row["event"] == "store_failure" for row in node.log_rows()) >= FAILED_TRIES, "some tries")
-        finally:
-            self.up()
+            wait_until(lambda: len(node.log_rows("store_failure")) >= FAILED_TRIES, "some tries")
         for job in jobs:
-            ended = node.wait_for_end(job)
-            self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
-            self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/image.png").body).hexdigest(), ended["artifacts"][0]["sha256"])
-        wait_until(lambda: any(row["event"] == "results_stored" for row in node.log_rows()), "the end of the waiting")
+            self.assert_rendered_once(node, job)
+        wait_until(lambda: node.log_rows("results_stored"), "the end of the waiting")
         print(f"bucket away for {FAILED_TRIES} tries: {len(jobs)} of {len(jobs)} results stored, 0 attempts lost")
 
     def test_starts_no_job_beyond_the_space_for_waiting_images(self):
         node = self.node("--jobs", "1", "--waiting-bytes", "1")
-        self.down()
-        try:
+        with self.away():
             first = node.submit(SMALL)
-            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
+            self.wait_for_a_result_that_waits(node)
             second = node.submit(SMALL)
-            wait_until(lambda: sum(row["event"] == "store_failure" for row in node.log_rows()) > 2, "some tries")
+            wait_until(lambda: len(node.log_rows("store_failure")) > 2, "some tries")
             self.assertEqual((node.job(first)["state"], node.job(second)["state"]), ("running", "queued"))
-        finally:
-            self.up()
         for job in (first, second):
-            self.assertEqual(node.wait_for_end(job)["state"], "succeeded")
+            self.assert_rendered_once(node, job)
 
     def test_a_job_whose_upload_cannot_be_fetched_loses_no_attempt(self):
         a = self.node()
         put(a, TILE)
         a.terminate()
         b = self.node()
-        self.down()
-        try:
+        with self.away():
             job = b.submit(textured(TILE))
             wait_until(lambda: "assets_unavailable" in b.get(f"/v1/jobs/{job}/history").body.decode(), "its return to the queue")
-        finally:
-            self.up()
-        ended = b.wait_for_end(job)
-        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+        self.assert_rendered_once(b, job)
 
     def test_a_cached_image_that_is_away_is_rendered_again(self):
         node = self.node()
         document = scene(32, 24, job={"cache": "use"})
-        first = node.wait_for_end(node.submit(document))
-        self.down()
-        try:
+        first = node.rendered(document)
+        with self.away():
             job = node.submit(document)
-            wait_until(lambda: any(row["event"] == "results_wait" for row in node.log_rows()), "a result that waits")
-        finally:
-            self.up()
-        ended = node.wait_for_end(job)
-        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
-        self.assertEqual(ended["artifacts"][0]["sha256"], first["artifacts"][0]["sha256"])
+            self.wait_for_a_result_that_waits(node)
+        self.assertEqual(self.assert_rendered_once(node, job)["artifacts"][0]["sha256"], first["artifacts"][0]["sha256"])
 
     def test_a_killed_node_loses_no_job(self):
         a = self.node()
-        self.down()
-        try:
+        with self.away():
             job = a.submit(SMALL)
-            wait_until(lambda: any(row["event"] == "results_wait" for row in a.log_rows()), "a result that waits")
+            self.wait_for_a_result_that_waits(a)
             a.kill()
-        finally:
-            self.up()
         self.server.sql(self.name, "UPDATE jobs SET lease_until = 1 WHERE state = 'running'")
-        b = self.node()
-        ended = b.wait_for_end(job)
-        self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
+        self.assert_rendered_once(self.node(), job)
 
 
 class SharedDirectoryTest(SharedFilesTest):
     def setUp(self):
         super().setUp()
-        directory = tempfile.TemporaryDirectory()
-        self.addCleanup(directory.cleanup)
-        self.directory = pathlib.Path(directory.name)
-        self.options = (*self.database, "--artifacts", directory.name)
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.options = (*self.database, "--artifacts", str(self.directory))
 
     def test_every_node_has_the_images_and_uploads_of_all(self):
         a, b = self.node("--jobs", "1"), self.node("--jobs", "1")
@@ -321,15 +307,10 @@ class SharedDirectoryTest(SharedFilesTest):
             ended = b.wait_for_end(job)
             self.assertEqual(ended["state"], "succeeded")
             for node in (a, b):
-                self.assertEqual(hashlib.sha256(node.get(f"/v1/jobs/{job}/image.png").body).hexdigest(), ended["artifacts"][0]["sha256"])
-        self.assertTrue((self.directory / "assets" / hash_of(TILE)[:2] / hash_of(TILE)).exists())
+                self.assertEqual(sha256(node.get(f"/v1/jobs/{job}/image.png").body), ended["artifacts"][0]["sha256"])
+        self.assertTrue((self.directory / "assets" / sha256(TILE)[:2] / sha256(TILE)).exists())
 
     def test_reports_what_needs_a_bucket(self):
-        result = subprocess.run([BIN / "whittled", "--check-config", *self.options, "--artifact-redirect", "on"], capture_output=True, text=True,
-                                check=False, cwd=tempfile.gettempdir())
+        result = whittled("--check-config", *self.options, "--artifact-redirect", "on", cwd=tempfile.gettempdir())
         self.assertEqual(result.returncode, 2)
         self.assertIn("--artifact-redirect: needs --artifacts with a bucket", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,23 +3,15 @@ import contextlib
 import json
 import os
 import pathlib
-import re
 import shutil
 import sqlite3
-import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene, wait_until
-
-
-def whittled(*arguments, environment=None):
-    return subprocess.run([BIN / "whittled", *arguments], capture_output=True, text=True, check=False, timeout=60,
-                          env=environment or {})
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until, whittled
 
 
 class Options(unittest.TestCase):
-
     def test_everything_that_would_stop_the_start_is_reported_at_once(self):
         with tempfile.TemporaryDirectory() as directory:
             directory = pathlib.Path(directory)
@@ -60,7 +52,7 @@ class Options(unittest.TestCase):
             self.assertIn("warning: --data: ", result.stderr)
 
     def test_check_config_prints_the_options_in_file_format(self):
-        first = whittled("--check-config", "--jobs", "3", "--log-level", "debug")
+        first = whittled("--check-config", "--jobs", "3", "--log-level", "debug", "--listen", "[::1]:81")
         self.assertEqual(first.returncode, 0)
         self.assertIn("jobs = 3\n", first.stdout)
         with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
@@ -75,8 +67,7 @@ class Options(unittest.TestCase):
             ready = wait_until(lambda: (answer := whittled("--probe", "--health-listen", place)).returncode == 0 and answer, "the worker to start")
         self.assertEqual((ready.stdout, ready.stderr), ("", f"whittled: {place}: ready\n"))
         gone = whittled("--probe", "--health-listen", place)
-        self.assertEqual(gone.returncode, 1)
-        self.assertEqual(gone.stdout, "")
+        self.assertEqual((gone.returncode, gone.stdout), (1, ""))
         self.assertRegex(gone.stderr, f"{place}: no answer .*health_listen")
         with Daemon("--disk-free-bytes", str(1 << 50)) as daemon:
             place = f"127.0.0.1:{daemon.health_port}"
@@ -98,17 +89,14 @@ class Options(unittest.TestCase):
         mesh = {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
                 "triangles": [[0, 1, 2], [1, 3, 2]], "material": {}}
         light = {"type": "point", "position": [0, 5, 0]}
-        for flag, bad, named in (("--pixels", scene(20, 20), "399"),
-                                 ("--samples-times-pixels", scene(20, 20), "399"),
-                                 ("--objects", scene(objects=[sphere] * 400), "399"),
-                                 ("--triangles", scene(objects=[mesh] * 200), "399"),
-                                 ("--lights", scene(lights=[light] * 400), "399")):
+        for flag, bad in (("--pixels", scene(20, 20)), ("--samples-times-pixels", scene(20, 20)), ("--objects", scene(objects=[sphere] * 400)),
+                          ("--triangles", scene(objects=[mesh] * 200)), ("--lights", scene(lights=[light] * 400))):
             with self.subTest(flag), Daemon(flag, "399") as daemon:
                 reply = daemon.request("POST", "/v1/jobs", bad)
                 self.assertEqual(reply.status, 422, reply.body)
                 errors = json_of(reply)["errors"]
                 self.assertEqual([error["code"] for error in errors], ["limit_exceeded"], errors)
-                self.assertIn(named, errors[0]["detail"])
+                self.assertIn("399", errors[0]["detail"])
                 self.assertEqual(daemon.request("POST", "/v1/jobs", scene(15, 15)).status, 202)
 
     def test_limits_on_running_jobs_stop_them(self):
@@ -136,9 +124,7 @@ class Options(unittest.TestCase):
             self.assertEqual(daemon.get("/").status, 200)
             self.assertEqual([row for row in daemon.log_rows() if row["level"] in ("debug", "info")], [])
         with Daemon() as daemon:
-            start = [row for row in daemon.log_rows() if row["event"] == "starting"]
-            self.assertEqual(len(start), 1)
-            self.assertEqual(start[0]["render_wait_s"], "60")
+            self.assertEqual([row["render_wait_s"] for row in daemon.log_rows("starting")], ["60"])
 
     def test_the_oldest_images_are_deleted_above_artifact_bytes(self):
         with Daemon("--artifact-bytes", "1") as daemon:
@@ -146,14 +132,12 @@ class Options(unittest.TestCase):
             job = wait_until(lambda: (job := daemon.job(job_id))["expired"] and job, "the images to expire")
             self.assertEqual((job["state"], job["artifacts"]), ("succeeded", []))
             self.assertEqual(daemon.get(f"/v1/jobs/{job_id}/image.png").status, 410)
-            metrics = daemon.health("/metrics").body.decode()
-        for line in ('whittle_jobs_expired_total{reason="artifact_bytes"} 1', "whittle_artifact_bytes 0", "whittle_artifact_limit_bytes 1"):
-            self.assertIn(f"\n{line}\n", metrics)
+            expected = {'whittle_jobs_expired_total{reason="artifact_bytes"}': 1, "whittle_artifact_bytes": 0, "whittle_artifact_limit_bytes": 1}
+            self.assertLessEqual(expected.items(), daemon.metrics().items())
 
     def test_images_may_have_half_of_the_disk_by_default(self):
         with Daemon() as daemon:
-            metrics = daemon.health("/metrics").body.decode()
-            limit = float(re.search(r"^whittle_artifact_limit_bytes (\S+)$", metrics, re.MULTILINE).group(1))
+            limit = daemon.metrics()["whittle_artifact_limit_bytes"]
             self.assertAlmostEqual(limit / shutil.disk_usage(daemon.data).total, 0.5, delta=0.01)
 
     def test_port_and_directory_in_use_are_reported(self):
@@ -165,7 +149,3 @@ class Options(unittest.TestCase):
                 last = [json.loads(line) for line in result.stderr.splitlines()][-1]
                 self.assertEqual(last["event"], "startup_failed")
                 self.assertIn(word, last["detail"])
-
-
-if __name__ == "__main__":
-    unittest.main()

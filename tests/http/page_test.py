@@ -1,7 +1,6 @@
 """The page at / and its files: negotiation, caching, policy, compression; the build of the files."""
 import base64
 import gzip
-import hashlib
 import json
 import os
 import pathlib
@@ -10,7 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import Daemon, OneDaemon, json_of
+from tests.http.daemon import Daemon, OneDaemon, json_of, sha256
 from tests.support.sources import SOURCE, text
 from tests.support.whittle import BIN
 
@@ -25,6 +24,12 @@ def build(cache, out):
     subprocess.run(["/usr/bin/python3", SOURCE / "server/web/build.py", cache, out], check=True, timeout=400)
     (tree,) = re.findall(r'return "([0-9a-f]{16})"', (pathlib.Path(out) / "page_table.cpp").read_text(encoding="ascii"))
     return tree
+
+
+def node(script, *arguments):
+    """The output of a module in the directory of the page's sources."""
+    return subprocess.run(["node", "--input-type=module", "--eval", script, *arguments], cwd=CACHE / "sources", check=True, capture_output=True,
+                          text=True, timeout=60).stdout
 
 
 class Page(OneDaemon):
@@ -48,11 +53,9 @@ class Page(OneDaemon):
 
     def test_has_a_strict_policy(self):
         headers = self.page().headers
-        self.assertEqual(headers["Content-Security-Policy"], POLICY)
-        self.assertEqual(headers["Referrer-Policy"], "no-referrer")
-        self.assertEqual(headers["Cross-Origin-Opener-Policy"], "same-origin")
-        self.assertEqual(headers["Cross-Origin-Resource-Policy"], "same-origin")
-        self.assertEqual((headers["Vary"], headers["Cache-Control"]), ("Accept, Accept-Encoding", "no-cache"))
+        expected = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cross-Origin-Opener-Policy": "same-origin",
+                    "Cross-Origin-Resource-Policy": "same-origin", "Vary": "Accept, Accept-Encoding", "Cache-Control": "no-cache"}
+        self.assertEqual({name: headers[name] for name in expected}, expected)
 
     def test_names_no_other_host_and_holds_no_inline_code(self):
         page = self.page().body.decode()
@@ -76,7 +79,7 @@ class Page(OneDaemon):
         for path in paths:
             raw, packed = self.daemon.get(path), self.daemon.get(path, Accept_Encoding="br, gzip")
             self.assertEqual((raw.status, packed.status, raw.headers["Cache-Control"]), (200, 200, "max-age=31536000, immutable"), path)
-            self.assertIn(hashlib.sha256(raw.body).hexdigest(), raw.headers["ETag"])
+            self.assertIn(sha256(raw.body), raw.headers["ETag"])
             self.assertEqual((raw.headers["X-Content-Type-Options"], raw.headers["Vary"]), ("nosniff", "Accept-Encoding"))
             self.assertEqual((packed.headers["Content-Encoding"], gzip.decompress(packed.body) == raw.body), ("gzip", True), path)
             self.assertNotEqual(raw.headers["ETag"], packed.headers["ETag"])
@@ -122,9 +125,8 @@ class Build(unittest.TestCase):
         texts = [bytes(i * 7 % 256 for i in range(size)) for size in (0, 1, 55, 56, 63, 64, 65, 119, 120, 1000, 20_003)]
         script = """import {plainSha256} from './sha256.js';
           for (const text of JSON.parse(process.argv[1])) console.log(plainSha256(Uint8Array.from(Buffer.from(text, 'base64')).buffer));"""
-        done = subprocess.run(["node", "--input-type=module", "--eval", script, json.dumps([base64.b64encode(each).decode() for each in texts])],
-                              cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.stdout.split(), [hashlib.sha256(each).hexdigest() for each in texts])
+        hashes = node(script, json.dumps([base64.b64encode(each).decode() for each in texts])).split()
+        self.assertEqual(hashes, [sha256(each) for each in texts])
 
     def test_camera_moves_keep_the_distance(self):
         """Orbiting turns about look_at; a pan moves both points alike."""
@@ -133,8 +135,7 @@ class Build(unittest.TestCase):
           const arm = ({position, look_at}) => position.map((x, i) => x - look_at[i]);
           for (const turned of [orbited(view, 0.7, 0.3), orbited(view, -2, 5), panned(view, 0.2, -0.1)]) console.log(length(arm(turned)) / length(arm(view)));
           console.log(length(arm(panned(view, 0.2, 0.1)).map((x, i) => x - arm(view)[i])));"""
-        done = subprocess.run(["node", "--input-type=module", "--eval", script], cwd=CACHE / "sources", check=True, capture_output=True, text=True, timeout=60)
-        *ratios, shift = map(float, done.stdout.split())
+        *ratios, shift = map(float, node(script).split())
         for ratio in ratios:
             self.assertAlmostEqual(ratio, 1, places=12)
         self.assertAlmostEqual(shift, 0, places=12)
@@ -149,7 +150,3 @@ class Build(unittest.TestCase):
                 self.assertRegex(package["integrity"], r"^sha512-", name)
                 self.assertNotIn("resolved", package)
         self.assertNotIn("://", text("server/web/package-lock.json"))
-
-
-if __name__ == "__main__":
-    unittest.main()

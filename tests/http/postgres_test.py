@@ -1,10 +1,8 @@
 """The daemon with a PostgreSQL database: the same interface, and what happens when the database is away."""
-import subprocess
 import unittest
 
-from tests.http.daemon import Daemon, json_of, scene, wait_until
+from tests.http.daemon import FAR, Daemon, json_of, scene, wait_until, whittled
 from tests.support.postgres import PostgresServer
-from tests.support.whittle import BIN
 
 SMALL = scene(32, 24)
 
@@ -23,27 +21,23 @@ class PostgresTest(unittest.TestCase):
         images = []
         for options in ((), self.option):
             with Daemon(*options) as daemon:
-                job = daemon.submit(SMALL)
-                self.assertEqual(daemon.wait_for_end(job)["state"], "succeeded")
-                images.append(daemon.get(f"/v1/jobs/{job}/image.png").body)
+                images.append(daemon.get(daemon.rendered(SMALL)["links"]["image"]).body)
         self.assertEqual(images[0], images[1])
 
     def test_keeps_the_jobs_over_kill_9(self):
         with Daemon(*self.option) as daemon:
-            done = daemon.submit(SMALL)
-            daemon.wait_for_end(done)
-            image = daemon.get(f"/v1/jobs/{done}/image.png").body
-            waiting = daemon.submit(scene(job={"run_after": "2100-01-01T00:00:00Z"}))
+            path = daemon.rendered(SMALL)["links"]["image"]
+            image = daemon.get(path).body
+            waiting = daemon.submit(scene(job={"run_after": FAR}))
             daemon.kill()
             daemon.start()
-            self.assertEqual(daemon.get(f"/v1/jobs/{done}/image.png").body, image)
+            self.assertEqual(daemon.get(path).body, image)
             self.assertEqual(daemon.job(waiting)["state"], "queued")
             self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 2)
 
     def test_answers_503_while_the_database_is_away(self):
         with Daemon(*self.option) as daemon:
-            job = daemon.submit(SMALL)
-            daemon.wait_for_end(job)
+            job = daemon.rendered(SMALL)["id"]
             for end in (self.server.stop, self.server.kill):
                 end()
                 try:
@@ -54,15 +48,14 @@ class PostgresTest(unittest.TestCase):
                 finally:
                     self.server.start()
                 wait_until(lambda: daemon.get(f"/v1/jobs/{job}").status == 200, "the database")
-                self.assertEqual(daemon.wait_for_end(daemon.submit(SMALL))["state"], "succeeded")
+                daemon.rendered(SMALL)
 
     def test_a_render_survives_the_absence_of_the_database(self):
         with Daemon(*self.option) as daemon:
             job = daemon.start_job(scene(800, 600, samples=16))
             self.server.stop()
             try:
-                wait_until(lambda: any(row["event"] == "store_failure" and row["during"] == "succeed"
-                                       for row in daemon.log_rows()), "the end of the render")
+                wait_until(lambda: any(row["during"] == "succeed" for row in daemon.log_rows("store_failure")), "the end of the render")
             finally:
                 self.server.start()
             wait_until(lambda: daemon.get(f"/v1/jobs/{job}").status == 200, "the database")
@@ -70,12 +63,10 @@ class PostgresTest(unittest.TestCase):
             self.assertEqual((ended["state"], ended["attempt"]), ("succeeded", 1))
 
     def test_reports_a_database_that_cannot_be_used(self):
-        refused = (("postgres://nobody@/none?host=/nonexistent", "PostgreSQL: "), ("no=connection", "PostgreSQL: "))
-        for database, sentence in refused:
-            result = subprocess.run([BIN / "whittled", "--check-config", "--database", database], capture_output=True,
-                                    text=True, check=False, cwd=self.server.directory)
+        for database in ("postgres://nobody@/none?host=/nonexistent", "no=connection"):
+            result = whittled("--check-config", "--database", database, cwd=self.server.directory)
             self.assertEqual(result.returncode, 2, result.stderr)
-            self.assertIn(f"whittled: --database: {sentence}", result.stderr)
+            self.assertIn("whittled: --database: PostgreSQL: ", result.stderr)
 
     def test_shows_no_password(self):
         uri = self.option[1].replace("postgres@", "postgres:hunter2@")
@@ -85,11 +76,6 @@ class PostgresTest(unittest.TestCase):
                 self.assertNotIn("hunter2", daemon.log())
 
     def test_backup_points_to_the_tool_of_the_database(self):
-        result = subprocess.run([BIN / "whittled", *self.option, "--backup", "copy"], capture_output=True, text=True,
-                                check=False, cwd=self.server.directory)
+        result = whittled(*self.option, "--backup", "copy", cwd=self.server.directory)
         self.assertEqual(result.returncode, 2)
         self.assertIn("pg_dump", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

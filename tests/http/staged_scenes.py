@@ -1,11 +1,10 @@
 """Scenes that each spend most of their time in one stage of a job: parsing, building, tracing or encoding."""
-import hashlib
 import json
 import random
 import struct
 import zlib
 
-from tests.http.daemon import scene
+from tests.http.daemon import put, scene, sha256
 from tests.support.images import write_png
 
 
@@ -79,8 +78,12 @@ def mirrors():
             for x in (-0.6, 0.6) for z in (-0.6, 0.6)]
 
 
-def staged_scenes(upload):
-    """{name: body of POST /v1/jobs}; `upload` maps the bytes of an asset to its name in the document."""
+def staged_scenes(daemon):
+    """{name: body of POST /v1/jobs}, whose assets `daemon` has."""
+    def upload(content):
+        reply = put(daemon, content)
+        assert reply.status in (200, 201), reply.body
+        return f"sha256:{sha256(content)}"
     positions, triangles = grid(29)
     return {
         "large document": with_object({"type": "mesh", "positions": positions, "triangles": triangles,
@@ -93,13 +96,3 @@ def staged_scenes(upload):
         "adaptive sampling": scene(80, 60, objects=mirrors(), accuracy={"target_error": 0.3}),
         "encoding": scene(500, 400, output={"formats": ["png", "exr"]}),
     }
-
-
-def uploader(daemon):
-    """A function that uploads bytes as an asset of `daemon` and returns the asset's name."""
-    def upload(data):
-        sha256 = hashlib.sha256(data).hexdigest()
-        reply = daemon.request("PUT", f"/v1/assets/{sha256}", data)
-        assert reply.status in (200, 201), reply.body
-        return f"sha256:{sha256}"
-    return upload

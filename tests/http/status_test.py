@@ -1,8 +1,7 @@
 """GET /v1/status: the health of the service for clients, from the same source as the metrics."""
-import re
 import unittest
 
-from tests.http.daemon import SANITIZED, Daemon, OneDaemon, json_of, scene, wait_until
+from tests.http.daemon import FAR, SANITIZED, Daemon, OneDaemon, json_of, scene, wait_until
 
 SERIES = ("queued", "running", "ended", "failed", "wait_p50_ms", "wait_p95_ms", "rays", "rss_bytes")
 
@@ -17,11 +16,9 @@ class Status(OneDaemon):
 
     def test_equals_the_metrics_at_rest(self):
         self.finished()
-        self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        self.daemon.submit(scene(job={"run_after": FAR}))
         wait_until(lambda: self.status()["ready"], "readiness")
-        status = self.status()
-        text = self.daemon.health("/metrics").body.decode()
-        metrics = {name: float(value) for name, value in re.findall(r"(?m)^(whittle_\S+|process_\S+) (\S+)$", text)}
+        status, metrics = self.status(), self.daemon.metrics()
         worker, = status["workers"]
         self.assertEqual((worker["pid"], worker["jobs"], worker["places"]), (self.daemon.worker(), 0, 2))
         if "thread" not in SANITIZED:  # no sandbox there
@@ -57,7 +54,6 @@ class Status(OneDaemon):
         self.daemon.request("POST", f"/v1/jobs/{running}/cancel")
         self.daemon.wait_for_end(running)
 
-
     def test_leaves_the_history_out_for_frequent_requests(self):
         whole, short = self.daemon.get("/v1/status?history=true"), self.daemon.get("/v1/status?history=false")
         self.assertIsNone(json_of(short)["history"])
@@ -73,7 +69,3 @@ class UnreadyStatus(unittest.TestCase):
             daemon.process.terminate()
             status = wait_until(lambda: (now := json_of(daemon.get("/v1/status")))["draining"] and now, "draining")
             self.assertEqual((status["ready"], status["reason"]), (False, "draining"))
-
-
-if __name__ == "__main__":
-    unittest.main()

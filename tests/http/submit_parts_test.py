@@ -219,7 +219,3 @@ class Requests(unittest.TestCase):
             done, _ = self.submit(responses=[(status, {})])
             self.assertEqual(done.returncode, 3, done.stderr)
             self.assertIn("does not accept jobs", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,7 +8,6 @@ import random
 import subprocess
 import tempfile
 import time
-import unittest
 
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
@@ -369,7 +368,3 @@ class Recovery(SubmitTest):
         self.assertEqual(process.returncode, 0, output)
         self.assertGreater(relay.cuts, 0)
         self.assert_complete_without_duplicates()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,14 +1,12 @@
 """GET /v1/jobs/{id}/view.png: layers of finished images."""
 import os
 import signal
-import unittest
 
 import numpy
 
 from tests.http.daemon import OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_exr_channels, read_png
 
-NOBODY = "0190a000-0000-7000-8000-000000000001"
 LAYERS = ["depth", "normal", "albedo", "object_id", "samples", "error"]
 CHANNELS = {"depth": ["Z"], "normal": ["normal.X", "normal.Y", "normal.Z"], "albedo": ["albedo.R", "albedo.G", "albedo.B"],
             "samples": ["samples"], "error": ["error"], "color": ["R", "G", "B"], "object_id": ["object_id"]}
@@ -21,13 +19,14 @@ def srgb(linear):
 
 
 class Views(OneDaemon):
-    def setUp(self):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
         document = scene(60, 40, samples=4, output={"formats": ["png", "exr"], "layers": LAYERS})
         document["accuracy"] = {"target_error": 2}
         document["objects"] = document["objects"][:1] + [{**document["objects"][0], "center": [1, 0.5, 0]}]
-        self.job = self.daemon.wait_for_end(self.daemon.submit(document))
-        self.assertEqual(self.job["state"], "succeeded", self.job["problem"])
-        self.channels = read_exr_channels(self.daemon.get(f"/v1/jobs/{self.job['id']}/image.exr").body)
+        cls.job = cls.daemon.rendered(document)
+        cls.channels = read_exr_channels(cls.daemon.get(f"/v1/jobs/{cls.job['id']}/image.exr").body)
 
     def values(self, layer):
         return numpy.stack([self.channels[name] for name in CHANNELS[layer]], axis=-1).astype(float)
@@ -46,8 +45,7 @@ class Views(OneDaemon):
     def test_waits_for_a_worker_that_starts(self):
         worker = self.daemon.worker()
         os.kill(worker, signal.SIGKILL)
-        wait_until(lambda: any(row["event"] == "worker_ended" and row["pid"] == str(worker) for row in self.daemon.log_rows()),
-                   "its end")
+        wait_until(lambda: str(worker) in (row["pid"] for row in self.daemon.log_rows("worker_ended")), "its end")
         self.assert_codes(self.viewed("?exposure=0.5"), srgb(self.values("color") * 2**0.5))
 
     def test_color_has_an_exposure(self):
@@ -131,7 +129,3 @@ class Views(OneDaemon):
         stored.unlink()
         self.assert_problem(self.view(job=job["id"]), 500, "image_damaged")
         self.assertEqual(json_of(self.daemon.get("/v1/status"))["ready"], True)
-
-
-if __name__ == "__main__":
-    unittest.main()

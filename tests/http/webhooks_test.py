@@ -9,8 +9,7 @@ import tempfile
 import threading
 import unittest
 
-from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
-from tests.http.options_test import whittled
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until, whittled
 
 SECRET = bytes(range(32))
 SECRET_TEXT = "whsec_" + base64.b64encode(SECRET).decode()
@@ -114,8 +113,7 @@ class Delivery(WithReceiver):
             self.assertEqual((delivery["state"], delivery["event"], delivery["attempts"][0]["status"]),
                              ("delivered", f"job.{state}", 204))
             self.assertEqual(delivery["id"], headers["webhook-id"])
-        log = daemon.log()
-        self.assertNotIn(SECRET_TEXT, log)
+        self.assertNotIn(SECRET_TEXT, daemon.log())
 
     def test_continues_after_kills_with_the_same_message(self):
         receiver = self.receiver((500, {}))
@@ -185,7 +183,6 @@ class AddressFilter(WithReceiver):
         daemon = self.daemon()
         daemon.wait_for_end(self.submit(daemon, receiver.url()))
         self.assertEqual(daemon.terminate(), 0)
-        daemon.start()
 
 
 class Options(WithReceiver):
@@ -197,19 +194,13 @@ class Options(WithReceiver):
             self.assertEqual((issue["pointer"], issue["code"]), ("#/job/webhook", "unsupported"))
             self.assertIn("--webhook-secret-file", issue["detail"])
 
-    def test_invalid_ones_are_reported_without_the_secret(self):
+    def test_an_invalid_secret_is_not_shown(self):
         bad = self.directory / "bad"
         bad.write_text("whsec_c2hvcnQgYnV0IHNlY3JldA==", encoding="ascii")
-        ports = ("--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.directory / "data")
-        for options, word in ((("--webhook-secret-file", self.directory / "none"), "cannot read"),
-                              (("--webhook-secret-file", bad), "24 to 64 bytes"),
-                              (("--webhook-networks", "localhost"), "10.0.0.0/8")):
-            for task in ((), ("--check-config",)):
-                result = whittled(*ports, *options, *task)
-                self.assertEqual(result.returncode, 2)
-                self.assertIn(f"whittled: {options[0]}: ", result.stderr)
-                self.assertIn(word, result.stderr)
-                self.assertNotIn("c2hvcnQ", result.stderr)
+        result = whittled("--check-config", "--webhook-secret-file", bad)
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, "whittled: --webhook-secret-file: .*24 to 64 bytes")
+        self.assertNotIn("c2hvcnQ", result.stderr)
 
 
 class Calls(WithReceiver):
@@ -217,14 +208,11 @@ class Calls(WithReceiver):
         receiver = self.receiver((410, {}))  # abandoned at once
         daemon = self.daemon()
         job_id = self.submit(daemon, receiver.url())
-        def delivery():
-            items = json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries"))["items"]
-            return items[0] if items else {"state": "none", "attempts": []}
-        wait_until(lambda: delivery()["state"] == "abandoned", "the refused delivery")
-        reply = daemon.request("POST", f"/v1/jobs/{job_id}/deliveries/{delivery()['id']}/redeliver")
+        refused = wait_until(lambda: [each for each in self.deliveries(daemon, job_id) if each["state"] == "abandoned"], "the refused delivery")
+        reply = daemon.request("POST", f"/v1/jobs/{job_id}/deliveries/{refused[0]['id']}/redeliver")
         self.assertEqual(reply.status, 202)
-        wait_until(lambda: delivery()["state"] == "delivered", "the second delivery")
-        self.assertEqual([attempt["status"] for attempt in delivery()["attempts"]], [410, 204])
+        (delivered,) = wait_until(lambda: [each for each in self.deliveries(daemon, job_id) if each["state"] == "delivered"], "the second delivery")
+        self.assertEqual([attempt["status"] for attempt in delivered["attempts"]], [410, 204])
         first, second = receiver.seen
         self.assertEqual((first[1]["webhook-id"], first[2]), (second[1]["webhook-id"], second[2]))
 
@@ -239,10 +227,3 @@ class Calls(WithReceiver):
             wait_until(lambda s=state, r=result: r()["state"] == s, state)
             self.assertEqual((result()["event"], [attempt["status"] for attempt in result()["attempts"]]), ("webhook.test", [status]))
         self.assertEqual([json.loads(body)["type"] for _, _, body in receiver.seen], ["webhook.test"] * 2)
-        with Daemon() as daemon:
-            reply = daemon.request("POST", "/v1/webhooks/test", {"url": receiver.url()})
-            self.assertEqual((reply.status, json_of(reply)["type"]), (409, "urn:whittle:problem:webhooks_disabled"))
-
-
-if __name__ == "__main__":
-    unittest.main()
