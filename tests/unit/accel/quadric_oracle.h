@@ -15,49 +15,27 @@ using oracle::Vec;
 
 inline constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
-/// The map in long double, and its inverse by Gauss-Jordan elimination with pivots.
+/// The map from the shape's space to render space in long double, and its inverse by Cramer's rule.
 struct Map {
-  std::array<std::array<Real, 3>, 3> forward{}, back{};
-  Vec offset;
+  Vec x, y, z, offset;
+  std::array<Vec, 3> inverse;  ///< rows
 
-  explicit Map(const Affine& a) : offset(a.offset) {
-    const std::array<Vec, 3> columns{Vec(a.linear.x), Vec(a.linear.y), Vec(a.linear.z)};
-    for (std::size_t j = 0; j < 3; ++j) {
-      forward[0][j] = columns[j].x;
-      forward[1][j] = columns[j].y;
-      forward[2][j] = columns[j].z;
-      back[j][j] = 1;
-    }
-    auto m = forward;
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::size_t pivot = c;
-      for (std::size_t r = c + 1; r < 3; ++r)
-        if (std::fabs(m[r][c]) > std::fabs(m[pivot][c])) pivot = r;
-      std::swap(m[c], m[pivot]);
-      std::swap(back[c], back[pivot]);
-      const Real scale = 1 / m[c][c];
-      for (std::size_t k = 0; k < 3; ++k) m[c][k] *= scale, back[c][k] *= scale;
-      for (std::size_t r = 0; r < 3; ++r) {
-        if (r == c) continue;
-        const Real factor = m[r][c];
-        for (std::size_t k = 0; k < 3; ++k) m[r][k] -= factor * m[c][k], back[r][k] -= factor * back[c][k];
-      }
-    }
+  explicit Map(const Quadric& q)
+      : x(q.render_from_shape.x), y(q.render_from_shape.y), z(q.render_from_shape.z), offset(q.origin) {
+    const Real scale = 1 / dot(x, cross(y, z));
+    inverse = {scale * cross(y, z), scale * cross(z, x), scale * cross(x, y)};
   }
 
-  static Vec times(const std::array<std::array<Real, 3>, 3>& m, const Vec& v) {
-    return {m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z, m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
-            m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z};
+  [[nodiscard]] Vec point(const Vec& p) const { return offset + p.x * x + p.y * y + p.z * z; }
+  [[nodiscard]] Vec shape_point(const Vec& p) const { return shape_direction(p - offset); }
+  [[nodiscard]] Vec shape_direction(const Vec& d) const {
+    return {dot(inverse[0], d), dot(inverse[1], d), dot(inverse[2], d)};
   }
-  [[nodiscard]] Vec point(const Vec& p) const { return offset + times(forward, p); }
-  [[nodiscard]] Vec shape_point(const Vec& p) const { return times(back, p - offset); }
-  [[nodiscard]] Vec shape_direction(const Vec& d) const { return times(back, d); }
+  /// The image of a gradient in the shape's space.
+  [[nodiscard]] Vec gradient(const Vec& g) const { return g.x * inverse[0] + g.y * inverse[1] + g.z * inverse[2]; }
   /// Upper bound of the length of a shape-space vector over that of its image.
   [[nodiscard]] Real growth() const {
-    Real sum = 0;
-    for (const auto& row : back)
-      for (const Real entry : row) sum += entry * entry;
-    return std::sqrt(sum);
+    return std::sqrt(dot(inverse[0], inverse[0]) + dot(inverse[1], inverse[1]) + dot(inverse[2], inverse[2]));
   }
 };
 

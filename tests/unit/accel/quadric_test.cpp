@@ -3,8 +3,8 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tests/unit/accel/expected_hits.h"
 #include "tests/unit/accel/quadric_oracle.h"
-#include "tests/unit/accel/ray_batch.h"
 
 namespace tracer {
 namespace {
@@ -36,14 +36,12 @@ Quadric random_quadric(Random& random, QuadricKind kind, bool mapped) {
   return q;
 }
 
-Vec around(Random& random) { return random.direction(); }
-
 /// A point of interest on the shape, in its own space: anywhere on it, a rim, an edge, a corner, the apex, the axis.
 Vec target_of(Random& random, const Quadric& q) {
   const Real turn = 6.2831853071795864769L * random.in(0, 1), x = std::cos(turn), y = std::sin(turn);
   switch (q.kind) {
     case kind_of<UnitSphere>:
-      return random.chance(0.5) ? around(random) : random.in(0, 1.2) * around(random);
+      return random.chance(0.5) ? random.direction() : random.in(0, 1.2) * random.direction();
     case kind_of<UnitTorus>: {
       const Real tube = 6.2831853071795864769L * random.in(0, 1), a = q.radius_0;
       const Real r = 1 + a * std::cos(tube) * (random.chance(0.7) ? 1 : random.in(0, 1.5));
@@ -72,7 +70,7 @@ Vec target_of(Random& random, const Quadric& q) {
 Line random_line(Random& random, const Quadric& q) {
   Line line;
   const Vec target = target_of(random, q);
-  line.d = around(random);
+  line.d = random.direction();
   switch (random.below(6)) {
     case 0:
       line.d = {0, 0, 0};
@@ -89,7 +87,7 @@ Line random_line(Random& random, const Quadric& q) {
       if (r > 0 && q.kind == kind_of<Frustum>) {
         const Real slope = Real(q.radius_1) - q.radius_0;
         line.d = Vec(target.x / r * slope, target.y / r * slope, 1) +
-                 static_cast<Real>(random.chance(0.5) ? 0 : random.spread(1e-15, 1e-3)) * around(random);
+                 static_cast<Real>(random.chance(0.5) ? 0 : random.spread(1e-15, 1e-3)) * random.direction();
         line.d = static_cast<Real>(random.sign()) * unit(line.d);
       }
       break;
@@ -107,75 +105,43 @@ Line random_line(Random& random, const Quadric& q) {
   return line;
 }
 
-struct Counts {
-  std::uint64_t tried = 0, certain = 0, hits = 0;
-};
-
-void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts) {
+GeometrySet set_of(const Quadric& q) {
   GeometrySet set;
-  set.quadrics.emplace_back();
-  set.quadrics[0].quadrics.push_back(q);
-  set.quadrics[0].object.push_back(0);
-  const auto accelerator = built(set);
-  const RayBatch batch(rays);
-  const Map map({q.render_from_shape, q.origin});
-  for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto found = batch.intersect(*accelerator, coherence);
-    const auto blocked = batch.occluded(*accelerator, coherence);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const Line line{map.shape_point(rays[i].origin), map.shape_direction(rays[i].direction)};
-      const Crossings crossings = crossings_of(q, line);
-      // Rounding in the shape's space: of its coordinates there, and of the map.
-      const Real reach = length(Vec(rays[i].origin) - Vec(q.origin));
-      const Real error_bound = 64 * 0x1p-53L * (1 + length(line.o) + map.growth() * reach);
-      Real nearest = infinity, second = infinity, margin = crossings.margin, steepness = 1;
-      QuadricPart part{};
-      bool starts_on_it = false;
-      for (const Crossing& crossing : crossings.all) {
-        margin = std::fmin(margin, crossing.margin);
-        starts_on_it |= std::fabs(crossing.t) * length(line.d) * crossing.steepness < 4 * error_bound;
-        if (crossing.t <= 0) continue;
-        if (crossing.t < nearest) {
-          second = nearest;
-          nearest = crossing.t;
-          part = crossing.part;
-          steepness = crossing.steepness;
-        } else {
-          second = std::fmin(second, crossing.t);
-        }
-      }
-      ++counts.tried;
-      const bool expected = nearest < rays[i].t_max;
-      const Real slack = 2 * error_bound / (steepness * length(line.d));
-      const bool at_its_end = std::fabs(nearest - rays[i].t_max) < slack;
-      // Only the nearest crossing must be certain; the margins of those behind it exclude more than necessary.
-      if (margin < 4 * error_bound || starts_on_it || at_its_end) continue;
-      ++counts.certain;
-      counts.hits += expected ? 1 : 0;
-      ASSERT_EQ(found[i].primitive.hit(), expected)
-          << "kind " << static_cast<int>(q.kind) << " radii " << q.radius_0 << " " << q.radius_1 << " t "
-          << static_cast<double>(nearest) << " margin " << static_cast<double>(margin / error_bound) << " from ("
-          << static_cast<double>(line.o.x) << " " << static_cast<double>(line.o.y) << " "
-          << static_cast<double>(line.o.z) << ") along (" << static_cast<double>(line.d.x) << " "
-          << static_cast<double>(line.d.y) << " " << static_cast<double>(line.d.z) << ")";
-      ASSERT_EQ(blocked[i], expected) << "kind " << static_cast<int>(q.kind);
-      if (!expected) continue;
-      ASSERT_LE(std::fabs(found[i].t - nearest), slack)
-          << "kind " << static_cast<int>(q.kind) << " t " << found[i].t << " expected " << static_cast<double>(nearest);
-      if (second - nearest > 2 * slack) {
-        ASSERT_EQ(static_cast<int>(found[i].u), static_cast<int>(part)) << "kind " << static_cast<int>(q.kind);
-      }
-    }
+  set.quadrics.push_back({{q}, {0}});
+  return set;
+}
+
+/// The nearest crossing; u is its part, unless another crossing is as near.
+ExpectedHit expected_for(const Quadric& q, const Map& map, const TestRay& ray) {
+  const Line line{map.shape_point(ray.origin), map.shape_direction(ray.direction)};
+  const Crossings crossings = crossings_of(q, line);
+  // Rounding in the shape's space: of its coordinates there, and of the map.
+  const Real reach = length(Vec(ray.origin) - Vec(q.origin));
+  const Real error_bound = 64 * 0x1p-53L * (1 + length(line.o) + map.growth() * reach);
+  Crossing nearest{.t = infinity};
+  Real second = infinity, margin = crossings.margin;
+  for (const Crossing& crossing : crossings.all) {
+    margin = std::fmin(margin, crossing.margin);
+    const bool starts_on_it = std::fabs(crossing.t) * length(line.d) * crossing.steepness < 4 * error_bound;
+    if (starts_on_it) return {};
+    if (crossing.t <= 0) continue;
+    second = std::fmin(second, std::fmax(crossing.t, nearest.t));
+    if (crossing.t < nearest.t) nearest = crossing;
   }
+  const Real slack = 2 * error_bound / (nearest.steepness * length(line.d));
+  // Only the nearest crossing must be certain; the margins of those behind it exclude more than necessary.
+  if (margin < 4 * error_bound || std::fabs(nearest.t - ray.t_max) < slack) return {};
+  const Real part_error = second - nearest.t > 2 * slack ? 0 : infinity;
+  return {nearest.t < ray.t_max, nearest.t, slack, Real(static_cast<int>(nearest.part)), part_error};
 }
 
 void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
   Random random(seed);
-  Counts counts;
+  HitCounts counts;
   const std::uint64_t shapes = effort::cases(kind == kind_of<UnitTorus> ? 40 : 1400);  // its oracle is slow
-  for (std::uint64_t shape = 0; shape < shapes; ++shape) {
+  for (std::uint64_t shape = 0; shape < shapes && !testing::Test::HasFailure(); ++shape) {
     const Quadric q = random_quadric(random, kind, mapped);
-    const Map map({q.render_from_shape, q.origin});
+    const Map map(q);
     std::vector<TestRay> rays;
     while (rays.size() < 365) {  // not a multiple of sixteen
       const Line line = random_line(random, q);
@@ -186,10 +152,10 @@ void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
         ray.t_max = static_cast<double>(length(Vec(ray.origin) - map.offset)) * random.in(0.3, 1.7);
       rays.push_back(ray);
     }
-    compare(q, rays, counts);
-    if (testing::Test::HasFatalFailure()) return;
+    SCOPED_TRACE(testing::Message() << "radii " << q.radius_0 << " " << q.radius_1);
+    const auto expected = [&](std::size_t, const TestRay& ray) { return expected_for(q, map, ray); };
+    expect_nearest(set_of(q), {{{0, 0}}}, rays, expected, counts);
   }
-  testing::Test::RecordProperty("certain", static_cast<int>(counts.certain));
   EXPECT_GT(counts.certain, counts.tried * 3 / 10) << "most cases must be certain";
   EXPECT_GT(counts.hits, counts.certain / 8);
   EXPECT_LT(counts.hits, counts.certain);
@@ -207,16 +173,10 @@ TEST(BoxHits, MatchAllCrossingsUnderAffineMaps) { try_kind(kind_of<UnitCube>, tr
 TEST(TorusHits, MatchAllCrossingsForRandomRays) { try_kind(kind_of<UnitTorus>, false, 9); }
 TEST(TorusHits, MatchAllCrossingsUnderAffineMaps) { try_kind(kind_of<UnitTorus>, true, 10); }
 
-// ---- cases within the margins of the oracle
-// ----------------------------------------------------------------------------
+// ---- cases within the margins of the oracle ------------------------------------------------------------------------
 
 TestHit single(const Quadric& q, const Vec3& origin, const Vec3& direction) {
-  GeometrySet set;
-  set.quadrics.emplace_back();
-  set.quadrics[0].quadrics.push_back(q);
-  set.quadrics[0].object.push_back(0);
-  const auto hits = RayBatch({{origin, direction}}).intersect(*built(set), Coherence::incoherent);
-  return hits[0];
+  return RayBatch({{origin, direction}}).intersect(*built(set_of(q)), Coherence::incoherent)[0];
 }
 
 Quadric standard(QuadricKind kind) { return quadric(kind, {}); }

@@ -2,7 +2,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tests/unit/accel/ray_batch.h"
+#include "tests/unit/accel/expected_hits.h"
 
 namespace tracer {
 namespace {
@@ -11,11 +11,9 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-/// A sphere of any size in the render space's unit box, and a ray at it from anywhere.
-struct Case {
+struct BoundingSphere {
   Vec3 center;
-  double radius = 1;
-  TestRay ray;
+  double radius;
 };
 
 /// Random origin of a ray, relative to the sphere.
@@ -34,20 +32,17 @@ Vec origin_of(Random& random, const Vec& center, Real radius) {
   }
 }
 
-Case random_case(Random& random) {
-  Case c;
-  c.radius = random.spread(1e-9, 0.4);
-  c.center = random.vector(0.5 - c.radius);
-  if (random.chance(0.1)) c.center = {};  // where relative bounds vanish
-  const Vec center = c.center, origin = origin_of(random, center, c.radius);
+/// A ray at the sphere from anywhere.
+TestRay random_ray(Random& random, const BoundingSphere& sphere) {
+  const Vec center = sphere.center, origin = origin_of(random, center, sphere.radius);
   Vec towards = unit(center - origin);
   const Real distance = length(center - origin);
   switch (random.below(4)) {
     case 0:  // at or past the silhouette
-      towards = center + random.in(0, 1.5) * static_cast<Real>(c.radius) * random.across(towards) - origin;
+      towards = center + random.in(0, 1.5) * static_cast<Real>(sphere.radius) * random.across(towards) - origin;
       break;
     case 1: {  // grazing, nearer and nearer
-      const Real r = c.radius * (1 + random.sign() * random.spread(1e-15, 1e-2));
+      const Real r = sphere.radius * (1 + random.sign() * random.spread(1e-15, 1e-2));
       if (distance > r) {
         const Real sine = r / distance;
         towards = std::sqrt((1 - sine) * (1 + sine)) * towards + sine * random.across(towards);
@@ -61,134 +56,58 @@ Case random_case(Random& random) {
     default:
       towards = random.direction();
   }
-  c.ray.origin = rounded(origin);
-  c.ray.direction = rounded(unit(towards));
-  if (random.chance(0.2)) c.ray.t_max = static_cast<double>(distance) * random.in(0, 2);
-  return c;
+  TestRay ray{rounded(origin), rounded(unit(towards))};
+  if (random.chance(0.2)) ray.t_max = static_cast<double>(distance) * random.in(0, 2);
+  return ray;
 }
 
-/// Expected hit, in units of the box. Certain beyond the rounding error of the line in double.
-struct Expected {
-  bool hit = false, certain = false;
-  Real t = 0, tolerance = 0;
-};
-
-Expected expected_for(const Case& c) {
+/// Certain beyond the rounding error of the line in double.
+ExpectedHit expected_for(const BoundingSphere& sphere, const TestRay& ray) {
   constexpr Real unit_roundoff = 0x1p-53L;
-  const Vec f = Vec(c.ray.origin) - Vec(c.center), d = c.ray.direction;
-  const Real r = c.radius, a = dot(d, d), b = -dot(f, d) / a;
+  const Vec f = Vec(ray.origin) - Vec(sphere.center), d = ray.direction;
+  const Real r = sphere.radius, a = dot(d, d), b = -dot(f, d) / a;
   const Real error_bound = 16 * unit_roundoff * (length(f) + r);
   const Real miss = length(f + b * d);
   const Real discriminant = (r - miss) * (r + miss);
-  Expected e;
-  if (discriminant < 0) return {false, miss - r > error_bound, 0, 0};
+  if (miss - r > error_bound) return {false};
+  if (r - miss <= error_bound || std::fabs(length(f) - r) <= error_bound)
+    return {};  // at the silhouette, on the surface
   const Real root = std::sqrt(discriminant / a);
-  const bool outside = length(f) > r;
-  e.t = outside ? b - root : b + root;
-  e.hit = e.t > 0 && e.t < c.ray.t_max;
-  e.tolerance = error_bound * (2 + 2 * r / std::fmax(root, std::sqrt(2 * r * error_bound)));
-  // Uncertain: at the silhouette, on the surface, at the ray's end.
-  e.certain = r - miss > error_bound && std::fabs(length(f) - r) > error_bound &&
-              std::fabs(e.t - c.ray.t_max) > e.tolerance && std::fabs(e.t) > e.tolerance;
-  return e;
+  const Real t = length(f) > r ? b - root : b + root;
+  const Real t_error = error_bound * (2 + 2 * r / std::fmax(root, std::sqrt(2 * r * error_bound)));
+  if (std::fabs(t - ray.t_max) <= t_error || std::fabs(t) <= t_error) return {};  // at the ray's ends
+  return {t > 0 && t < ray.t_max, t, t_error};
 }
 
-TEST(SphereHits, MatchTheQuadraticForRandomRaysAndSizes) {
-  // One sphere in a scene of its own, 37 rays a packet pair and a bit: not a multiple of sixteen.
-  Random random(1);
-  std::uint64_t certain = 0, hits = 0;
-  const std::uint64_t scenes = effort::cases(3000);
-  for (std::uint64_t scene = 0; scene < scenes; ++scene) {
-    const Case first = random_case(random);
-    std::vector<Case> cases;
-    std::vector<TestRay> rays;
-    while (cases.size() < 37) {
-      Case c = random_case(random);
-      // The same sphere, the ray moved and scaled with it.
-      const Real scale = static_cast<Real>(first.radius) / c.radius;
-      const Vec offset = Vec(c.ray.origin) - Vec(c.center);
-      c.ray.origin = rounded(Vec(first.center) + scale * offset);
-      c.ray.t_max = static_cast<double>(scale * c.ray.t_max);
-      c.center = first.center;
-      c.radius = first.radius;
-      cases.push_back(c);
-      rays.push_back(c.ray);
-    }
-    GeometrySet set;
-    set.spheres.emplace_back();
-    add_sphere(set.spheres[0], first.center, first.radius);
-    const auto accelerator = built(set);
-    const RayBatch batch(rays);
-    for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-      const auto found = batch.intersect(*accelerator, coherence);
-      const auto blocked = batch.occluded(*accelerator, coherence);
-      for (std::size_t i = 0; i < cases.size(); ++i) {
-        const Expected e = expected_for(cases[i]);
-        if (!e.certain) continue;
-        ++certain;
-        hits += e.hit ? 1 : 0;
-        const Case& c = cases[i];
-        ASSERT_EQ(found[i].primitive.hit(), e.hit)
-            << "radius " << c.radius << " origin " << c.ray.origin.x << " " << c.ray.origin.y << " " << c.ray.origin.z
-            << " t " << e.t << " t_max " << c.ray.t_max;
-        ASSERT_EQ(blocked[i], e.hit);
-        if (e.hit) {
-          ASSERT_LE(std::fabs(found[i].t - e.t), e.tolerance) << "radius " << c.radius << " expected " << e.t;
-        }
-      }
-    }
-  }
-  EXPECT_GT(certain, scenes * 37 * 2 * 6 / 10) << "most cases must be certain";
-  EXPECT_GT(hits, certain / 5);
-}
-
-struct BoundingSphere {
-  Vec3 center;
-  double radius;
-};
-
-/// Every `share`th ball lets light through: seen by closest, not by occluded, and alone among what does. Rays whose
-/// answer rounding decides are left out; returns how many were not.
-std::uint64_t expect_nearest(const std::vector<BoundingSphere>& spheres, const std::vector<TestRay>& rays,
-                             std::uint32_t share) {
+/// Every `share`th sphere lets light through.
+void expect_nearest(const std::vector<BoundingSphere>& spheres, const std::vector<TestRay>& rays, std::uint32_t share,
+                    HitCounts& counts) {
   GeometrySet set;
   set.spheres.resize(2);
   set.spheres[1].transmissive = true;
-  std::vector<PrimitiveRef> refs;
+  std::vector<Target> targets;
   for (std::uint32_t i = 0; i < spheres.size(); ++i) {
     const std::uint32_t geometry = i % share == share - 1 ? 1 : 0;
-    refs.push_back({geometry, static_cast<std::uint32_t>(set.spheres[geometry].x.size())});
+    targets.push_back({{geometry, static_cast<std::uint32_t>(set.spheres[geometry].x.size())}, geometry == 1});
     add_sphere(set.spheres[geometry], spheres[i].center, spheres[i].radius);
   }
-  const auto accelerator = built(set);
-  const RayBatch batch(rays);
-  std::uint64_t checked = 0;
-  for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto found = batch.intersect(*accelerator, coherence);
-    const auto through = batch.intersect(*accelerator, coherence, GeometryMask::transmissive);
-    const auto blocked = batch.occluded(*accelerator, coherence);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      Real nearest = HUGE_VALL, nearest_through = HUGE_VALL;
-      PrimitiveRef who, who_through;
-      bool certain = true, opaque = false;
-      for (std::uint32_t s = 0; s < spheres.size(); ++s) {
-        const Expected e = expected_for({spheres[s].center, spheres[s].radius, rays[i]});
-        const bool transmissive = refs[s].geometry == 1;
-        certain &= e.certain && !(e.hit && std::fabs(e.t - nearest) <= e.tolerance);
-        certain &= !(e.hit && transmissive && std::fabs(e.t - nearest_through) <= e.tolerance);
-        opaque |= e.hit && !transmissive;
-        if (e.hit && e.t < nearest) nearest = e.t, who = refs[s];
-        if (e.hit && transmissive && e.t < nearest_through) nearest_through = e.t, who_through = refs[s];
-      }
-      if (!certain) continue;
-      ++checked;
-      EXPECT_EQ(found[i].primitive, who) << "ray " << i << " at " << nearest;
-      EXPECT_EQ(through[i].primitive, who_through) << "ray " << i << " at " << nearest_through;
-      EXPECT_EQ(blocked[i], opaque) << "ray " << i;
-      if (testing::Test::HasFailure()) return checked;
-    }
+  const auto expected = [&](std::size_t i, const TestRay& ray) { return expected_for(spheres[i], ray); };
+  expect_nearest(set, targets, rays, expected, counts);
+}
+
+TEST(SphereHits, MatchTheQuadraticForRandomRaysAndSizes) {
+  Random random(1);
+  HitCounts counts;
+  for (std::uint64_t scene = 0; scene < effort::cases(3000) && !HasFailure(); ++scene) {
+    const double radius = random.spread(1e-9, 0.4);
+    // Relative bounds vanish at the middle of the scene.
+    const BoundingSphere sphere{random.chance(0.1) ? Vec3{} : random.vector(0.5 - radius), radius};
+    std::vector<TestRay> rays;
+    while (rays.size() < 37) rays.push_back(random_ray(random, sphere));  // a packet pair and a bit
+    expect_nearest({sphere}, rays, 2, counts);
   }
-  return checked;
+  EXPECT_GT(counts.certain, counts.tried * 6 / 10) << "most cases must be certain";
+  EXPECT_GT(counts.hits, counts.certain / 5);
 }
 
 /// Rays at points within `reach` radii of the middle of some ball of the first `aims`.
@@ -204,27 +123,17 @@ std::vector<TestRay> rays_at(Random& random, const std::vector<BoundingSphere>& 
   return rays;
 }
 
-/// In the scene's box, of radii from `least` to a tenth of it.
-std::vector<BoundingSphere> random_spheres(Random& random, std::size_t count, double least) {
-  std::vector<BoundingSphere> spheres;
-  while (spheres.size() < count) {
-    const double radius = random.spread(least, 0.1);
-    spheres.push_back({random.vector(0.5 - radius), radius});
-  }
-  return spheres;
-}
-
 TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
   Random random(2);
-  const std::vector<BoundingSphere> spheres = random_spheres(random, 300, 1e-9);
-  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 300, 1.1), 2), effort::cases(20'000));
-}
-
-TEST(SphereHits, AreTheSameWhereFewSpheresLetLightThrough) {
-  // They then have a tree of their own.
-  Random random(5);
-  const std::vector<BoundingSphere> spheres = random_spheres(random, 100, 1e-4);
-  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 100, 1.1), 10), effort::cases(20'000));
+  std::vector<BoundingSphere> spheres;
+  while (spheres.size() < 300) {
+    const double radius = random.spread(1e-9, 0.1);
+    spheres.push_back({random.vector(0.5 - radius), radius});
+  }
+  const std::vector<TestRay> rays = rays_at(random, spheres, 300, 1.1);
+  HitCounts counts;
+  for (const std::uint32_t share : {2u, 10u}) expect_nearest(spheres, rays, share, counts);  // a tenth has its own tree
+  EXPECT_GT(counts.certain, counts.tried / 2);
 }
 
 TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
@@ -236,7 +145,9 @@ TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
     const BoundingSphere ball{random.vector(0.4), 0.03};
     if (length(Vec(ball.center)) > 0.1L) spheres.push_back(ball);
   }
-  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 8, 0.9), 2), effort::cases(20'000));
+  HitCounts counts;
+  expect_nearest(spheres, rays_at(random, spheres, 8, 0.9), 2, counts);
+  EXPECT_GT(counts.certain, counts.tried / 2);
 }
 
 TEST(SphereHits, NeverComeFromRaysThatAreNotNumbersAndTheirNeighboursInThePacketDoNotNotice) {

@@ -1,9 +1,7 @@
 // Hits of triangles, against Cramer's rule in long double.
-#include <optional>
-
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tests/unit/accel/ray_batch.h"
+#include "tests/unit/accel/expected_hits.h"
 
 namespace tracer {
 namespace {
@@ -12,25 +10,12 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-TriangleGeometry triangle_of(const std::array<Vec, 3>& corners) {
-  TriangleGeometry geometry;
-  for (const Vec& corner : corners) geometry.positions.push_back(rounded(corner));
-  geometry.triangles.push_back({0, 1, 2});
-  return geometry;
-}
-
-struct Expected {
-  std::optional<bool> hit;  ///< nothing where rounding decides
-  Real t = 0, u = 0, v = 0;
-  Real t_error = 0, weight_error = 0;  ///< bounds of the errors in double
-};
-
 /// The edge functions of watertight_hit() in long double, with bounds of their errors in double (r: unit roundoff). A
 /// vertex at the distance V is sheared by a subtraction, two products and a subtraction in each of two coordinates: its
 /// error is at most sqrt(2) * 3 r V. A function of two vertices adds the errors of its products and of its subtraction,
 /// at most 2 r times the lengths of both (Cauchy-Schwarz). Only the parts across the ray count: small beside V, so they
 /// are taken first.
-Expected expected_for(const TriangleGeometry& geometry, const TestRay& ray, std::uint32_t triangle = 0) {
+ExpectedHit expected_for(const TriangleGeometry& geometry, const TestRay& ray, std::uint32_t triangle) {
   constexpr Real roundoff = 0x1p-53L;
   const Vec d = ray.direction;
   const Real dominant = std::fmax(std::fabs(d.x), std::fmax(std::fabs(d.y), std::fabs(d.z)));
@@ -61,10 +46,9 @@ Expected expected_for(const TriangleGeometry& geometry, const TestRay& ray, std:
   // A weight is a function over the sum of all, and t a mean of depths that differ by the longest edge at most.
   const Real weights = 2 * errors / (std::fabs(whole) - errors) + 4 * roundoff;
   const Vec hit = (at[0] / whole) * corner[0] + (at[1] / whole) * corner[1] + (at[2] / whole) * corner[2];
-  Expected e{std::nullopt, dot(hit, d) / dot(d, d), at[1] / whole, at[2] / whole, 0, weights};
-  e.t_error = (weights * longest + 10 * roundoff * farthest) / dominant;
-  if (std::fabs(e.t) > e.t_error && std::fabs(e.t - ray.t_max) > e.t_error) e.hit = e.t > 0 && e.t < ray.t_max;
-  return e;
+  const Real t = dot(hit, d) / dot(d, d), t_error = (weights * longest + 10 * roundoff * farthest) / dominant;
+  if (std::fabs(t) <= t_error || std::fabs(t - ray.t_max) <= t_error) return {};
+  return {t > 0 && t < ray.t_max, t, t_error, at[1] / whole, weights, at[2] / whole, weights};
 }
 
 /// Three points in the box: regular triangles to needles, large to small.
@@ -100,91 +84,47 @@ TestRay random_ray(Random& random, const std::array<Vec, 3>& corners) {
   return ray;
 }
 
-TEST(TriangleHits, MatchCramersRuleForRandomRays) {
-  Random random(1);
-  std::uint64_t tried = 0, certain = 0, hit_count = 0;
-  const std::uint64_t scenes = effort::cases(2800);
-  for (std::uint64_t scene = 0; scene < scenes; ++scene) {
-    GeometrySet set;
-    const auto corners = random_corners(random);
-    set.triangles.push_back(triangle_of(corners));
-    // Two without an area, and a double.
-    if (random.chance(0.5)) set.triangles[0].triangles = {{0, 1, 2}, {0, 1, 0}, {2, 2, 2}, {0, 1, 2}};
-    const auto accelerator = built(set);
-    std::vector<TestRay> rays;
-    for (int i = 0; i < 401; ++i) rays.push_back(random_ray(random, corners));
-    const RayBatch batch(rays);
-    const auto found = batch.intersect(*accelerator, Coherence::incoherent);
-    const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const Expected e = expected_for(set.triangles[0], rays[i]);
-      ++tried;
-      if (!e.hit) continue;
-      ++certain;
-      hit_count += *e.hit ? 1 : 0;
-      ASSERT_EQ(found[i].primitive.hit(), *e.hit) << "ray " << i << " of scene " << scene;
-      ASSERT_EQ(blocked[i], *e.hit);
-      if (!*e.hit) continue;
-      ASSERT_EQ(found[i].primitive.primitive, 0u);
-      ASSERT_LE(std::fabs(found[i].t - e.t), e.t_error);
-      ASSERT_LE(std::fabs(found[i].u - e.u), e.weight_error);
-      ASSERT_LE(std::fabs(found[i].v - e.v), e.weight_error);
-    }
+/// Compares the hits on `count` random triangles, in half of the scenes with others that are never the nearest.
+void expect_nearest(Random& random, std::uint32_t count, int ray_count, HitCounts& counts) {
+  GeometrySet set;
+  TriangleGeometry& geometry = set.triangles.emplace_back();
+  std::vector<std::array<Vec, 3>> corners;
+  std::vector<Target> targets;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (const Vec& corner : corners.emplace_back(random_corners(random)))
+      geometry.positions.push_back(rounded(corner));
+    geometry.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    targets.push_back({{0, i}});
   }
-  RecordProperty("certain", static_cast<int>(certain));
-  EXPECT_GT(certain, tried / 2) << "most cases must be certain";
-  EXPECT_GT(hit_count, certain / 4);
-  EXPECT_LT(hit_count, certain * 3 / 4);
+  geometry.positions.push_back(geometry.positions[0]);
+  // Three without an area, and a double.
+  if (random.chance(0.5))
+    geometry.triangles.insert(geometry.triangles.end(), {{0, 1, 3 * count}, {0, 1, 0}, {2, 2, 2}, {0, 1, 2}});
+  std::vector<TestRay> rays;
+  for (int i = 0; i < ray_count; ++i) rays.push_back(random_ray(random, corners[random.below(count)]));
+  const auto expected = [&](std::size_t i, const TestRay& ray) {
+    return expected_for(geometry, ray, static_cast<std::uint32_t>(i));
+  };
+  expect_nearest(set, targets, rays, expected, counts);
 }
 
-/// The nearest of thirty triangles of all forms; the tenth is a double of the first, three have no area. Nothing where
-/// rounding decides.
-std::optional<std::uint32_t> expected_nearest(const TriangleGeometry& geometry, const TestRay& ray) {
-  Real nearest = HUGE_VALL, reach = 0;
-  std::uint32_t who = PrimitiveRef::none;
-  for (std::uint32_t i = 0; i < 27; ++i) {
-    if (i == 9) continue;
-    const Expected e = expected_for(geometry, ray, i);
-    if (!e.hit) return std::nullopt;
-    if (!*e.hit) continue;
-    if (std::fabs(e.t - nearest) <= e.t_error + reach) return std::nullopt;
-    if (e.t < nearest) nearest = e.t, reach = e.t_error, who = i;
-  }
-  return who;
+TEST(TriangleHits, MatchCramersRuleForRandomRays) {
+  Random random(1);
+  HitCounts counts;
+  for (std::uint64_t scene = 0; scene < effort::cases(2800) && !HasFailure(); ++scene)
+    expect_nearest(random, 1, 401, counts);
+  EXPECT_GT(counts.certain, counts.tried / 2) << "most cases must be certain";
+  EXPECT_GT(counts.hits, counts.certain / 4);
+  EXPECT_LT(counts.hits, counts.certain * 3 / 4);
 }
 
 TEST(TriangleHits, AreOnTheNearestOfManyNeedlesAndSlivers) {
   Random random(2);
-  std::uint64_t tried = 0, certain = 0, hits = 0;
-  for (std::uint64_t scene = 0; scene < effort::cases(250); ++scene) {
-    std::vector<std::array<Vec, 3>> all;
-    GeometrySet set;
-    TriangleGeometry& geometry = set.triangles.emplace_back();
-    for (std::uint32_t i = 0; i < 30; ++i) {
-      all.push_back(i == 9 ? all[0] : random_corners(random));
-      if (i >= 27) all[i][2] = all[i][0];
-      const TriangleGeometry one = triangle_of(all[i]);
-      geometry.positions.insert(geometry.positions.end(), one.positions.begin(), one.positions.end());
-      geometry.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    }
-    const auto accelerator = built(set);
-    std::vector<TestRay> rays;
-    for (int i = 0; i < 121; ++i) rays.push_back(random_ray(random, all[random.below(27)]));
-    const RayBatch batch(rays);
-    const auto found = batch.intersect(*accelerator, Coherence::incoherent);
-    const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      ++tried;
-      const auto expected = expected_nearest(geometry, rays[i]);
-      if (!expected) continue;
-      ++certain;
-      hits += *expected != PrimitiveRef::none ? 1 : 0;
-      ASSERT_EQ(found[i].primitive.primitive, *expected) << "ray " << i << " of scene " << scene;
-      ASSERT_EQ(blocked[i], *expected != PrimitiveRef::none);
-    }
-  }
-  EXPECT_GT(certain, tried / 3) << "two fifths of the rays aim at edges and corners";
-  EXPECT_GT(hits, certain / 4);
+  HitCounts counts;
+  for (std::uint64_t scene = 0; scene < effort::cases(250) && !HasFailure(); ++scene)
+    expect_nearest(random, 30, 121, counts);
+  EXPECT_GT(counts.certain, counts.tried / 3) << "two fifths of the rays aim at edges and corners";
+  EXPECT_GT(counts.hits, counts.certain / 4);
 }
 
 TEST(TriangleHits, ExcludeTheTriangleWhereTheRayStartsAndTheEdgeOfItsNeighbor) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tests/support/random.h"
+#include "tests/unit/accel/ray_batch.h"
 
 namespace {
 
@@ -13,14 +14,7 @@ using namespace tracer;
 GeometrySet spheres(oracle::Random& random, std::size_t count) {
   GeometrySet geometry;
   SphereGeometry& set = geometry.spheres.emplace_back();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 center = random.vector(0.5);
-    set.x.push_back(center.x);
-    set.y.push_back(center.y);
-    set.z.push_back(center.z);
-    set.radius.push_back(random.spread(1e-4, 0.1));
-    set.object.push_back(0);
-  }
+  for (std::size_t i = 0; i < count; ++i) add_sphere(set, random.vector(0.5), random.spread(1e-4, 0.1));
   return geometry;
 }
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "tests/support/effort.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/certify/random_scene.h"
 #include "tracer/compile.h"
@@ -11,15 +14,28 @@ namespace {
 
 using namespace tracer;
 
-std::vector<RadianceInterval> intervals_of(const Scene& scene) {
+using Intervals = std::vector<RadianceInterval>;
+
+Intervals intervals_of(const Scene& scene, const Assets& assets = {}, const InParallel& order = certify::one_by_one) {
   RenderControl control;
-  const auto compiled = compile(scene, control);
-  return certify::intervals_of(**compiled, certify::one_by_one, control);
+  return certify::intervals_of(**compile(scene, control, assets), order, control);
 }
 
+/// Expects that all pixels have this interval.
+void expect_everywhere(const Scene& scene, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    EXPECT_EQ(interval.low, low);
+    EXPECT_EQ(interval.high, high);
+  }
+}
+
+bool is_dark(const RadianceInterval& interval) { return interval.high[0] == 0; }
+bool is_lit(const RadianceInterval& interval) { return interval.low[0] > 0.3f; }
+bool is_dark_or_lit(const RadianceInterval& interval) { return interval.low[0] == 0 && interval.high[0] > 0.3f; }
+
 /// A camera at (0, 3, 6) that sees nothing but the plane y = 0, or what lies on it.
-Scene floor_scene(const Material& material) {
-  Scene scene = scenes::empty(16);
+Scene floor_scene(std::uint32_t side = 16, const Material& material = scenes::matte({0.5, 0.5, 0.5})) {
+  Scene scene = scenes::empty(side);
   scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, material);
   return scene;
@@ -29,11 +45,9 @@ float width(const RadianceInterval& interval) { return interval.high[0] - interv
 
 TEST(PixelBounds, ContainEverySampleOfRandomScenes) {
   std::uint64_t samples = 0;
-  for (std::uint64_t seed = 0; seed < 220; ++seed) {
-    const certify::RandomScene random = certify::random_scene(seed);
-    const certify::Comparison found = certify::compare(random, 16, seed);
-    EXPECT_EQ(found.outside, 0u) << "seed " << seed << ": first " << found.first << "\n"
-                                 << certify::description(random);
+  for (std::uint64_t seed = 0; seed < effort::cases(8'000); ++seed) {
+    const certify::Comparison found = certify::compare(certify::random_scene(seed), 16, seed);
+    EXPECT_EQ(found.outside, 0u) << "seed " << seed << ": first " << found.first;
     samples += found.samples;
   }
   EXPECT_GE(samples, 1'000'000u);
@@ -41,7 +55,7 @@ TEST(PixelBounds, ContainEverySampleOfRandomScenes) {
 
 /// The comparison finds intervals that are too small: each bound moved inwards by a thousandth of its width and more.
 TEST(PixelBounds, ComparisonFindsIntervalsThatAreTooSmall) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  Scene scene = floor_scene();
   scene.lights.push_back(scenes::point_light({1, 2, 1}));
   RenderControl control;
   const auto compiled = compile(scene, control);
@@ -54,10 +68,7 @@ TEST(PixelBounds, ComparisonFindsIntervalsThatAreTooSmall) {
 TEST(PixelBounds, AreExactForTheBackground) {
   Scene scene = scenes::empty(40);
   scene.background.color = {0.25, 0.5, 2};
-  for (const RadianceInterval& interval : intervals_of(scene)) {
-    EXPECT_EQ(interval.low, (std::array{0.25f, 0.5f, 2.0f}));
-    EXPECT_EQ(interval.high, (std::array{0.25f, 0.5f, 2.0f}));
-  }
+  expect_everywhere(scene, {0.25f, 0.5f, 2}, {0.25f, 0.5f, 2});
 }
 
 TEST(PixelBounds, AreExactForAnEmissiveSquareAndItsSurroundings) {
@@ -78,19 +89,15 @@ TEST(PixelBounds, AreExactForAnEmissiveSquareAndItsSurroundings) {
 }
 
 TEST(PixelBounds, OfAnUnlitPlaneAreItsAmbientTerm) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  Scene scene = floor_scene();
   scene.ambient = {0.5, 0.5, 0.5};
-  for (const RadianceInterval& interval : intervals_of(scene)) {
-    EXPECT_EQ(interval.low[0], 0.25f);
-    EXPECT_EQ(interval.high[0], 0.25f);
-  }
+  expect_everywhere(scene, {0.25f, 0.25f, 0.25f}, {0.25f, 0.25f, 0.25f});
 }
 
 /// N.L / d^2 of a light above the plane at the corners of each pixel: the extremes over the pixel are there, or nearest
 /// to the light.
 TEST(PixelBounds, OfALitPlaneAreNarrow) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
-  scene.image = {320, 320};
+  Scene scene = floor_scene(320);
   scene.lights.push_back(scenes::point_light({0.5, 2, -0.5}));
   for (const RadianceInterval& interval : intervals_of(scene)) {
     EXPECT_LT(width(interval), 3.0f / 255);
@@ -99,28 +106,23 @@ TEST(PixelBounds, OfALitPlaneAreNarrow) {
 }
 
 TEST(PixelBounds, OfAShadowedPlaneAreDark) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
-  scene.image = {64, 64};
+  Scene scene = floor_scene(64);
   scene.lights.push_back(scenes::point_light({0, 50, 0}));
   scenes::add(scene, Disc{{0, 40, 0}, {0, 1, 0}, 30, 0, {}}, scenes::matte({1, 1, 1}));
-  for (const RadianceInterval& interval : intervals_of(scene)) EXPECT_EQ(interval.high[0], 0.0f);
+  expect_everywhere(scene, {}, {});
 }
 
 TEST(PixelBounds, OfAPenumbraReachFromDarkToLit) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
-  scene.image = {64, 64};
+  Scene scene = floor_scene(64);
   scene.lights.push_back(scenes::point_light({0, 4, 0}));
   scenes::add(scene, Sphere{{0, 3.2, 0}, 0.05, {0, 1, 0}, {1, 0, 0}}, scenes::matte({1, 1, 1}));
-  std::size_t dark = 0, lit = 0, either = 0;
-  for (const RadianceInterval& interval : intervals_of(scene)) {
-    dark += interval.high[0] == 0 ? 1 : 0;
-    lit += interval.low[0] > 0.3f ? 1 : 0;
-    either += interval.low[0] == 0 && interval.high[0] > 0.3f ? 1 : 0;
-  }
-  EXPECT_GT(dark, 30u);
-  EXPECT_GT(either, 10u);
-  EXPECT_LT(either, 200u);
-  EXPECT_EQ(dark + lit + either, 64u * 64);
+  const Intervals intervals = intervals_of(scene);
+  const auto dark = std::ranges::count_if(intervals, is_dark),
+             either = std::ranges::count_if(intervals, is_dark_or_lit);
+  EXPECT_GT(dark, 30);
+  EXPECT_GT(either, 10);
+  EXPECT_LT(either, 200);
+  EXPECT_EQ(dark + either + std::ranges::count_if(intervals, is_lit), 64 * 64);
 }
 
 /// A triangle in the shadow of another, at the edge of it, and lit beside it.
@@ -131,17 +133,10 @@ TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
   const MaterialId white = scenes::add(scene, scenes::matte({0.5, 0.5, 0.5}));
   scenes::add(scene, Triangle{{Vec3{-30, 0, 20}, Vec3{30, 0, 20}, Vec3{0, 0, -40}}, {}, {}}, white);
   scenes::add(scene, Triangle{{Vec3{-0.2, 3, 0.1}, Vec3{0.2, 3, 0.1}, Vec3{0, 3, -0.3}}, {}, {}}, white);
-  RenderControl control;
-  const auto compiled = compile(scene, control);
-  const auto intervals = certify::intervals_of(**compiled, certify::one_by_one, control);
-  EXPECT_EQ(certify::compare(**compiled, intervals, 16, 5).outside, 0u);
-  std::size_t dark = 0, lit = 0;
-  for (const RadianceInterval& interval : intervals) {
-    dark += interval.high[0] == 0 ? 1 : 0;
-    lit += interval.low[0] > 0.3f ? 1 : 0;
-  }
-  EXPECT_GT(dark, 100u);
-  EXPECT_GT(lit, 1000u);
+  EXPECT_EQ(certify::compare({scene, {}}, 16, 5).outside, 0u);
+  const Intervals intervals = intervals_of(scene);
+  EXPECT_GT(std::ranges::count_if(intervals, is_dark), 100);
+  EXPECT_GT(std::ranges::count_if(intervals, is_lit), 1000);
 }
 
 /// From inside, a sphere shadows itself.
@@ -157,7 +152,7 @@ TEST(PixelBounds, OfTheInsideOfASphereAreDark) {
 
 /// The brightest surface of the scene may be reflected anywhere.
 TEST(PixelBounds, OfAMirrorReachToTheBoundOfTheScene) {
-  Scene scene = floor_scene(scenes::mirror(0.5));
+  Scene scene = floor_scene(16, scenes::mirror(0.5));
   scenes::add(scene, Plane{{0, 0, -30}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
   for (const RadianceInterval& interval : intervals_of(scene)) {
     EXPECT_EQ(interval.low[0], 0.0f);
@@ -167,7 +162,7 @@ TEST(PixelBounds, OfAMirrorReachToTheBoundOfTheScene) {
 
 /// Tiles that are bounded in a hurry have the interval of the whole scene.
 TEST(PixelBounds, OfAHurryAreThoseOfTheScene) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  Scene scene = floor_scene();
   scene.background.color = {0.25, 0.25, 0.25};
   RenderControl control;
   const auto compiled = compile(scene, control);
@@ -183,7 +178,7 @@ TEST(PixelBounds, OfAHurryAreThoseOfTheScene) {
 }
 
 TEST(PixelBounds, AreInfiniteWithoutABound) {
-  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  Scene scene = floor_scene();
   scene.lights.push_back(scenes::point_light({0, 0.01, 0}));
   scene.lights[0].attenuation.kind = Attenuation::Kind::inverse_square;
   Material mirror = scenes::mirror(1);
@@ -199,10 +194,8 @@ TEST(PixelBounds, DoNotDependOnThreads) {
   };
   certify::RandomScene random = certify::random_scene(12);
   random.scene.image = {200, 150};
-  RenderControl control;
-  const auto compiled = compile(random.scene, control, random.assets);
-  const auto first = certify::intervals_of(**compiled, certify::one_by_one, control);
-  const auto second = certify::intervals_of(**compiled, threads, control);
+  const Intervals first = intervals_of(random.scene, random.assets);
+  const Intervals second = intervals_of(random.scene, random.assets, threads);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_EQ(first[i].low, second[i].low);
@@ -213,14 +206,9 @@ TEST(PixelBounds, DoNotDependOnThreads) {
 TEST(PixelBounds, OfACropEqualThoseOfTheImage) {
   certify::RandomScene random = certify::random_scene(7);
   random.scene.image = {60, 50};
-  const auto whole = [&] {
-    RenderControl control;
-    return certify::intervals_of(**compile(random.scene, control, random.assets), certify::one_by_one, control);
-  }();
+  const Intervals whole = intervals_of(random.scene, random.assets);
   random.scene.image.crop = PixelWindow{32, 32, 60, 50};
-  RenderControl control;
-  const auto part =
-      certify::intervals_of(**compile(random.scene, control, random.assets), certify::one_by_one, control);
+  const Intervals part = intervals_of(random.scene, random.assets);
   ASSERT_EQ(part.size(), 28u * 18);
   for (std::size_t y = 0; y < 18; ++y)
     for (std::size_t x = 0; x < 28; ++x) EXPECT_EQ(part[y * 28 + x].high, whole[(y + 32) * 60 + x + 32].high);
@@ -228,7 +216,7 @@ TEST(PixelBounds, OfACropEqualThoseOfTheImage) {
 
 TEST(PixelBounds, AreLeftOutAfterCancellation) {
   RenderControl control;
-  const auto compiled = compile(floor_scene(scenes::matte({0.5, 0.5, 0.5})), control);
+  const auto compiled = compile(floor_scene(), control);
   control.cancel();
   for (const RadianceInterval& interval : certify::intervals_of(**compiled, certify::one_by_one, control))
     EXPECT_EQ(interval.high[0], 0.0f);

@@ -18,15 +18,10 @@ struct RandomScene {
 /// The scene of a seed: equal on every machine.
 RandomScene random_scene(std::uint64_t seed);
 
-/// Its objects, lights and camera for people.
-std::string description(const RandomScene& random);
-
 /// Result of comparing samples with intervals.
 struct Comparison {
   std::uint64_t samples = 0, outside = 0;
-  std::uint64_t pixels = 0, certified = 0;  ///< certified: the interval is at most a level wide after display
-  std::uint64_t unbounded = 0;              ///< pixels without a finite bound
-  std::string first;                        ///< the first sample outside of its interval
+  std::string first;  ///< the first sample outside of its interval
 };
 
 /// One interval per pixel of the image's window, row by row; those that a cancelled call left out are empty.

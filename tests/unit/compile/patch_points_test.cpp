@@ -19,9 +19,10 @@ void add_rectangle(Scene& scene, const Vec3& corner, const Vec3& u, const Vec3& 
 }
 
 /// A floor of 2 x 2 in the plane z = 0, and over its middle the top and the walls of a block of 1 x 1 x 1, whose open
-/// bottom is at the height `bottom`.
-Scene block_over_floor(double bottom) {
+/// bottom is at the height `bottom`; with a light at the height `light`.
+Scene block_over_floor(double bottom, double light) {
   Scene scene = scenes::empty(8);
+  scene.lights.push_back(scenes::point_light({0, 0, light}));
   add_rectangle(scene, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
   add_rectangle(scene, {-0.5, -0.5, bottom + 1}, {1, 0, 0}, {0, 1, 0});
   for (const double side : {-0.5, 0.5}) {
@@ -36,7 +37,7 @@ struct FloorPoints {
 };
 
 /// Points on the upper side of the floor.
-FloorPoints points_on_floor(const Scene& scene, double gap) {
+FloorPoints points_on_floor(const Scene& scene, double gap = 0) {
   constexpr std::uint32_t lines = 20'000;
   RenderControl control;
   const auto compiled = *compile(scene, control);
@@ -55,44 +56,36 @@ FloorPoints points_on_floor(const Scene& scene, double gap) {
 }
 
 TEST(PatchPoints, AreLeftOutUnderABlockThatStandsOnAFloor) {
-  Scene scene = block_over_floor(0);
-  scene.lights.push_back(scenes::point_light({0, 0, 3}, {1, 1, 1}));
-  const FloorPoints points = points_on_floor(scene, 0);
+  const FloorPoints points = points_on_floor(block_over_floor(0, 3));
   EXPECT_EQ(points.below_block, 0);
   EXPECT_GT(points.beside_block, 100);
 }
 
 TEST(PatchPoints, AreUniformOverArea) {
-  Scene scene = block_over_floor(0.2);
-  scene.lights.push_back(scenes::point_light({0, 0, 3}, {1, 1, 1}));
-  const FloorPoints points = points_on_floor(scene, 0);
+  const FloorPoints points = points_on_floor(block_over_floor(0.2, 3));
   const double all = points.below_block + points.beside_block;
   EXPECT_NEAR(points.below_block, 0.25 * all, 5 * std::sqrt(0.25 * 0.75 * all));
 }
 
 TEST(PatchPoints, AreInABlockThatHasALightInside) {
-  Scene scene = block_over_floor(0);
-  scene.lights.push_back(scenes::point_light({0, 0, 0.5}, {1, 1, 1}));
-  const FloorPoints points = points_on_floor(scene, 0);
-  EXPECT_GT(points.below_block, 30);
+  EXPECT_GT(points_on_floor(block_over_floor(0, 0.5)).below_block, 30);
 }
 
 TEST(PatchPoints, AreLeftOutInAGap) {
-  Scene scene = block_over_floor(0);
+  Scene scene = block_over_floor(0, 3);
   add_rectangle(scene, {-0.5, -0.5, 1e-3}, {1, 0, 0}, {0, 1, 0});
   scene.background.color = {1, 1, 1};
   EXPECT_EQ(points_on_floor(scene, 0.1).below_block, 0);
 }
 
 TEST(PatchPoints, AreLitThroughGlass) {
-  Scene scene = block_over_floor(0);
+  Scene scene = block_over_floor(0, 3);
   for (std::size_t i = 1; i < scene.objects.size(); ++i) {
     Material& material = scene.materials[scene.objects[i].material.index];
     material.transmission = 1;
     material.diffuse = 0;
   }
-  scene.lights.push_back(scenes::point_light({0, 0, 3}, {1, 1, 1}));
-  EXPECT_GT(points_on_floor(scene, 0).below_block, 30);
+  EXPECT_GT(points_on_floor(scene).below_block, 30);
 }
 
 }  // namespace

@@ -119,12 +119,6 @@ void expect_factor(const Rows::Factor& factor, double truth) {
   EXPECT_LT(factor.sigma, 0.012 * truth);
 }
 
-/// Front and back of a rectangle are different surfaces: those in question face each other along z.
-Rows::Factor factor_upward(const Rows& rows, std::uint32_t from, std::uint32_t to) {
-  return rows.factor([&](const PatchPoint& at) { return at.object == from && at.outward.z > 0; },
-                     [&](const PatchPoint& at) { return at.object == to && at.outward.z < 0; });
-}
-
 TEST(SurfaceRows, SumToOneInAWhiteScene) {
   Scene spheres = under_a_sky(), smooth_mesh = under_a_sky();
   scenes::add(spheres, Sphere{{0, 0, 0}, 1}, white());
@@ -182,7 +176,9 @@ TEST(SurfaceRows, OfDiscsAndSpheresAreTheirFormFactors) {
   Scene discs = under_a_sky();
   scenes::add(discs, Disc{.center = {0, 0, 0}, .normal = {0, 0, 1}, .radius = 1, .u_axis = {}}, white());
   scenes::add(discs, Disc{.center = {0, 0, 1}, .normal = {0, 0, 1}, .radius = 1, .u_axis = {}}, white());
-  expect_factor(factor_upward(Rows(discs), 0, 1), 0.381966011250105);
+  const auto upper_side = [](const PatchPoint& at) { return at.object == 0 && at.outward.z > 0; };
+  const auto lower_side = [](const PatchPoint& at) { return at.object == 1 && at.outward.z < 0; };
+  expect_factor(Rows(discs).factor(upper_side, lower_side), 0.381966011250105);
 
   Scene sphere = under_a_sky();
   scenes::add(sphere, Sphere{{0, 0, 2}, 1}, white());
@@ -245,32 +241,29 @@ TEST(SurfaceRows, MoveTheProgressAndEndSoonAfterCancellation) {
   EXPECT_EQ(solution.sweeps, 0u);
 }
 
-std::size_t count(const Scene& scene, double wanted, std::uint32_t patches_max, bool& limited) {
-  RenderControl control;
-  const auto compiled = *compile(scene, control);
-  const Region region{compiled->frame.render_from_world(Vec3{0.5, 0.5, 0.5}), compiled->frame.render_from_world(1.0)};
-  const SurfacePatches patches = divide_surfaces(PatchPoints(*compiled, region, control), wanted, patches_max, control);
-  limited = patches.limited;
-  EXPECT_EQ(patches.points.size(), patches.grid.size());
-  return patches.points.size();
-}
-
 TEST(SurfacePatches, KeepWithinTheLimit) {
-  const Scene scene = unit_cube();
-  bool limited = true;
-  const std::size_t all = count(scene, 600, 10'000, limited);
-  EXPECT_FALSE(limited);
+  RenderControl control;
+  const auto compiled = *compile(unit_cube(), control);
+  const Region region{compiled->frame.render_from_world(Vec3{0.5, 0.5, 0.5}), compiled->frame.render_from_world(1.0)};
+  using Divided = std::pair<std::size_t, bool>;  // number of patches; limited
+  const auto divide = [&](double wanted, std::size_t patches_max) -> Divided {
+    const SurfacePatches patches = divide_surfaces(PatchPoints(*compiled, region, control), wanted,
+                                                   static_cast<std::uint32_t>(patches_max), control);
+    EXPECT_EQ(patches.points.size(), patches.grid.size());
+    return {patches.points.size(), patches.limited};
+  };
+  const auto [all, all_limited] = divide(600, 10'000);
+  EXPECT_FALSE(all_limited);
   ASSERT_GT(all, 500u);
-  EXPECT_EQ(count(scene, 600, static_cast<std::uint32_t>(all), limited), all) << "at the limit";
-  EXPECT_FALSE(limited);
-  const std::size_t larger = count(scene, 600, static_cast<std::uint32_t>(all) - 1, limited);
+  EXPECT_EQ(divide(600, all), Divided(all, false)) << "at the limit";
+  const auto [larger, limited] = divide(600, all - 1);
   EXPECT_TRUE(limited);
   EXPECT_LT(larger, all);
   EXPECT_GT(larger, all / 3) << "larger patches, not missing ones";
-  EXPECT_LE(count(scene, 100'000, 600, limited), 600u);
-  EXPECT_TRUE(limited);
-  EXPECT_EQ(count(scene, 600, 5, limited), 5u) << "a cube has six sides";
-  EXPECT_TRUE(limited);
+  const auto [most, most_limited] = divide(100'000, 600);
+  EXPECT_LE(most, 600u);
+  EXPECT_TRUE(most_limited);
+  EXPECT_EQ(divide(600, 5), Divided(5, true)) << "a cube has six sides";
 }
 
 }  // namespace

@@ -17,98 +17,61 @@ long double curve(long double linear) {
 }
 
 /// Half up; no float in [0,1] but 0 and 1 makes the curve reach a half exactly.
-int nearest_code(float linear, long double code_max = 255.0L) {
-  return static_cast<int>(std::floor(code_max * curve(static_cast<long double>(linear)) + 0.5L));
+template <class Code>
+int nearest_code(float linear) {
+  const long double clamped = linear > 0 ? std::fmin(linear, 1.0F) : 0;  // 0 for NaN too
+  return static_cast<int>(std::floor(std::numeric_limits<Code>::max() * curve(clamped) + 0.5L));
+}
+
+void encode(float linear, std::uint8_t& code) { code = tracer::srgb8_from_linear(linear); }
+void encode(float linear, std::uint16_t& code) { code = tracer::srgb16_from_linear(linear); }
+void encode(std::span<const float> row, std::span<std::uint8_t> codes) { tracer::srgb8_from_linear(row, codes); }
+void encode(std::span<const float> row, std::span<std::uint16_t> codes) { tracer::srgb16_from_linear(row, codes); }
+
+/// Expects the nearest codes for a value, for a row, and for a row of one value: no neighbor decides how it is found.
+template <class Code>
+void expect_nearest(const std::vector<float>& row) {
+  std::vector<Code> codes(row.size());
+  encode(row, codes);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    Code single = 0, alone = 0;
+    encode(row[i], single);
+    encode({&row[i], 1}, {&alone, 1});
+    ASSERT_EQ(codes[i], nearest_code<Code>(row[i])) << "linear " << std::hexfloat << row[i];
+    ASSERT_EQ(alone, codes[i]) << "linear " << std::hexfloat << row[i];
+    ASSERT_EQ(single, codes[i]) << "linear " << std::hexfloat << row[i];
+  }
 }
 
 TEST(SrgbCode, IsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
   std::mt19937 random(1);  // NOLINT: the same floats every time
   std::uniform_int_distribution<std::uint32_t> bits(0, std::bit_cast<std::uint32_t>(1.0F));
   std::uniform_real_distribution<float> unit(0, 1);
-  for (int i = 0; i < 50'000; ++i) {
-    for (const float linear : {std::bit_cast<float>(bits(random)), unit(random)}) {
-      ASSERT_EQ(tracer::srgb8_from_linear(linear), nearest_code(linear)) << "linear " << std::hexfloat << linear;
-    }
-  }
-}
-
-TEST(SrgbCode, ChangesExactlyWhereTheCurvePassesAHalfAndNowhereElse) {
-  // Bisect for the first float of each code with the oracle, then check it and the last float before it.
-  for (int code = 1; code < 256; ++code) {
-    std::uint32_t below = 0, from = std::bit_cast<std::uint32_t>(1.0F);
-    while (from - below > 1) {
-      const std::uint32_t middle = below + (from - below) / 2;
-      (nearest_code(std::bit_cast<float>(middle)) >= code ? from : below) = middle;
-    }
-    ASSERT_EQ(tracer::srgb8_from_linear(std::bit_cast<float>(from)), code) << std::bit_cast<float>(from);
-    ASSERT_EQ(tracer::srgb8_from_linear(std::bit_cast<float>(below)), code - 1) << std::bit_cast<float>(below);
-  }
-}
-
-TEST(SrgbCode, ClampsValuesOutsideOfZeroToOne) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  for (const float dark : {-0.0F, -1e-30F, -1.0F, -1e30F, -infinity}) EXPECT_EQ(tracer::srgb8_from_linear(dark), 0);
-  for (const float bright : {1.0F, 1.0000001F, 7.0F, 1e30F, infinity})
-    EXPECT_EQ(tracer::srgb8_from_linear(bright), 255);
-}
-
-TEST(SrgbCode, OfNanIsBlack) {
-  EXPECT_EQ(tracer::srgb8_from_linear(std::numeric_limits<float>::quiet_NaN()), 0);
-  EXPECT_EQ(tracer::srgb8_from_linear(-std::numeric_limits<float>::quiet_NaN()), 0);
-}
-
-TEST(SrgbCode, IsTheSameForAnArrayAsForEachValue) {
-  std::vector<float> row;
-  for (int i = -20; i < 1100; ++i) row.push_back(static_cast<float>(i) / 1000);
-  std::vector<std::uint8_t> codes(row.size());
-  tracer::srgb8_from_linear(row, codes);
-  for (std::size_t i = 0; i < row.size(); ++i) EXPECT_EQ(codes[i], tracer::srgb8_from_linear(row[i])) << row[i];
-}
-
-/// 16 bits, in a row of its own: no neighbor decides how it is found.
-int code16(float linear) {
-  std::uint16_t code = 0;
-  tracer::srgb16_from_linear({&linear, 1}, {&code, 1});
-  return code;
-}
-
-TEST(SrgbCode16, IsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
-  std::mt19937 random(2);  // NOLINT: the same floats every time
-  std::uniform_int_distribution<std::uint32_t> bits(0, std::bit_cast<std::uint32_t>(1.0F));
-  std::uniform_real_distribution<float> unit(0, 1);
-  std::vector<float> row;
-  for (int i = 0; i < 50'000; ++i) row.insert(row.end(), {std::bit_cast<float>(bits(random)), unit(random)});
-  std::vector<std::uint16_t> codes(row.size());
-  tracer::srgb16_from_linear(row, codes);
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    ASSERT_EQ(codes[i], nearest_code(row[i], 65535.0L)) << "linear " << std::hexfloat << row[i];
-    ASSERT_EQ(code16(row[i]), codes[i]) << "linear " << std::hexfloat << row[i];
-  }
-}
-
-TEST(SrgbCode16, ChangesExactlyWhereTheCurvePassesAHalf) {
-  const auto middle = [](int code) {
-    const long double encoded = (code - 0.5L) / 65535;
-    return encoded <= 0.04045L ? encoded / 12.92L : std::pow((encoded + 0.055L) / 1.055L, 2.4L);
-  };
-  for (int code = 1; code <= 65535; ++code) {
-    const auto nearest = std::bit_cast<std::uint32_t>(static_cast<float>(middle(code)));
-    for (std::uint32_t bits = nearest - 2; bits <= nearest + 2; ++bits) {
-      const auto linear = std::bit_cast<float>(bits);
-      ASSERT_EQ(code16(linear), nearest_code(linear, 65535.0L)) << "linear " << std::hexfloat << linear;
-    }
-  }
-}
-
-TEST(SrgbCode16, IsTheSameForAnArrayAsForEachValue) {
   constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  std::vector<float> row = {nan, -nan, infinity, -infinity, -1.0F, -0.0F, 1e-40F, 1e30F, 1.0F, 1.0000001F};
+  std::vector<float> row = {nan,   -nan,   infinity, -infinity,  -1e30F, -1.0F, -1e-30F,
+                            -0.0F, 1e-40F, 1.0F,     1.0000001F, 7.0F,   1e30F};
   for (int i = -20; i < 1100; ++i) row.push_back(static_cast<float>(i) / 1000);
-  std::vector<std::uint16_t> codes(row.size());
-  tracer::srgb16_from_linear(row, codes);
-  for (std::size_t i = 0; i < row.size(); ++i) EXPECT_EQ(codes[i], tracer::srgb16_from_linear(row[i])) << row[i];
-  EXPECT_EQ(codes[0], 0) << "not a number";
-  EXPECT_EQ(codes[2], 65535) << "infinite";
+  for (int i = 0; i < 50'000; ++i) row.insert(row.end(), {std::bit_cast<float>(bits(random)), unit(random)});
+  expect_nearest<std::uint8_t>(row);
+  expect_nearest<std::uint16_t>(row);
+}
+
+/// The floats around the places where the curve is half-way between two codes.
+template <class Code>
+std::vector<float> floats_at_halves() {
+  std::vector<float> row;
+  for (int code = 1; code <= std::numeric_limits<Code>::max(); ++code) {
+    const long double encoded = (code - 0.5L) / std::numeric_limits<Code>::max();
+    const long double middle = encoded <= 0.04045L ? encoded / 12.92L : std::pow((encoded + 0.055L) / 1.055L, 2.4L);
+    const auto nearest = std::bit_cast<std::uint32_t>(static_cast<float>(middle));
+    for (std::uint32_t bits = nearest - 2; bits <= nearest + 2; ++bits) row.push_back(std::bit_cast<float>(bits));
+  }
+  return row;
+}
+
+TEST(SrgbCode, ChangesExactlyWhereTheCurvePassesAHalf) {
+  expect_nearest<std::uint8_t>(floats_at_halves<std::uint8_t>());
+  expect_nearest<std::uint16_t>(floats_at_halves<std::uint16_t>());
 }
 
 TEST(SrgbCurve, AgreesWithLongDoubleToAFewUnitsInTheLastPlace) {

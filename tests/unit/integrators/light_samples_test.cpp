@@ -60,6 +60,14 @@ Real highlight_of(const ShadingPoint& shading_point, const Vec& to_light) {
   return std::pow(std::clamp(cosine, 0.0L, 1.0L), Real(shading_point.shininess));
 }
 
+/// The light at the points, of a light with its own strength.
+LightSamplePacket sampled(const ShadingPointPacket& points, const CompiledLight& light) {
+  LightSamplePacket sample;
+  for (int i = 0; i < lanes; ++i) sample.from.set(i, light.position);
+  sample_light(points, light, 1, 1, sample);
+  return sample;
+}
+
 TEST(LightSamplePacket, MatchesTheLocalModelForEveryKindOfLight) {
   Random random(11);
   std::uint64_t lit = 0;
@@ -112,8 +120,7 @@ TEST(LightSamplePacket, OffsetsTheOriginsOfShadowRays) {
         .kind = light_kind<DirectionalLight>, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
     if (dot(shading_point.normal, light.axis) < 0) shading_point.normal = -shading_point.normal;
     shading_points.push(shading_point);
-    LightSamplePacket sample;
-    sample_light(shading_points.packet(0), light, 1, 1, sample);
+    const LightSamplePacket sample = sampled(shading_points.packet(0), light);
     ASSERT_EQ(sample.lit, 1u);
     const Vec3 expected = offset_origin(shading_point.point, shading_point.face, light.axis);
     ASSERT_EQ(sample.origin[0], expected);
@@ -134,11 +141,7 @@ TEST(LightSamplePacket, AimsOnlyShadowRaysFromTheSmoothSurface) {
     ShadingPointPacket smooth = queue.packet(0);
     smooth.smooth = true;
     smooth.shadow_offset.set(0, {random.in(-0.1, 0.1), random.in(-0.1, 0.1), random.in(-0.1, 0.1)});
-    LightSamplePacket sample, expected;
-    sample.from.set(0, light.position);
-    expected.from.set(0, light.position);
-    sample_light(queue.packet(0), light, 1, 1, expected);
-    sample_light(smooth, light, 1, 1, sample);
+    const LightSamplePacket sample = sampled(smooth, light), expected = sampled(queue.packet(0), light);
     ASSERT_EQ(sample.lit, expected.lit);
     ASSERT_EQ(sample.radiance[0], expected.radiance[0]) << "the light of the shading point";
     const Vec3 start = position + smooth.shadow_offset[0], from_start = light.position - start;
@@ -156,9 +159,7 @@ TEST(LightSamplePacket, HasAUnitDirectionForALightAtTheStartOfItsShadowRay) {
   ShadingPointPacket smooth = queue.packet(0);
   smooth.smooth = true;
   smooth.shadow_offset.set(0, {0, 0, 0.5});
-  LightSamplePacket sample;
-  sample.from.set(0, {0, 0, 0.5});
-  sample_light(smooth, {.radiance = {1, 1, 1}}, 1, 1, sample);
+  const LightSamplePacket sample = sampled(smooth, {.position = {0, 0, 0.5}, .radiance = {1, 1, 1}});
   ASSERT_EQ(sample.lit & 1, 1u);
   EXPECT_EQ(sample.shadow_direction[0], (Vec3{0, 0, 1}));
   EXPECT_EQ(sample.shadow_distance[0], 0);
@@ -175,9 +176,7 @@ TEST(LightSamplePacket, LightsNeitherBlackPointsNorPointsAtTheLight) {
   ShadingPoint below = at_light;
   below.point.position.z = 2;
   shading_points.push(below);
-  LightSamplePacket sample;
-  for (int i = 0; i < lanes; ++i) sample.from.set(i, {1, 2, 3});
-  sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, sample);
+  const LightSamplePacket sample = sampled(shading_points.packet(0), {.position = {1, 2, 3}, .radiance = {1, 1, 1}});
   ASSERT_EQ(sample.lit, LaneMask{1} << 2) << "the point below the light";
   EXPECT_EQ(sample.radiance.r[2], 1);
 }
@@ -188,9 +187,8 @@ TEST(LightSamplePacket, HasNoHighlightWithoutAHalfwayDirectionOrAlongTheSurface)
        {std::tuple{up, -up, 32.0}, {aside, between, 0.0}, {aside, between, 32.0}}) {
     ShadingPointQueue queue;
     queue.push({.normal = up, .to_eye = to_eye, .specular = {1, 1, 1}, .shininess = shininess, .blinn = true});
-    LightSamplePacket sample;
-    sample_light(queue.packet(0), {.kind = light_kind<DirectionalLight>, .axis = to_light, .radiance = {1, 1, 1}}, 1, 1,
-                 sample);
+    const LightSamplePacket sample =
+        sampled(queue.packet(0), {.kind = light_kind<DirectionalLight>, .axis = to_light, .radiance = {1, 1, 1}});
     EXPECT_EQ(sample.lit == 0 ? 0 : sample.radiance.r[0], 0);
   }
 }

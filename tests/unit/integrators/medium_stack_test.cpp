@@ -47,13 +47,12 @@ std::shared_ptr<const CompiledScene> glass_objects() {
 struct PlainList {
   std::vector<std::uint32_t> objects;
 
-  bool remove_latest(const std::function<bool(std::uint32_t)>& sought) {
-    for (std::size_t i = objects.size(); i-- > 0;) {
-      if (!sought(objects[i])) continue;
-      objects.erase(objects.begin() + static_cast<std::ptrdiff_t>(i));
-      return true;
-    }
-    return false;
+  template <class Sought>
+  bool remove_latest(const Sought& sought) {
+    const auto found = std::find_if(objects.rbegin(), objects.rend(), sought);
+    if (found == objects.rend()) return false;
+    objects.erase(std::next(found).base());
+    return true;
   }
   /// True if a surface was crossed.
   bool cross(const CompiledScene& scene, std::uint32_t object, bool back) {

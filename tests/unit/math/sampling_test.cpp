@@ -87,24 +87,24 @@ TEST(PixelSamples, OfNeighboringPixelsAndSeedsAreUncorrelated) {
     }
 }
 
-}  // namespace
-TEST(ShuffledPoints, AreIndependentOfAnotherSequencesPointsOfTheSameIndex) {
+TEST(LensSamples, AreIndependentOfThePositionInThePixel) {
   constexpr std::uint32_t count = 4096;
   for (std::uint64_t key = 1; key <= 20; ++key) {
-    std::array<int, 16> seen{};  // of the quarters of x in the pixel and of x on the light
+    std::array<int, 16> seen{};  // of the quarters of x in the pixel and of x on the lens
     for (std::uint32_t i = 0; i < count; ++i) {
-      const Vec2 pixel = sequence_point(i, mix(key)), light = shuffled_point(i, mix(key + 1000));
-      ++seen[static_cast<std::size_t>(pixel.x * 4) * 4 + static_cast<std::size_t>(light.x * 4)];
+      const Vec2 pixel = pixel_sample(mix(key), i, count), lens = lens_sample(mix(key), i, count);
+      ++seen[static_cast<std::size_t>(pixel.x * 4) * 4 + static_cast<std::size_t>(lens.x * 4)];
     }
     for (const int n : seen) EXPECT_NEAR(n, count / 16.0, 80) << "key " << key;  // five standard deviations
   }
 }
 
-TEST(ShuffledPoints, StayStratifiedInEveryAlignedBlock) {
-  for (std::uint32_t block = 0; block < 8; ++block) {
+TEST(LensSamples, AreTheCenterWhenThereIsOneAndStratifiedInEveryAlignedBlockWhenThereAreMore) {
+  EXPECT_EQ(lens_sample(mix(7), 0, 1), (Vec2{0.5, 0.5}));
+  for (std::uint32_t block = 0; block < 200; ++block) {
     std::array<int, 16> seen{};
     for (std::uint32_t i = 0; i < 16; ++i) {
-      const Vec2 p = shuffled_point(block * 16 + i, mix(block));
+      const Vec2 p = lens_sample(mix(block), block * 16 + i, many);
       ++seen[static_cast<std::size_t>(p.x * 4) * 4 + static_cast<std::size_t>(p.y * 4)];
     }
     for (const int n : seen) EXPECT_EQ(n, 1);
@@ -121,4 +121,5 @@ TEST(PointOfCircle, IsTheCosineAndTheSine) {
   }
 }
 
+}  // namespace
 }  // namespace tracer

@@ -26,10 +26,7 @@ Material diffuse(const Color& color) {
 /// Two colored walls that meet over a floor, and a ball, in front of black.
 Scene corner() {
   Scene scene = scenes::empty(side);
-  scene.camera.position = {2, 1.2, 2};
-  scene.camera.look_at = {-0.3, 0.4, -0.3};
-  scene.camera.up = {0, 1, 0};
-  scene.camera.fov_deg = 60;
+  scene.camera = {{2, 1.2, 2}, {-0.3, 0.4, -0.3}, {0, 1, 0}, 60};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, diffuse({0.8, 0.8, 0.8}));
   scenes::add(scene, Plane{{-1, 0, 0}, {1, 0, 0}, {}}, diffuse({0.8, 0.1, 0.1}));
   scenes::add(scene, Plane{{0, 0, -1}, {0, 0, 1}, {}}, diffuse({0.1, 0.7, 0.2}));
@@ -95,13 +92,16 @@ Scene with_other_materials() {
 
 Scene of_a_mesh_in_a_sphere() {
   Scene scene = scenes::empty(side);
-  scene.camera.position = {0, 0, 2};
-  scene.camera.look_at = {0, 0, 0};
-  scene.camera.fov_deg = 60;
+  scene.camera = {{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 60};
   scenes::add(scene, Sphere{{0, 0, 0}, 3}, diffuse({0.6, 0.5, 0.4}));
   scenes::add(scene, scenes::placed(scenes::icosphere(1), 0.7, {0.3, -0.2, 0}), diffuse({0.3, 0.4, 0.8}));
   scene.lights.push_back(scenes::point_light({-1, 1, 1}, {0.4, 0.4, 0.4}));
   return scene;
+}
+
+MeasureSettings settings(std::vector<std::string> parameters, std::uint32_t samples) {
+  const auto seconds = [now = 0.0]() mutable { return now += 1; };
+  return {.parameters = std::move(parameters), .reference_samples = samples, .threads = 2, .seconds = seconds};
 }
 
 struct Compared {
@@ -112,11 +112,7 @@ struct Compared {
 Compared compare(const Scene& scene) {
   const Assets assets;
   RenderControl control;
-  double now = 0;
-  MeasurementRun run(scene, assets,
-                     {.parameters = {"model"}, .reference_samples = reference_samples, .threads = 2, .seconds = [&] {
-                        return now += 1;
-                      }});
+  MeasurementRun run(scene, assets, settings({"model"}, reference_samples));
   while (!run.measurement().model_error) EXPECT_FALSE(run.step(control).has_value());
   const bool is_whitted = scene.accuracy.model == Accuracy::Model::whitted;
   return {*run.measurement().model_error, run.references()[is_whitted ? 0 : 1], run.references()[is_whitted ? 1 : 0]};
@@ -192,8 +188,7 @@ Rendered render_with(Scene scene, Approximations::Interreflection interreflectio
 
 TEST(ModelError, IsZeroWithoutDiffuseSurfaces) {
   Scene scene = scenes::empty(side);
-  scene.camera.position = {0, 0, 4};
-  scene.camera.look_at = {0, 0, 0};
+  scene.camera = {{0, 0, 4}, {0, 0, 0}};
   scene.background.color = {0.2, 0.5, 0.3};
   scenes::add(scene, Sphere{{-0.6, 0, 0}, 0.6}, scenes::mirror(0.8));
   scenes::add(scene, Sphere{{0.6, 0, 0}, 0.5}, scenes::glowing({0.7, 0.2, 0.1}));
@@ -240,10 +235,7 @@ TEST(ModelError, IsNotMeasuredIfAnImageFileIsTooBrightForTheRenderingEquation) {
   scene.materials.back().color = TextureId{0};
   scene.materials.back().path = "/materials/bright";
   RenderControl control;
-  double now = 0;
-  MeasurementRun run(
-      scene, assets,
-      {.parameters = {"samples", "model"}, .reference_samples = 16, .threads = 2, .seconds = [&] { return now += 1; }});
+  MeasurementRun run(scene, assets, settings({"samples", "model"}, 16));
   while (!run.done()) {
     ASSERT_FALSE(run.step(control).has_value());
     EXPECT_LE(run.steps_done(), run.steps());
@@ -255,8 +247,7 @@ TEST(ModelError, IsNotMeasuredIfAnImageFileIsTooBrightForTheRenderingEquation) {
   EXPECT_EQ(measured.points.size(), 8u) << "four numbers of samples, and Whitted's model at four settings";
   EXPECT_FALSE(measured.model_error);
   scene.accuracy.model = Accuracy::Model::global;
-  MeasurementRun refused(scene, assets,
-                         {.parameters = {"model"}, .reference_samples = 16, .seconds = [] { return 0; }});
+  MeasurementRun refused(scene, assets, settings({"model"}, 16));
   EXPECT_EQ(refused.step(control)->code, Failure::Code::bad_asset);
 }
 
@@ -271,13 +262,10 @@ TEST(ModelError, IsTheSameFromEitherModel) {
 
 /// The points up to the first of radiosity; the others of it take longer.
 TEST(ModelError, IsAddedToThatOfEachImage) {
-  Scene scene = lit_by_the_sky();
+  const Scene scene = lit_by_the_sky();
   const Assets assets;
   RenderControl control;
-  double now = 0;
-  MeasurementRun run(scene, assets, {.parameters = {"model"}, .reference_samples = 256, .threads = 2, .seconds = [&] {
-                                       return now += 1;
-                                     }});
+  MeasurementRun run(scene, assets, settings({"model"}, 256));
   while (run.measurement().points.size() < 9) ASSERT_FALSE(run.step(control).has_value());
   const Measurement measured = run.measurement();
   EXPECT_EQ(measured.points.back().setting.model, "radiosity");

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tracer/measure.h"
+#include "tracer/src/display/srgb.h"
 
 namespace {
 
@@ -14,17 +15,12 @@ tracer::Scene small_scene() {
   return scene;
 }
 
-/// Linear radiance with the display value `level`.
-float light_of(double level) {
-  const double code = level / 255;
-  return static_cast<float>(code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4));
-}
-
+/// The display value of every pixel is `level`.
 tracer::Image flat(double level) {
   tracer::Image image;
   image.width = 3;
   image.height = 2;
-  image.rgb.assign(18, light_of(level));
+  image.rgb.assign(18, static_cast<float>(tracer::linear_from_srgb(level / 255)));
   return image;
 }
 

@@ -161,10 +161,8 @@ TEST(HostileMeshFile, ThatDeclaresBillionsAllocatesNoMemory) {
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
     for (const char* count : {"1000000000", "4294967296", "18446744073709551615"})
       for (const auto& [element, properties, data] : elements) {
-        std::string text = "ply\nformat ";
-        for (const std::string& part : {std::string(format), std::string(" 1.0\n"), element, std::string(count),
-                                        std::string("\n"), properties, std::string("end_header\n"), data})
-          text += part;
+        const std::string text = std::string("ply\nformat ") + format + " 1.0\n" + element + count + "\n" + properties +
+                                 "end_header\n" + data;
         EXPECT_NE(refusal(text).find("too short"), std::string::npos) << text;
       }
   Bytes stl = mesh_files::binary_stl(pyramid());

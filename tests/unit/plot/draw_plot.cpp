@@ -2,9 +2,11 @@
 // the readers of plot_test.py.
 //   title TEXT | note TEXT | size WIDTH HEIGHT | x LABEL linear|log | y LABEL linear|log
 //   series NAME MARK JOIN [dashed [COLOR]] | point X Y [LABEL]
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,30 +16,22 @@
 namespace {
 
 std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> words(1);
-  for (const char c : line) {
-    if (c == '\t') {
-      words.emplace_back();
-    } else {
-      words.back() += c;
-    }
-  }
+  std::vector<std::string> words;
+  std::istringstream text(line);
+  for (std::string word; std::getline(text, word, '\t');) words.push_back(word);
   words.resize(6);
   return words;
 }
 
-tracer::PlotMark mark_of(const std::string& name) {
-  constexpr const char* names[] = {"none", "circle", "square", "diamond", "triangle", "cross"};
-  for (int i = 0; i < 6; ++i)
-    if (name == names[i]) return static_cast<tracer::PlotMark>(i);
-  std::exit(2);
-}
+constexpr std::string_view marks[] = {"none", "circle", "square", "diamond", "triangle", "cross"};
+constexpr std::string_view joins[] = {"none", "line", "steps", "pairs"};
 
-tracer::PlotJoin join_of(const std::string& name) {
-  constexpr const char* names[] = {"none", "line", "steps", "pairs"};
-  for (int i = 0; i < 4; ++i)
-    if (name == names[i]) return static_cast<tracer::PlotJoin>(i);
-  std::exit(2);
+/// The enumerator whose name has its place in the list.
+template <class Value, std::size_t count>
+Value value_of(const std::string_view (&names)[count], const std::string& name) {
+  const auto found = std::find(std::begin(names), std::end(names), name);
+  if (found == std::end(names)) std::exit(2);
+  return static_cast<Value>(found - std::begin(names));
 }
 
 void take(const std::vector<std::string>& words, tracer::Plot& plot) {
@@ -51,7 +45,11 @@ void take(const std::vector<std::string>& words, tracer::Plot& plot) {
   if (kind == "x") plot.x = {words[1], words[2] == "log"};
   if (kind == "y") plot.y = {words[1], words[2] == "log"};
   if (kind == "series") {
-    plot.series.push_back({words[1], {}, mark_of(words[2]), join_of(words[3]), !words[4].empty()});
+    plot.series.push_back({words[1],
+                           {},
+                           value_of<tracer::PlotMark>(marks, words[2]),
+                           value_of<tracer::PlotJoin>(joins, words[3]),
+                           !words[4].empty()});
     if (!words[5].empty()) plot.series.back().color = static_cast<std::uint32_t>(std::stoul(words[5], nullptr, 16));
   }
   if (kind == "point")

@@ -77,22 +77,15 @@ class Svg(unittest.TestCase):
         for text in ("Cost", "For 1 level: 4 s.", "time (s)", "error (levels)", "one", "two"):
             self.assertEqual(drawn.words.count(text), 1, text)
 
-    def test_positions_points_on_logarithmic_axes(self):
-        drawn = Drawn(*LOG_AXES, *series("measured", POINTS))
-        left, right = drawn.tick("0.1", "x"), drawn.tick("10", "x")
-        low, high = drawn.tick("0.1", "y"), drawn.tick("1", "y")
-        for (x, y), (across, down) in zip(POINTS, drawn.marks(BLUE), strict=True):
-            self.assertAlmostEqual(across, left + (right - left) * (math.log10(x) + 1) / 2, delta=0.02)
-            self.assertAlmostEqual(down, low + (high - low) * (math.log10(y) + 1), delta=0.02)
-
-    def test_positions_points_on_linear_axes(self):
-        points = [(0, -1), (2.5, 0), (10, 4)]
-        drawn = Drawn(("x", "a", "linear"), ("y", "b", "linear"), *series("", points))
-        left, right = drawn.tick("0", "x"), drawn.tick("10", "x")
-        low, high = drawn.tick("0", "y"), drawn.tick("4", "y")
-        for (x, y), (across, down) in zip(points, drawn.marks(BLUE), strict=True):
-            self.assertAlmostEqual(across, left + (right - left) * x / 10, delta=0.02)
-            self.assertAlmostEqual(down, low + (high - low) * y / 4, delta=0.02)
+    def test_positions_points_on_their_axes(self):
+        for kind, points, ticks, of in (("log", POINTS, ("0.1", "10", "0.1", "1"), math.log10),
+                                        ("linear", [(0, -1), (2.5, 0), (10, 4)], ("0", "10", "0", "4"), float)):
+            drawn = Drawn(("x", "a", kind), ("y", "b", kind), *series("", points))
+            left, right, low, high = (drawn.tick(text, axis) for text, axis in zip(ticks, "xxyy"))
+            begin, end, bottom, top = (of(float(text)) for text in ticks)
+            for (x, y), (across, down) in zip(points, drawn.marks(BLUE), strict=True):
+                self.assertAlmostEqual(across, left + (right - left) * (of(x) - begin) / (end - begin), delta=0.02, msg=kind)
+                self.assertAlmostEqual(down, low + (high - low) * (of(y) - bottom) / (top - bottom), delta=0.02, msg=kind)
 
     def test_joins_points_by_lines_steps_or_pairs(self):
         points = POINTS[:4]
@@ -212,8 +205,8 @@ class Png(unittest.TestCase):
         self.assertEqual(Drawn(("size", 4294967295, 300)).root.get("width"), "8192")
 
     def test_is_deterministic(self):
-        self.assertEqual(draw("png", *self.LINES), draw("png", *self.LINES))
-        self.assertEqual(draw("svg", *self.LINES), draw("svg", *self.LINES))
+        for kind in ("png", "svg"):
+            self.assertEqual(draw(kind, *self.LINES), draw(kind, *self.LINES))
 
 
 if __name__ == "__main__":

@@ -12,17 +12,6 @@ namespace {
 
 using oracle::Random;
 
-RayHitPacket ray_hits(const Look* looks, const Vec3* origins, const Vec3* directions) {
-  RayHitPacket packet;
-  for (int i = 0; i < lanes; ++i) {
-    packet.on_ray.set(i, origins[i] + directions[i] * looks[i].hit.t);
-    packet.u[i] = looks[i].hit.u;
-    packet.v[i] = looks[i].hit.v;
-    packet.primitive[i] = looks[i].hit.primitive;
-  }
-  return packet;
-}
-
 enum class Variety { mixed, spheres, flat_triangles, smooth_triangles, quadrics, planes };
 
 /// Shapes of one kind, or of all, so that packets have lanes of different kinds.
@@ -38,20 +27,14 @@ Scene scene_of(Random& random, Variety variety) {
       scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.3, random.vector(1)), material);
     if (wanted(Variety::quadrics)) {
       scenes::add(scene, Box{random.vector(0.1), {0.4, 0.4, 0.4}}, material);
-      scenes::add(scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.1, .u_axis = {}},
-                  material);
-      scenes::add(
-          scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.2, .caps = false, .u_axis = {}},
-          material);
-      scenes::add(scene, Cone{.apex = random.vector(1), .base = random.vector(1), .radius = 0.3, .u_axis = {}},
-                  material);
-      scenes::add(scene, Disc{.center = random.vector(1), .normal = random.vector(1), .radius = 0.3, .u_axis = {}},
-                  material);
+      scenes::add(scene, Cylinder{random.vector(1), random.vector(1), 0.1, true, {}}, material);
+      scenes::add(scene, Cylinder{random.vector(1), random.vector(1), 0.2, false, {}}, material);
+      scenes::add(scene, Cone{random.vector(1), random.vector(1), 0.3, 0, true, {}}, material);
+      scenes::add(scene, Disc{random.vector(1), random.vector(1), 0.3, 0, {}}, material);
       scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
       scene.objects.back().transform = Transform{{{{1, 0, 0, 0}, {0, -2, 0.5, 0}, {0, 0, 0.5, 0}}}};
     }
-    if (wanted(Variety::planes))
-      scenes::add(scene, Plane{.point = random.vector(1), .normal = random.vector(1), .u_axis = {}}, material);
+    if (wanted(Variety::planes)) scenes::add(scene, Plane{random.vector(1), random.vector(1), {}}, material);
   }
   return scene;
 }
@@ -77,23 +60,23 @@ TEST(PointPacket, IsBitIdenticalToSingleHitsOfEveryKindOfShape) {
     for (std::uint64_t round = 0; round < effort::cases(10); ++round) {
       const auto scene = compiled(scene_of(random, variety));
       for (int packets = 0; packets < 40; ++packets) {
-        Look looks[lanes];
-        Vec3 origins[lanes], directions[lanes];
-        for (int i = 0; i < lanes; ++i) {
-          do {
-            origins[i] = random.vector(1);
-            directions[i] = rounded(random.direction());
-            looks[i] = look(*scene, origins[i], directions[i]);
-          } while (!looks[i].found);
+        RayHitPacket hits;
+        ShapeHit expected[lanes];
+        for (int i = 0; i < lanes;) {
+          const Vec3 origin = random.vector(1), direction = rounded(random.direction());
+          const Look at = look(*scene, origin, direction);
+          if (!at.found) continue;
+          hits.on_ray.set(i, origin + direction * at.hit.t);
+          hits.u[i] = at.hit.u;
+          hits.v[i] = at.hit.v;
+          hits.primitive[i] = at.hit.primitive;
+          expected[i] = shape_hit(scene->geometry(), at.hit, hits.on_ray[i]);
+          ++i;
         }
-        const RayHitPacket hits = ray_hits(looks, origins, directions);
         PointPacket points;
         compute_points(scene->geometry(), hits, points);
-        for (int i = 0; i < lanes; ++i) {
-          const ShapeHit expected = shape_hit(scene->geometry(), looks[i].hit, hits.on_ray[i]);
-          expect_same(expected, points, i);
-          if (HasFatalFailure()) return;
-        }
+        for (int i = 0; i < lanes; ++i) expect_same(expected[i], points, i);
+        if (HasFatalFailure()) return;
       }
     }
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tracer/compile.h"
 #include "tracer/src/interaction/surface.h"
@@ -42,6 +43,22 @@ inline Look look(const CompiledScene& scene, const Vec3& o, const Vec3& d, Primi
   result.found = hit.primitive.hit();
   if (result.found) result.surface = surface_at(scene, hit, o, d);
   return result;
+}
+
+/// Bound of the error of a point along a unit vector.
+inline oracle::Real error_along(const Surface& surface, const oracle::Vec& n) {
+  const Vec3& e = surface.point.error;
+  return std::fabs(n.x) * e.x + std::fabs(n.y) * e.y + std::fabs(n.z) * e.z;
+}
+
+/// A direction on the outer side of a surface with about the normal n, half of the time along it; nothing where
+/// rounding decides.
+inline std::optional<Vec3> leaving(oracle::Random& random, const Surface& surface, const oracle::Vec& n) {
+  const oracle::Vec away =
+      random.chance(0.5) ? random.direction() : unit(random.across(n) + random.spread(1e-18, 1e-6) * n);
+  const Vec3& face = surface.geometric_normal;
+  const Vec3 direction = rounded(dot(away, oracle::Vec(face)) < 0 ? -away : away);
+  return dot(direction, face) > 0 ? std::optional(direction) : std::nullopt;
 }
 
 }  // namespace tracer

@@ -6,9 +6,9 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tests/unit/accel/quadric_oracle.h"
 #include "tests/unit/shapes/look.h"
 #include "tracer/src/scene/instancing.h"
-#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -96,10 +96,6 @@ Beyond beyond(const Quadric& q, QuadricPart part, const Vec& p) {
       const Real slope = Real(q.radius_1) - q.radius_0, r = std::hypot(p.x, p.y);
       return {r - (q.radius_0 + slope * p.z), Vec(p.x / r, p.y / r, -slope)};
     }
-    case QuadricPart::cap_0:
-      return {-p.z, {0, 0, -1}};
-    case QuadricPart::cap_1:
-      return q.kind == kind_of<UnitDisc> ? Beyond{p.z, {0, 0, 1}} : Beyond{p.z - 1, {0, 0, 1}};
     case QuadricPart::x_0:
       return {-p.x, {-1, 0, 0}};
     case QuadricPart::x_1:
@@ -108,26 +104,14 @@ Beyond beyond(const Quadric& q, QuadricPart part, const Vec& p) {
       return {-p.y, {0, -1, 0}};
     case QuadricPart::y_1:
       return {p.y - 1, {0, 1, 0}};
+    case QuadricPart::cap_0:
     case QuadricPart::z_0:
       return {-p.z, {0, 0, -1}};
+    case QuadricPart::cap_1:
     case QuadricPart::z_1:
-      return {p.z - 1, {0, 0, 1}};
+      return {q.kind == kind_of<UnitDisc> ? p.z : p.z - 1, {0, 0, 1}};
   }
   return {};
-}
-
-/// The inverse of the map times v, by Cramer's rule.
-Vec shape_vector(const Quadric& q, const Vec& v) {
-  const Vec x = q.render_from_shape.x, y = q.render_from_shape.y, z = q.render_from_shape.z;
-  const Real d = dot(x, cross(y, z));
-  return {dot(v, cross(y, z)) / d, dot(v, cross(z, x)) / d, dot(v, cross(x, y)) / d};
-}
-
-/// Gradients are transformed by the inverse transpose: cofactors over the determinant.
-Vec render_gradient(const Quadric& q, const Vec& g) {
-  const Vec x = q.render_from_shape.x, y = q.render_from_shape.y, z = q.render_from_shape.z;
-  const Real d = dot(x, cross(y, z));
-  return (1 / d) * (g.x * cross(y, z) + g.y * cross(z, x) + g.z * cross(x, y));
 }
 
 Shape any_shape(Random& random, std::uint32_t which) {
@@ -144,6 +128,7 @@ TEST(QuadricSurface, BoundsTheErrorOfPointsAndLeavingRaysDoNotHitItAgain) {
     if (!transform && i % 6 == 4) continue;  // that sphere is no quadric
     const auto c = compiled(checkered(any_shape(random, i), transform));
     const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
+    const Map map(q);
     for (int ray = 0; ray < 100; ++ray) {
       const Vec3 inside = q.origin + q.render_from_shape * Vec3{random.in(0, 0.6), random.in(0, 0.6), random.in(0, 1)};
       const Real distance = random.chance(0.2) ? 1e4 : random.chance(0.3) ? 0 : 2;
@@ -152,13 +137,12 @@ TEST(QuadricSurface, BoundsTheErrorOfPointsAndLeavingRaysDoNotHitItAgain) {
       if (!at.found) continue;
       ++hits;
       const auto part = static_cast<QuadricPart>(at.hit.u);
-      const Vec p = shape_vector(q, Vec(at.surface.point.position) - Vec(q.origin));
+      const Vec p = map.shape_point(at.surface.point.position);
       const auto [off, gradient] = beyond(q, part, p);
-      const Vec image = render_gradient(q, gradient);
+      const Vec image = map.gradient(gradient);
       const Vec normal = unit(image);
-      const Vec3& e = at.surface.point.error;
-      const Real reach = std::fabs(normal.x) * e.x + std::fabs(normal.y) * e.y + std::fabs(normal.z) * e.z;
-      ASSERT_LE(std::fabs(off) / length(image), reach) << "part " << static_cast<int>(part) << " shape " << i % 6;
+      ASSERT_LE(std::fabs(off) / length(image), error_along(at.surface, normal))
+          << "part " << static_cast<int>(part) << " shape " << i % 6;
       const bool at_apex = part == QuadricPart::side && std::hypot(p.x, p.y) < 1e-4L;
       if (!at_apex) {
         ASSERT_LE(length(Vec(at.surface.geometric_normal) - normal), 1e-9L) << "part " << static_cast<int>(part);
@@ -168,14 +152,10 @@ TEST(QuadricSurface, BoundsTheErrorOfPointsAndLeavingRaysDoNotHitItAgain) {
       if (q.kind != kind_of<UnitDisc> && lean > 1e-6L && distance == 2) {
         ASSERT_EQ(at.surface.back, dot(Vec(direction), normal) > 0);
       }
-      // A ray that leaves the outside of a convex shape in any direction, also along the surface.
-      Vec away =
-          random.chance(0.5) ? random.direction() : unit(random.across(normal) + random.spread(1e-18, 1e-6) * normal);
-      if (dot(away, Vec(at.surface.geometric_normal)) < 0) away = -away;
-      const Vec3 leaving = rounded(away);
-      if (at_apex || !(dot(leaving, at.surface.geometric_normal) > 0)) continue;
-      const Vec3 start = offset_origin(at.surface.point, at.surface.geometric_normal, leaving);
-      ASSERT_FALSE(look(*c, start, leaving, at.hit.primitive).found)
+      const auto away = leaving(random, at.surface, normal);
+      if (at_apex || !away) continue;
+      const Vec3 start = offset_origin(at.surface.point, at.surface.geometric_normal, *away);
+      ASSERT_FALSE(look(*c, start, *away, at.hit.primitive).found)
           << "part " << static_cast<int>(part) << " shape " << i % 6;
     }
   }

@@ -19,11 +19,6 @@ using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 
-Real box_reach(const Surface& surface, const Vec& n) {
-  const Vec3& e = surface.point.error;
-  return std::fabs(n.x) * e.x + std::fabs(n.y) * e.y + std::fabs(n.z) * e.z;
-}
-
 // ---- spheres -------------------------------------------------------------------------------------------------------
 
 /// Spheres of random size and position in a scene of fixed extent, and rays from near, far and inside.
@@ -57,8 +52,8 @@ TEST(SphereSurface, BoundsTheErrorOfThePointSoThatLeavingRaysDoNotHitItAgain) {
       ++hits;
       const Vec p = at.surface.point.position;
       const Vec n = unit(p - center);
-      ASSERT_LE(std::fabs(length(p - center) - r), box_reach(at.surface, n)) << "radius " << r;
-      ASSERT_LE(box_reach(at.surface, n), 64 * 0x1p-53L * (r + length(center))) << "no looser than needed";
+      ASSERT_LE(std::fabs(length(p - center) - r), error_along(at.surface, n)) << "radius " << r;
+      ASSERT_LE(error_along(at.surface, n), 64 * 0x1p-53L * (r + length(center))) << "no looser than needed";
       ASSERT_LE(length(Vec(at.surface.geometric_normal) - n), 4 * 0x1p-53L * (1 + length(p) / r));
       const Real towards = dot(Vec(at.surface.normal), unit(target - origin));
       ASSERT_LE(towards, 1e-12L) << "the normal is on the ray's side";
@@ -67,17 +62,14 @@ TEST(SphereSurface, BoundsTheErrorOfThePointSoThatLeavingRaysDoNotHitItAgain) {
         ASSERT_EQ(at.surface.back, inside);
       }
 
-      // A ray that leaves, in any direction, along the surface too.
-      Vec away = random.chance(0.5) ? random.direction() : unit(random.across(n) + random.spread(1e-18, 1e-6) * n);
-      if (dot(away, Vec(at.surface.geometric_normal)) < 0) away = -away;
-      const Vec3 direction = rounded(away);
-      if (!(dot(direction, at.surface.geometric_normal) > 0)) continue;
-      const Vec3 start = offset_origin(at.surface.point, at.surface.geometric_normal, direction);
+      const auto direction = leaving(random, at.surface, n);
+      if (!direction) continue;
+      const Vec3 start = offset_origin(at.surface.point, at.surface.geometric_normal, *direction);
       ASSERT_GT(length(Vec(start) - center), r) << "radius " << r;
-      const Look again = look(*c, start, direction, at.hit.primitive);
+      const Look again = look(*c, start, *direction, at.hit.primitive);
       ASSERT_FALSE(again.found && again.surface.object == 0) << "self-hit at " << again.hit.t << ", radius " << r;
       // And one that enters.
-      const Vec3 back = offset_origin(at.surface.point, at.surface.geometric_normal, -direction);
+      const Vec3 back = offset_origin(at.surface.point, at.surface.geometric_normal, -*direction);
       ASSERT_LT(length(Vec(back) - center), r) << "radius " << r;
     }
   }
@@ -144,8 +136,8 @@ TEST(PlaneSurface, BoundsTheErrorOfThePoint) {
       if (!at.found) continue;
       ++hits;
       const Vec p = at.surface.point.position;
-      ASSERT_LE(std::fabs(dot(n, p - point)), box_reach(at.surface, n)) << "t " << at.hit.t;
-      ASSERT_LE(box_reach(at.surface, n), 64 * 0x1p-53L * (length(p) + length(point)));
+      ASSERT_LE(std::fabs(dot(n, p - point)), error_along(at.surface, n)) << "t " << at.hit.t;
+      ASSERT_LE(error_along(at.surface, n), 64 * 0x1p-53L * (length(p) + length(point)));
       ASSERT_EQ(at.surface.back, dot(Vec(rounded(direction)), n) > 0);
       ASSERT_LE(dot(Vec(at.surface.normal), direction), 1e-15L);
       const Vec3 away = rounded(random.direction());
@@ -224,7 +216,7 @@ TEST(TriangleSurface, BoundsTheErrorOfThePointAndInterpolatesNormalsAndCoordinat
       if (!at.found) continue;
       ++hits;
       const Vec p = at.surface.point.position;
-      ASSERT_LE(std::fabs(dot(n, p - a)), box_reach(at.surface, n));
+      ASSERT_LE(std::fabs(dot(n, p - a)), error_along(at.surface, n));
       ASSERT_LE(length(Vec(at.surface.geometric_normal) - n), 1e-12L);
       const bool back = dot(target - origin, n) > 0;
       ASSERT_EQ(at.surface.back, back);

@@ -3,36 +3,30 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <numbers>
 
+namespace tracer {
 namespace {
 
-using tracer::Background;
-using tracer::Color;
-using tracer::CompiledBackground;
-using tracer::Environment;
-using tracer::GradientTexture;
-using tracer::Image;
-using tracer::ImageMap;
-using tracer::normalize;
-using tracer::Texture;
-using tracer::Vec3;
 using Images = std::vector<std::shared_ptr<const ImageMap>>;
 
 constexpr double pi = std::numbers::pi;
 constexpr Vec3 up{0, 1, 0};
 
-Image make_image(std::uint32_t width, std::uint32_t height, Color (*color_at)(std::uint32_t x, std::uint32_t y)) {
-  Image image;
-  image.width = width;
-  image.height = height;
+/// The image whose pixel in column x and row y has the color `color_at(x, y)`.
+std::shared_ptr<const ImageMap> image_of(std::uint32_t width, std::uint32_t height,
+                                         const std::function<Color(double, double)>& color_at) {
+  Image image{width, height, {}};
   for (std::uint32_t y = 0; y < height; ++y)
     for (std::uint32_t x = 0; x < width; ++x) {
       const Color color = color_at(x, y);
       for (const double channel : {color.r, color.g, color.b}) image.rgb.push_back(static_cast<float>(channel));
     }
-  return image;
+  return std::make_shared<const ImageMap>(std::move(image));
 }
+
+bool is_even(double number) { return std::fmod(number, 2) == 0; }
 
 CompiledBackground around(const Texture& texture, double rotation_deg = 0, const Vec3& world_up = up,
                           std::shared_ptr<const ImageMap> image = nullptr) {
@@ -43,16 +37,14 @@ CompiledBackground around(const Texture& texture, double rotation_deg = 0, const
 
 Texture imaged(Texture::Filter filter = Texture::Filter::mipmap) {
   Texture texture;
-  texture.pattern = tracer::ImageTexture{};
+  texture.pattern = ImageTexture{};
   texture.filter = filter;
   return texture;
 }
 
 /// Red is the column, green the row, in whole numbers.
 CompiledBackground numbered(double rotation_deg = 0, const Vec3& world_up = up) {
-  static const auto image = std::make_shared<const ImageMap>(make_image(8, 4, [](std::uint32_t x, std::uint32_t y) {
-    return Color{static_cast<double>(x), static_cast<double>(y), 0};
-  }));
+  static const auto image = image_of(8, 4, [](double x, double y) { return Color{x, y, 0}; });
   return around(imaged(Texture::Filter::nearest), rotation_deg, world_up, image);
 }
 
@@ -101,10 +93,7 @@ TEST(EnvironmentBackground, OfAGradientIsItsSecondColourAboveAndItsFirstBelow) {
 
 TEST(EnvironmentBackground, OfOneColorIsThatColorForEveryFootprint) {
   const Color color{0.25, 3, 7};
-  const auto image = std::make_shared<const ImageMap>(make_image(16, 8, [](std::uint32_t, std::uint32_t) {
-    return Color{0.25, 3, 7};
-  }));
-  const CompiledBackground sky = around(imaged(), 33, up, image);
+  const CompiledBackground sky = around(imaged(), 33, up, image_of(16, 8, [&](double, double) { return color; }));
   for (const double spread : {0.0, 1e-12, 0.01, 1.0, 100.0})
     for (const double latitude : {-pi / 2, -1.5, 0.0, 1.57, pi / 2}) {
       const Color seen = sky.radiance(towards(3.1, latitude), spread);
@@ -116,31 +105,28 @@ TEST(EnvironmentBackground, OfOneColorIsThatColorForEveryFootprint) {
 
 /// A smooth image whose left edge goes on at its right: the seam must change no more than any other column.
 TEST(EnvironmentBackground, HasNoLineAtItsSeam) {
-  const auto image = std::make_shared<const ImageMap>(make_image(64, 32, [](std::uint32_t x, std::uint32_t) {
-    const double value = 0.5 + 0.5 * std::sin((x + 0.5) / 64 * 2 * pi);
-    return Color{value, value, value};
-  }));
-  for (const auto filter : {Texture::Filter::bilinear, Texture::Filter::mipmap}) {
+  const auto image = image_of(64, 32, [](double x, double) {
+    return Color{1, 1, 1} * (0.5 + 0.5 * std::sin((x + 0.5) / 64 * 2 * pi));
+  });
+  for (const auto filter : {Texture::Filter::bilinear, Texture::Filter::mipmap})
     for (const auto wrap : {Texture::Wrap::repeat, Texture::Wrap::clamp, Texture::Wrap::mirror}) {
       Texture texture = imaged(filter);
       texture.wrap = wrap;
       const CompiledBackground sky = around(texture, 0, up, image);
-      for (const double spread : {0.001, 0.05, 0.3}) {
+      for (const double spread : {0.001, 0.05, 0.3})
         for (int i = -50; i <= 50; ++i) {
           const double longitude = pi + 0.002 * i;
           EXPECT_NEAR(sky.radiance(towards(longitude, 0.3), spread).r, 0.5 + 0.5 * std::sin(longitude + pi), 0.015)
               << longitude << " " << spread;
         }
-      }
     }
-  }
 }
 
 /// The mean of what lies under a small circle around the pole is that of the top rows, whatever the columns hold.
 TEST(EnvironmentBackground, MixesAllColumnsAtAPoleAndNoneOfTheRowsBelow) {
-  const auto image = std::make_shared<const ImageMap>(make_image(256, 128, [](std::uint32_t x, std::uint32_t y) {
-    return y < 8 ? Color{x % 2 == 0 ? 2.0 : 0.0, 0, 0} : Color{0, 1, 0};
-  }));
+  const auto image = image_of(256, 128, [](double x, double y) {
+    return y < 8 ? Color{is_even(x) ? 2.0 : 0.0, 0, 0} : Color{0, 1, 0};
+  });
   const CompiledBackground sky = around(imaged(), 0, up, image);
   const Color pole = sky.radiance(up, 0.01);
   EXPECT_NEAR(pole.r, 1, 1e-6);
@@ -150,9 +136,9 @@ TEST(EnvironmentBackground, MixesAllColumnsAtAPoleAndNoneOfTheRowsBelow) {
 
 /// Columns of one texel, seen by a beam of three: their mean along the row, though the pyramid's levels are square.
 TEST(EnvironmentBackground, CoversColumnsInProportionToTheLatitude) {
-  const auto image = std::make_shared<const ImageMap>(make_image(512, 256, [](std::uint32_t x, std::uint32_t y) {
-    return Color{x % 2 == 0 ? 2.0 : 0.0, y < 40 ? 1.0 : 0.0, 0};
-  }));
+  const auto image = image_of(512, 256, [](double x, double y) {
+    return Color{is_even(x) ? 2.0 : 0.0, y < 40 ? 1.0 : 0.0, 0};
+  });
   const CompiledBackground sky = around(imaged(), 0, up, image);
   const double latitude = pi / 2 - 20.0 / 256 * pi;
   for (int i = 0; i < 50; ++i) {
@@ -166,13 +152,8 @@ TEST(CubeBackground, OrientsEachFace) {
   // Each face 4 x 4: red is the face, green the column, blue the row.
   std::vector<Texture> textures(6, imaged(Texture::Filter::nearest));
   Images images;
-  for (int face = 0; face < 6; ++face) {
-    Image image = make_image(4, 4, [](std::uint32_t x, std::uint32_t y) {
-      return Color{0, static_cast<double>(x), static_cast<double>(y)};
-    });
-    for (std::size_t i = 0; i < image.rgb.size(); i += 3) image.rgb[i] = static_cast<float>(face);
-    images.push_back(std::make_shared<const ImageMap>(std::move(image)));
-  }
+  for (int face = 0; face < 6; ++face)
+    images.push_back(image_of(4, 4, [&](double x, double y) { return Color{static_cast<double>(face), x, y}; }));
   Background background;
   background.cube.emplace();
   for (std::uint32_t face = 0; face < 6; ++face) background.cube->faces[face] = {face};
@@ -188,25 +169,20 @@ TEST(CubeBackground, OrientsEachFace) {
                        {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}}, {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}}};
   const CompiledBackground upright(background, {0.3, 2, 0.4}, textures, images);
   const CompiledBackground turned(background, {0, 0, 1}, textures, images);
-  for (int face = 0; face < 6; ++face) {
-    for (const auto& view : {std::pair{&upright, y_up[face]}, std::pair{&turned, z_up[face]}}) {
-      const CompiledBackground* sky = view.first;
-      const Seen& seen = view.second;
-      const auto look = [&](double right, double above) {
-        return sky->radiance(normalize(seen.ahead + seen.right * right + seen.up * above), 0);
+  for (int face = 0; face < 6; ++face)
+    for (const auto& [sky, seen] : {std::pair{&upright, y_up[face]}, {&turned, z_up[face]}}) {
+      const auto expect_color = [&, sky = sky, seen = seen](double right, double above, double x, double y) {
+        const Vec3 direction = normalize(seen.ahead + seen.right * right + seen.up * above);
+        EXPECT_EQ(sky->radiance(direction, 0), (Color{static_cast<double>(face), x, y})) << face;
       };
-      const double f = face;
-      EXPECT_EQ(look(0.9, 0.1), (Color{f, 3, 1})) << face;
-      EXPECT_EQ(look(-0.9, 0.9), (Color{f, 0, 0})) << face;
-      EXPECT_EQ(look(0.1, -0.99), (Color{f, 2, 3})) << face;
+      expect_color(0.9, 0.1, 3, 1);
+      expect_color(-0.9, 0.9, 0, 0);
+      expect_color(0.1, -0.99, 2, 3);
     }
-  }
 }
 
 TEST(CubeBackground, IsFilteredByTheFootprintOfTheRay) {
-  const auto fine = std::make_shared<const ImageMap>(make_image(64, 64, [](std::uint32_t x, std::uint32_t y) {
-    return Color{(x + y) % 2 == 0 ? 2.0 : 0.0, 0, 0};
-  }));
+  const auto fine = image_of(64, 64, [](double x, double y) { return Color{is_even(x + y) ? 2.0 : 0.0, 0, 0}; });
   Background background;
   background.cube.emplace();
   const CompiledBackground sky(background, up, {imaged()}, {fine});
@@ -216,3 +192,4 @@ TEST(CubeBackground, IsFilteredByTheFootprintOfTheRay) {
 }
 
 }  // namespace
+}  // namespace tracer
