@@ -11,9 +11,7 @@
 #include <cstdlib>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <queue>
-#include <random>
 #include <string>
 #include <thread>
 #include <vector>

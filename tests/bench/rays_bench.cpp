@@ -14,13 +14,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "api/document.h"
-#include "api/load_assets.h"
+#include "api/render_document.h"
 #include "tests/bench/bare_embree.h"
 #include "tracer/render.h"
 #include "tracer/src/compiled/compiled_scene.h"
@@ -52,9 +50,7 @@ class Replay {
     std::size_t count_max = 0;
     for (const Query& query : queries) count_max = std::max(count_max, query.rays().count);
     primitive_.resize(count_max);
-    t_.resize(count_max);
-    u_.resize(count_max);
-    v_.resize(count_max);
+    for (std::vector<double>* values : {&t_, &u_, &v_}) values->resize(count_max);
     occluded_.resize(count_max);
   }
   void run(const tracer::Accelerator& accelerator, Query::Kind kind) {
@@ -82,22 +78,13 @@ Bytes read_file(const std::filesystem::path& file) {
   return Bytes(std::istreambuf_iterator<char>(stream), {});
 }
 
-struct Loaded {
-  api::Document document;
-  tracer::Assets assets;
-};
-
-std::optional<Loaded> load(const std::filesystem::path& path) {
+bool load(api::DocumentRender& render, const std::filesystem::path& path) {
   api::Limits limits;
   limits.files = api::Files::anywhere;
-  auto document = api::parse_scene(read_file<std::string>(path), limits);
-  if (!document) return std::nullopt;
   const auto read = [&](const std::string& name) -> api::AssetBytes {
     return read_file<std::vector<std::uint8_t>>(path.parent_path() / name);
   };
-  auto assets = api::load_assets(document->scene, read, limits.scene);
-  if (!assets) return std::nullopt;
-  return Loaded{std::move(*document), std::move(*assets)};
+  return render.parse(read_file<std::string>(path), limits) && render.load(read, limits.scene);
 }
 
 double median(std::vector<double> values) {
@@ -119,12 +106,12 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: rays_bench scene.json [width height rounds]\n");
     return 2;
   }
-  std::optional<Loaded> loaded = load(argv[1]);
-  if (!loaded) {
+  api::DocumentRender render;
+  if (!load(render, argv[1])) {
     std::fprintf(stderr, "%s is not a valid scene; `whittle check` prints the reason\n", argv[1]);
     return 1;
   }
-  tracer::Scene& scene = loaded->document.scene;
+  tracer::Scene& scene = render.document.scene;
   scene.image.width = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[2])) : 1920;
   scene.image.height = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 1080;
   scene.accuracy.samples = 1;
@@ -132,9 +119,9 @@ int main(int argc, char** argv) {
   if (argc > 5) scene.accuracy.max_depth = static_cast<std::uint32_t>(std::atoi(argv[5]));
 
   tracer::RenderControl control;
-  auto compiled = tracer::compile_taking_meshes(scene, control, loaded->assets);
-  if (!compiled) return 1;
-  if (!(*compiled)->geometry().quadrics.empty()) {
+  if (!render.compile(control)) return 1;
+  const tracer::CompiledScene& compiled = *render.compiled;
+  if (!compiled.geometry().quadrics.empty()) {
     std::fprintf(stderr, "%s has shapes that Embree lacks\n", argv[1]);
     return 1;
   }
@@ -142,10 +129,10 @@ int main(int argc, char** argv) {
   bool rendered = false;
   {
     bench::Recording recording;
-    rendered = static_cast<bool>(tracer::render(**compiled, {.threads = 1}, control));
+    rendered = static_cast<bool>(tracer::render(compiled, {.threads = 1}, control));
     queries = std::move(recording.queries);
   }
-  const bench::BareEmbree bare((*compiled)->geometry());
+  const bench::BareEmbree bare(compiled.geometry());
   Replay replay(queries);
 
   // Interleaved in each round, so that other load on the machine affects all alike.
@@ -155,10 +142,10 @@ int main(int argc, char** argv) {
     for (int kind = 0; kind < 2; ++kind) {
       embree[kind].push_back(std::min(bare.trace_seconds(queries, kinds[kind], bench::BareEmbree::Flags::as_recorded),
                                       bare.trace_seconds(queries, kinds[kind], bench::BareEmbree::Flags::coherent)));
-      accelerator[kind].push_back(seconds_of([&] { replay.run(*(*compiled)->accelerator, kinds[kind]); }));
+      accelerator[kind].push_back(seconds_of([&] { replay.run(*compiled.accelerator, kinds[kind]); }));
     }
     embree_both.push_back(embree[0].back() + embree[1].back());
-    whole.push_back(seconds_of([&] { rendered = rendered && tracer::render(**compiled, {.threads = 1}, control); }));
+    whole.push_back(seconds_of([&] { rendered = rendered && tracer::render(compiled, {.threads = 1}, control); }));
   }
   if (!rendered) return 1;
   std::printf("%s %ux%u, 1 thread, medians of %d rounds\n", argv[1], scene.image.width, scene.image.height, rounds);
@@ -168,7 +155,7 @@ int main(int argc, char** argv) {
   print("shadows, bare Embree", shadows, embree[1], embree[1]);
   print("shadows, accelerator", shadows, accelerator[1], embree[1]);
   print("whole tracer", nearest + shadows, whole, embree_both);
-  const auto accelerator_bytes = static_cast<double>((*compiled)->accelerator->memory_bytes());
+  const auto accelerator_bytes = static_cast<double>(compiled.accelerator->memory_bytes());
   const auto embree_bytes = static_cast<double>(bare.memory_bytes());
   std::printf("%-34s %9.1f MB, bare Embree %.1f MB %13s ratio %5.2f\n", "memory, BVH and geometry",
               accelerator_bytes / 1e6, embree_bytes / 1e6, "", accelerator_bytes / embree_bytes);

@@ -1,4 +1,5 @@
 """A `whittled` of any build with an empty data directory, and raw HTTP clients that cost little CPU time."""
+import contextlib
 import json
 import multiprocessing
 import os
@@ -148,11 +149,8 @@ class Client(threading.Thread):
     def exchange(self, connection):
         if connection:
             return connection.exchange(self.request)
-        connection = Connection(self.port)
-        try:
-            return connection.exchange(self.request)
-        finally:
-            connection.close()
+        with contextlib.closing(Connection(self.port)) as own:
+            return own.exchange(self.request)
 
 
 def latencies_under_load(service, request, seconds, clients=1, pause_s=0.0, reconnect=False):

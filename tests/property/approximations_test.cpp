@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/property/global_radiance.h"
 #include "tests/support/effort.h"
-#include "tests/support/scenes.h"
-#include "tracer/compare.h"
 #include "tracer/src/compiled/compiled_scene.h"
 
 namespace {
@@ -145,29 +144,29 @@ TEST(EnvironmentReflections, ObserveCutoffAndDepth) {
   scene.background.color = {1, 1, 1};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror(0.5));
   EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.5f);
+  Scene shallow = scene;
   scene.accuracy.cutoff = 0.6;
-  EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.0f);
-  EXPECT_EQ(scenes::approximated(scene, environment_alone).statistics.cut_branches, 64u);
-  scene.accuracy.cutoff = 0;
-  scene.accuracy.max_depth = 0;
-  EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.0f);
-  EXPECT_EQ(scenes::approximated(scene, environment_alone).statistics.truncated_branches, 64u);
+  shallow.accuracy.max_depth = 0;
+  const Rendered cut = scenes::approximated(scene, environment_alone),
+                 truncated = scenes::approximated(shallow, environment_alone);
+  EXPECT_EQ(*cut.image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(*truncated.image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(cut.statistics.cut_branches, 64u);
+  EXPECT_EQ(truncated.statistics.truncated_branches, 64u);
 }
 
 TEST(ApproximateShading, IsThatOfEveryMaterial) {
-  using enum Material::Shading;
-  const auto all = [](Material::Shading shading) {
-    return scenes::render(with_materials(shapes(), [&](Material& material) { material.shading = shading; }));
-  };
+  using By = Approximations::Shading;
   const Rendered exact = scenes::render(shapes());
-  const Rendered as_flat = scenes::approximated(shapes(), {.shading = Approximations::Shading::flat});
-  const Rendered as_gouraud = scenes::approximated(shapes(), {.shading = Approximations::Shading::gouraud});
-  EXPECT_EQ(as_flat.image.rgb, all(flat).image.rgb);
-  EXPECT_EQ(as_flat.statistics, all(flat).statistics);
-  EXPECT_EQ(as_gouraud.image.rgb, all(gouraud).image.rgb);
-  EXPECT_EQ(as_gouraud.statistics, all(gouraud).statistics);
-  EXPECT_NE(as_flat.image.rgb, exact.image.rgb);
-  EXPECT_NE(as_gouraud.image.rgb, exact.image.rgb);
+  for (const auto& [by, shading] :
+       {std::pair{By::flat, Material::Shading::flat}, {By::gouraud, Material::Shading::gouraud}}) {
+    const Rendered seen = scenes::approximated(shapes(), {.shading = by});
+    const Rendered expected =
+        scenes::render(with_materials(shapes(), [shading = shading](Material& each) { each.shading = shading; }));
+    EXPECT_EQ(seen.image.rgb, expected.image.rgb);
+    EXPECT_EQ(seen.statistics, expected.statistics);
+    EXPECT_NE(seen.image.rgb, exact.image.rgb);
+  }
 }
 
 /// A floor seen from above, x to the right.
@@ -214,9 +213,7 @@ TEST(NearestLights, AreTheFirstOfLightsAtEqualDistance) {
 }
 
 TEST(NearestLights, HaveTheDistanceOfTheirCenter) {
-  Light bar = scenes::point_light({});
-  bar.source = LineLight{{-4, 1, 0}, {8, 1, 0}};  // its middle is at x = 2
-  bar.color = {1, 0, 0};
+  const Light bar{LineLight{{-4, 1, 0}, {8, 1, 0}}, {1, 0, 0}};  // its middle is at x = 2
   const Scene scene = floor_under({bar, scenes::point_light({-2, 1, 0}, {0, 1, 0})});
   const Rendered seen = scenes::approximated(scene, {.nearest_lights = 1});
   EXPECT_EQ(seen.image.pixel(2, 8)[0], 0);
@@ -228,14 +225,9 @@ TEST(NearestLights, HaveTheDistanceOfTheirCenter) {
 constexpr Approximations ambient_alone{.interreflection = Approximations::Interreflection::ambient};
 constexpr Approximations no_interreflection{.interreflection = Approximations::Interreflection::none};
 
-/// With materials that give back less light than they receive, and light by way of surfaces.
 Scene global_scene(std::uint64_t seed) {
-  Scene scene = with_materials(scenes::random(seed, 16), [](Material& material) {
-    for (double Material::*share : {&Material::diffuse, &Material::diffuse_transmission, &Material::reflection})
-      material.*share *= 0.25;
-    material.transmission *= 0.25;
-  });
-  scene.accuracy.model = Accuracy::Model::global;
+  Scene scene = scenes::random(seed, 16);
+  scenes::light_globally(scene);
   scene.ambient = {0.3, 0.2, 0.1};
   return scene;
 }
@@ -286,19 +278,11 @@ TEST(InterreflectionError, IsTheDistanceFromTheRenderingEquation) {
     scene.accuracy.samples = 4096;  // so that many looks are a tenth of them
     scene.ambient = {ambient, ambient, ambient};
     Material wall = scenes::matte({1, 1, 1});
-    wall.ambient = 1;
     wall.diffuse = rho;
     wall.emission = Color{emission, emission, emission};
     scenes::add(scene, Sphere{{0, 0, 0}, 1}, wall);
     const ErrorEstimate error = rendered_by(scene, ambient_alone).error;
-    Image one;
-    one.width = one.height = 1;
-    const auto code = [&](double radiance) {
-      const auto value = static_cast<float>(radiance);
-      one.rgb = {value, value, value};
-      return to_display(one, scene.output).codes[0] / codes_per_level;
-    };
-    const double truth = std::abs(code(emission + ambient) - code(exact));
+    const double truth = std::abs(level_of(emission + ambient) - level_of(exact));
     EXPECT_NEAR(error.approximation, truth, 0.1 * truth) << ambient;
     EXPECT_GE(error.estimate, truth) << ambient;
   }
@@ -334,21 +318,6 @@ TEST(Approximation, RemovesTheRequirementsOfWhatItOmits) {
   EXPECT_TRUE(needs({}).global_light && needs({}).emitters);
   EXPECT_FALSE(needs(ambient_alone).global_light || needs(ambient_alone).emitters);
   EXPECT_FALSE(needs(no_interreflection).global_light || needs(no_interreflection).emitters);
-}
-
-TEST(Approximation, IsTheReasonOfTheRequirementsItAdds) {
-  Scene scene = scenes::empty(4);
-  scenes::add(scene, Sphere{}, scenes::matte({1, 1, 1}));
-  scene.accuracy.approximate.shading = Approximations::Shading::gouraud;
-  std::vector<RequirementReason> reasons;
-  requirements(scene, &reasons);
-  const auto pointer = [&](bool Requirements::*needed) {
-    const auto found = std::find_if(reasons.begin(), reasons.end(),
-                                    [&](const RequirementReason& reason) { return reason.needed == needed; });
-    return found == reasons.end() ? "none" : found->pointer;
-  };
-  EXPECT_EQ(pointer(&Requirements::approximations), "/accuracy/approximate");
-  EXPECT_EQ(pointer(&Requirements::gouraud), "/accuracy/approximate/shading");
 }
 
 TEST(Approximation, KeepsInTheCompiledSceneWhatExactSamplesNeed) {

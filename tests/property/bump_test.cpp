@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "tests/support/scenes.h"
-#include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/src/math/vec.h"
 
@@ -15,25 +14,20 @@ using namespace tracer;
 using scenes::add;
 
 Texture gradient(const Color& low, const Color& high, const Vec2& scale = {1, 1}) {
-  Texture texture;
-  texture.pattern = GradientTexture{{low, high}};
-  texture.scale = scale;
-  return texture;
+  return {.pattern = GradientTexture{{low, high}}, .scale = scale, .path = {}};
 }
 
 Texture constant(const Color& color) { return gradient(color, color); }
 
+/// A height that grows by 1 with v.
+Texture rising(const Vec2& scale = {1, 1}) { return gradient({}, {1, 1, 1}, scale); }
+
 /// A texture for normal maps that means this direction, in the frame of the surface.
 Texture direction(const Vec3& n) { return constant({n.x / 2 + 0.5, n.y / 2 + 0.5, n.z / 2 + 0.5}); }
 
-Material white() {
-  Material material = scenes::matte({1, 1, 1});
-  material.ambient = 0;
-  return material;
-}
-
-/// One shape of `material`, whose textures are `texture`, seen along -y from `eye` onto the origin's neighbourhood.
-Scene scene_of(const Shape& shape, const Material& material, const Texture& texture, const Vec3& light) {
+/// One shape of `material`, whose textures are `texture`, seen along -y onto the origin's neighbourhood.
+Scene scene_of(const Shape& shape, const Material& material, const Texture& texture,
+               const Vec3& light = {0.3, 1, -0.5}) {
   Scene scene = scenes::empty(1);
   scene.textures.push_back(texture);
   scene.camera = {.position = {0.21, 5, 0.13}, .look_at = {0.21, 0, 0.13}, .up = {0, 0, -1}, .fov_deg = 1};
@@ -44,88 +38,76 @@ Scene scene_of(const Shape& shape, const Material& material, const Texture& text
 
 double brightness(const Scene& scene) { return scenes::render(scene).image.rgb[0]; }
 
+void expect_normal(const Scene& scene, const Vec3& normal) {
+  const Vec3 light = -std::get<DirectionalLight>(scene.lights[0].source).direction;
+  EXPECT_NEAR(brightness(scene), std::max(0.0, dot(normalize(normal), light)), 1e-6);
+}
+
 /// Every shape with a flat top at y = 0 (a sphere's pole is not one) has N = y there, u along +x, v along -z.
 const Shape level_plane = Plane{{0, 0, 0}, {0, 1, 0}, {}};
 
 Material bumped(double scale) {
-  Material material = white();
+  Material material = scenes::matte({1, 1, 1});
   material.bump = Bump{{0}, scale};
   return material;
 }
 
 Material mapped() {
-  Material material = white();
+  Material material = scenes::matte({1, 1, 1});
   material.normal_map = TextureId{0};
   return material;
 }
 
 TEST(Bump, OfConstantSlopeTiltsTheNormalByExactlyItsAngle) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
   for (const double slope : {0.0, 0.1, -0.5, 2.0}) {
+    SCOPED_TRACE(slope);
     // v runs along e1 = n x e0 = -z, so heights grow towards -z and N leans to +z.
-    const Vec3 expected = normalize({0, 1, slope});
-    const Scene scene = scene_of(level_plane, bumped(slope), gradient({}, {1, 1, 1}), light);
-    EXPECT_NEAR(brightness(scene), std::max(0.0, dot(expected, light)), 1e-6) << slope;
+    expect_normal(scene_of(level_plane, bumped(slope), rising()), {0, 1, slope});
   }
 }
 
 TEST(Bump, HasTheHeightOfTheMeanOfTheChannels) {
-  const Vec3 light = normalize({0, 1, 1});
-  const Scene scene = scene_of(level_plane, bumped(2), gradient({}, {0.9, 0.3, 0}), light);
-  EXPECT_NEAR(brightness(scene), dot(normalize({0, 1, 0.8}), light), 1e-6);
+  expect_normal(scene_of(level_plane, bumped(2), gradient({}, {0.9, 0.3, 0}), {0, 1, 1}), {0, 1, 0.8});
 }
 
 TEST(Bump, IsIndependentOfTheStretchAndRotationOfTheCoordinates) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
-  Scene scene = scene_of(Plane{{0, 0, 0}, {0, 1, 0}, Vec3{0, 0, 1}}, bumped(0.5), gradient({}, {1, 1, 1}, {7, 0.5}),
-                         light);  // u along z, v = n x e0 = x; half a unit of height each 2 units
-  EXPECT_NEAR(brightness(scene), dot(normalize({-0.25, 1, 0}), light), 1e-6);
+  // u along z, v = n x e0 = x; half a unit of height each 2 units
+  Scene scene = scene_of(Plane{{0, 0, 0}, {0, 1, 0}, Vec3{0, 0, 1}}, bumped(0.5), rising({7, 0.5}));
+  expect_normal(scene, {-0.25, 1, 0});
   Transform stretched;
   stretched.rows[0][0] = 3;  // the relief is stretched with its plane: three times the way for the same height
   scene.objects[0].transform = stretched;
-  EXPECT_NEAR(brightness(scene), dot(normalize({-0.25 / 3, 1, 0}), light), 1e-6);
+  expect_normal(scene, {-0.25 / 3, 1, 0});
 }
 
 TEST(Bump, PerturbsEveryFlatShapeAlike) {
-  const Vec3 light = normalize({0.2, 1, 0.4});
-  // Height grows by 0.4 a unit along each shape's v, which is `along`.
-  struct Flat {
-    Shape shape;
-    double v_per_unit;
-    Vec3 along;
+  // Height grows by 0.4 a unit along each shape's v, which is -z.
+  const std::array<Vec2, 3> uvs{Vec2{-4, -4}, {4, -4}, {0, 4}};
+  const std::pair<Shape, double> shapes_and_v_per_unit[] = {
+      {Disc{{0, 0, 0}, {0, 1, 0}, 2, 0, {}}, 0.25},
+      {Box{{-1, -1, -1}, {1, 0, 1}}, 0.5},
+      {Cylinder{{0, -1, 0}, {0, 0, 0}, 2, true, {}}, 0.25},
+      {Triangle{{Vec3{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {}, uvs}, 1},
+      {Mesh{{{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {{0, 1, 2}}, {}, {uvs.begin(), uvs.end()}}, 1},
   };
-  const Flat shapes[] = {
-      {Disc{{0, 0, 0}, {0, 1, 0}, 2, 0, {}}, 0.25, {0, 0, -1}},
-      {Box{{-1, -1, -1}, {1, 0, 1}}, 0.5, {0, 0, -1}},
-      {Cylinder{{0, -1, 0}, {0, 0, 0}, 2, true, {}}, 0.25, {0, 0, -1}},
-      {Triangle{{Vec3{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {}, std::array<Vec2, 3>{Vec2{-4, -4}, {4, -4}, {0, 4}}},
-       1,
-       {0, 0, -1}},
-      {Mesh{{{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {{0, 1, 2}}, {}, {{-4, -4}, {4, -4}, {0, 4}}}, 1, {0, 0, -1}},
-  };
-  for (const auto& [shape, v_per_unit, along] : shapes) {
-    const Scene scene = scene_of(shape, bumped(0.4 / v_per_unit), gradient({}, {1, 1, 1}), light);
-    EXPECT_NEAR(brightness(scene), dot(normalize(Vec3{0, 1, 0} - along * 0.4), light), 1e-6) << shape.index();
+  for (const auto& [shape, v_per_unit] : shapes_and_v_per_unit) {
+    SCOPED_TRACE(shape.index());
+    expect_normal(scene_of(shape, bumped(0.4 / v_per_unit), rising(), {0.2, 1, 0.4}), {0, 1, 0.4});
   }
 }
 
 TEST(Bump, OnASphereIsTheSlopeOverItsRadius) {
   const double radius = 2;
   // v = 1 - theta / pi climbs towards the pole: by 1 / (pi R) a unit of length.
-  Scene scene =
-      scene_of(Sphere{{0, 0, 0}, radius, {0, 0, 1}, {1, 0, 0}}, bumped(1.5), gradient({}, {1, 1, 1}), {0, 1, 0});
+  Scene scene = scene_of(Sphere{{0, 0, 0}, radius, {0, 0, 1}, {1, 0, 0}}, bumped(1.5), rising(), {0, 1, 0});
   scene.camera.position = {0, 9, 0};
   scene.camera.look_at = {0, 0, 0};  // theta = 90 degrees: v along z
-  const double slope = 1.5 / (std::numbers::pi * radius);
-  EXPECT_NEAR(brightness(scene), 1 / std::hypot(1, slope), 1e-6);
+  expect_normal(scene, {0, 1, 1.5 / (std::numbers::pi * radius)});
 }
 
 TEST(Bump, IsMirroredOnTheBackSide) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
   // The plane's front is below; its v then runs along n x e0 = +z. Seen from behind, what is a bump is a dent.
-  const Scene scene = scene_of(Plane{{0, 0, 0}, {0, -1, 0}, {}}, bumped(0.5), gradient({}, {1, 1, 1}), light);
-  const Vec3 front = normalize({0, -1, -0.5});
-  EXPECT_NEAR(brightness(scene), dot(-front, light), 1e-6);
+  expect_normal(scene_of(Plane{{0, 0, 0}, {0, -1, 0}, {}}, bumped(0.5), rising()), -Vec3{0, -1, -0.5});
 }
 
 TEST(Bump, IsBitIdenticalUnderScalingByAPowerOfTwo) {
@@ -133,10 +115,7 @@ TEST(Bump, IsBitIdenticalUnderScalingByAPowerOfTwo) {
     const double k = std::ldexp(1, exponent);
     const auto at_scale = [](double factor) {
       Scene scene = scenes::empty(24);
-      Texture noise;
-      noise.pattern = NoiseTexture{{Color{}, Color{1, 1, 1}}, 3};
-      noise.scale = {5, 5};
-      scene.textures.push_back(noise);
+      scene.textures = {{.pattern = NoiseTexture{{Color{}, Color{1, 1, 1}}, 3}, .scale = {5, 5}, .path = {}}};
       scene.camera = {.position = Vec3{0, 3, 4} * factor, .look_at = {}, .fov_deg = 30};
       scene.lights.push_back(scenes::directional_light({-1, -2, -0.5}));
       Material material = bumped(0.05 * factor);
@@ -158,63 +137,44 @@ TEST(Bump, HasNoEffectIfTheTextureIsConstant) {
 }
 
 TEST(NormalMap, OfOneColourIsTheTiltedNormal) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
-  for (const Vec3& n : {Vec3{0, 0, 1}, normalize({0.3, -0.2, 1}), normalize({-0.8, 0.1, 0.5})}) {
-    const Scene scene = scene_of(level_plane, mapped(), direction(n), light);
-    const Vec3 expected{n.x, n.z, -n.y};  // u along x, v along -z, out along y
-    EXPECT_NEAR(brightness(scene), std::max(0.0, dot(expected, light)), 1e-6);
-  }
+  for (const Vec3& n : {Vec3{0, 0, 1}, normalize({0.3, -0.2, 1}), normalize({-0.8, 0.1, 0.5})})
+    // u along x, v along -z, out along y
+    expect_normal(scene_of(level_plane, mapped(), direction(n)), {n.x, n.z, -n.y});
 }
 
 TEST(NormalMap, FollowsCoordinatesThatAreTurnedMirroredAndSheared) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
   const Vec3 n = normalize({0.4, 0.2, 1});
-  const auto seen = [&](const std::array<Vec2, 3>& uvs) {
-    return brightness(
-        scene_of(Triangle{{Vec3{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {}, uvs}, mapped(), direction(n), light));
+  const auto with = [&](const std::array<Vec2, 3>& uvs) {
+    return scene_of(Triangle{{Vec3{-4, 0, 4}, {4, 0, 4}, {0, 0, -4}}, {}, uvs}, mapped(), direction(n));
   };
-  // u = z, v = x.
-  EXPECT_NEAR(seen({{{4, -4}, {4, 4}, {-4, 0}}}), dot(normalize({n.y, n.z, n.x}), light), 1e-6);
-  // u = -x, v = -z.
-  EXPECT_NEAR(seen({{{4, -4}, {-4, -4}, {0, 4}}}), dot(normalize({-n.x, n.z, -n.y}), light), 1e-6);
+  expect_normal(with({{{4, -4}, {4, 4}, {-4, 0}}}), {n.y, n.z, n.x});     // u = z, v = x
+  expect_normal(with({{{4, -4}, {-4, -4}, {0, 4}}}), {-n.x, n.z, -n.y});  // u = -x, v = -z
   // u = x + z, v = z: with v still, one moves along x; with u still, along z - x.
   const double half = std::sqrt(0.5);
-  EXPECT_NEAR(seen({{{0, 4}, {8, 4}, {-4, -4}}}), dot(normalize({n.x - n.y * half, n.z, n.y * half}), light), 1e-6);
+  expect_normal(with({{{0, 4}, {8, 4}, {-4, -4}}}), {n.x - n.y * half, n.z, n.y * half});
 }
 
 TEST(NormalMap, IsMirroredOnTheBackSide) {
-  const Vec3 light = normalize({0.3, 1, -0.5});
   const Vec3 n = normalize({0.4, 0.2, 1});
-  const Scene scene = scene_of(Plane{{0, 0, 0}, {0, -1, 0}, {}}, mapped(), direction(n), light);
-  EXPECT_NEAR(brightness(scene), dot(-Vec3{n.x, -n.z, n.y}, light), 1e-6);
+  expect_normal(scene_of(Plane{{0, 0, 0}, {0, -1, 0}, {}}, mapped(), direction(n)), -Vec3{n.x, -n.z, n.y});
 }
 
 TEST(NormalMap, IsPerturbedFurtherByABump) {
   Material material = mapped();
   material.bump = Bump{{1}, 0.5};
-  const Vec3 light = normalize({0.3, 1, -0.5});
-  Scene scene = scene_of(level_plane, material, direction({0, 0, 1}), light);
-  scene.textures.push_back(gradient({}, {1, 1, 1}));
-  EXPECT_NEAR(brightness(scene), dot(normalize({0, 1, 0.5}), light), 1e-6);
+  Scene scene = scene_of(level_plane, material, direction({0, 0, 1}));
+  scene.textures.push_back(rising());
+  expect_normal(scene, {0, 1, 0.5});
 }
 
 TEST(NormalMap, IsLinearWithoutAnExplicitColorSpace) {
-  Image image;
-  image.width = image.height = 1;
-  image.rgb = {0.5F, 0.25F, 0.75F};
-  const auto png = encode(image, Format::png);  // sRGB codes 188, 137, 225
+  const auto png = encode({1, 1, {0.5F, 0.25F, 0.75F}}, Format::png);  // sRGB codes 188, 137, 225
   ASSERT_TRUE(png);
   const auto lit = [&](std::optional<ColorSpace> space, bool also_a_color) {
-    Material material = mapped();
-    Texture texture;
-    texture.pattern = ImageTexture{{0}, space};
-    Scene scene = scene_of(level_plane, material, texture, {0, 1, 0});
+    Scene scene = scene_of(level_plane, mapped(), {.pattern = ImageTexture{{0}, space}, .path = {}}, {0, 1, 0});
     scene.assets.push_back({"normals.png", "/textures/normals/file"});
     if (also_a_color) scene.materials[0].color = TextureId{0};
-    RenderControl control;
-    const auto compiled = compile(scene, control, {{png->bytes}});
-    EXPECT_TRUE(compiled);
-    return render(**compiled, {.threads = 1}, control)->image.rgb[0];
+    return scenes::render(scene, 1, {{png->bytes}}).image.rgb[0];
   };
   const Vec3 linear = normalize({2 * 188 / 255.0 - 1, 2 * 137 / 255.0 - 1, 2 * 225 / 255.0 - 1});
   EXPECT_NEAR(lit(std::nullopt, false), linear.z, 1e-6);
@@ -236,11 +196,8 @@ TEST(PerturbedNormals, TransmitNoLightFromBehind) {
 /// A shape with normals that lean every way, under a white sky.
 Scene with_wild_normals(const Shape& shape, Material material) {
   Scene scene = scenes::empty(32);
-  Texture noise;
-  noise.pattern = NoiseTexture{{Color{0, 0, 0.5}, Color{1, 1, 0.6}}, 4};
-  noise.scale = {40, 40};
-  noise.filter = Texture::Filter::nearest;
-  scene.textures.push_back(noise);
+  scene.textures = {{.pattern = NoiseTexture{{Color{0, 0, 0.5}, Color{1, 1, 0.6}}, 4}, .scale = {40, 40}, .path = {}}};
+  scene.textures[0].filter = Texture::Filter::nearest;
   scene.camera = {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20};
   scene.background.color = {1, 1, 1};
   material.normal_map = TextureId{0};
@@ -262,11 +219,11 @@ TEST(PerturbedNormals, KeepRefractedRaysOnTheirSide) {
 }
 
 TEST(PerturbedNormals, AreRequiredOnlyByMaterialsThatObjectsHave) {
-  Scene scene = scene_of(level_plane, bumped(1), gradient({}, {1, 1, 1}), {0, 1, 0});
+  Scene scene = scene_of(level_plane, bumped(1), rising(), {0, 1, 0});
   EXPECT_TRUE(requirements(scene).bump && requirements(scene).textures && requirements(scene).filtered_textures);
   scene.textures[0].filter = Texture::Filter::nearest;
   EXPECT_FALSE(requirements(scene).filtered_textures);
-  scene.materials.push_back(white());
+  scene.materials.push_back(scenes::matte({1, 1, 1}));
   scene.objects[0].material = {1};
   EXPECT_FALSE(requirements(scene).bump || requirements(scene).textures);
 }

@@ -10,13 +10,6 @@ namespace {
 
 using namespace tracer;
 
-std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
-  RenderControl control;
-  auto result = compile(scene, control);
-  EXPECT_TRUE(result.has_value());
-  return *result;
-}
-
 /// Minutes of work, so that a test always cancels it before its end.
 Scene endless() {
   Scene scene = scenes::empty(512);
@@ -35,14 +28,14 @@ TEST(Cancellation, BeforeTheStartReturnsAtOnceAndTracesNothing) {
   const auto nothing = compile(endless(), control);
   ASSERT_FALSE(nothing.has_value());
   EXPECT_EQ(nothing.error().code, Failure::Code::cancelled);
-  const auto image = render(*compiled(endless()), {.threads = 2}, control);
+  const auto image = render(*scenes::compiled(endless()), {.threads = 2}, control);
   ASSERT_FALSE(image.has_value());
   EXPECT_EQ(image.error().code, Failure::Code::cancelled);
   EXPECT_EQ(control.tiles_done(), 0u);
 }
 
 TEST(Cancellation, DuringTheRenderStopsItWithoutAnImage) {
-  const auto scene = compiled(endless());
+  const auto scene = scenes::compiled(endless());
   for (const std::uint32_t threads : {1u, 2u, 0u}) {
     RenderControl control;
     std::thread someone([&] {
@@ -79,7 +72,7 @@ TEST(Cancellation, AtAnyMomentOfACompileGivesASceneOrNone) {
 TEST(Progress, OnlyGrowsAndReachesItsTotal) {
   Scene scene = scenes::random(2, 200);
   scene.accuracy.samples = 8;
-  const auto prepared = compiled(scene);
+  const auto prepared = scenes::compiled(scene);
   RenderControl control;
   EXPECT_EQ(control.tiles_total(), 0u);
   std::atomic<bool> ended{false};
@@ -102,18 +95,15 @@ TEST(Progress, OnlyGrowsAndReachesItsTotal) {
 }
 
 TEST(Render, OfOneCompiledSceneConcurrentlyGivesTheSameImage) {
-  const auto scene = compiled(scenes::random(6, 64));
+  const auto scene = scenes::compiled(scenes::random(6, 64));
   RenderControl control;
   const auto expected = render(*scene, {.threads = 1}, control);
-  std::vector<std::vector<float>> images(4);
-  std::vector<std::thread> threads;
-  for (auto& image : images)
-    threads.emplace_back([&] {
+  std::vector<std::jthread> threads(4);
+  for (std::jthread& thread : threads)
+    thread = std::jthread([&] {
       RenderControl own;
-      image = render(*scene, {.threads = 0}, own)->image.rgb;
+      EXPECT_EQ(render(*scene, {.threads = 0}, own)->image.rgb, expected->image.rgb);
     });
-  for (std::thread& thread : threads) thread.join();
-  for (const auto& image : images) EXPECT_EQ(image, expected->image.rgb);
 }
 
 // ---- counts --------------------------------------------------------------------------------------------------------
@@ -127,21 +117,21 @@ Scene floor_scene(const Material& material) {
   return scene;
 }
 
-constexpr std::uint64_t pixels = 20 * 20;
-
 TEST(RayCounts, AreOneShadowRayPerLightOnTheFrontSide) {
+  const auto expect_shadow_rays = [](std::uint64_t of_a_pixel, const Scene& scene, const char* name) {
+    constexpr std::uint64_t pixels = 20 * 20;
+    const RayCounts expected{.camera = pixels, .shadow = of_a_pixel * pixels};
+    EXPECT_EQ(scenes::render(scene).statistics.rays, expected) << name;
+  };
   Scene scene = floor_scene(scenes::matte({1, 1, 1}));
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = 2 * pixels}));
+  expect_shadow_rays(2, scene, "two lights");
   scene.lights[0].shadows = false;
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels}))
-      << "a light without shadows";
+  expect_shadow_rays(1, scene, "a light without shadows");
   scene.lights[1].source = DirectionalLight{{0, 1, 0}};
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels})) << "behind the surface";
-  scene.lights[1].source = DirectionalLight{{0, -1, 0}};
-  scene.lights[1].intensity = 0;
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels})) << "dark";
-  EXPECT_EQ(scenes::render(floor_scene(scenes::glowing({1, 1, 1}))).statistics.rays, (RayCounts{.camera = pixels}))
-      << "a surface that reflects no light";
+  expect_shadow_rays(0, scene, "behind the surface");
+  scene.lights[1] = {.source = DirectionalLight{{0, -1, 0}}, .intensity = 0};
+  expect_shadow_rays(0, scene, "dark");
+  expect_shadow_rays(0, floor_scene(scenes::glowing({1, 1, 1})), "a surface that reflects no light");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "tests/support/scenes.h"
@@ -64,13 +65,9 @@ TEST(CutOuts, FollowTheAlphaOfAPng) {
   scene.camera = ball.camera;
   scene.background.color = {0, 0, 1};
   scene.assets = {{"ball.png", "/textures/t/file"}};
-  ImageTexture alpha{AssetId{0}, {}, ImageTexture::Channel::alpha};
-  Texture texture{alpha, {1, 1}, {0.5, 0.5}, "/textures/t"};
-  texture.filter = Texture::Filter::nearest;
-  texture.wrap = Texture::Wrap::clamp;
-  const double width = 2 * 5 * std::tan(22.5 * 3.14159265358979323846 / 180);
-  texture.scale = {1 / width, 1 / width};
-  scene.textures = {texture};
+  const ImageTexture alpha{AssetId{0}, {}, ImageTexture::Channel::alpha};
+  const double scale = 1 / (2 * 5 * std::tan(std::numbers::pi / 8));
+  scene.textures = {{alpha, {scale, scale}, {0.5, 0.5}, "/textures/t", Texture::Wrap::clamp, Texture::Filter::nearest}};
   Material material = scenes::glowing({1, 0, 0});
   material.opacity = TextureId{0};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, Vec3{1, 0, 0}}, material);

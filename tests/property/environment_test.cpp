@@ -14,11 +14,7 @@ namespace {
 using namespace tracer;
 
 Texture imaged(Texture::Filter filter) {
-  Texture texture;
-  texture.pattern = ImageTexture{};
-  texture.path = "/background/environment";
-  texture.filter = filter;
-  return texture;
+  return {.pattern = ImageTexture{}, .path = "/background/environment", .filter = filter};
 }
 
 /// An empty scene seen by a panorama camera.
@@ -64,10 +60,7 @@ TEST(Environment, OfOneColourIsTheConstantBackground) {
   const Color color{0.5, 0.25, 2};
   scene.background = {.color = color};
   const Rendered plain = scenes::render(scene);
-  Texture texture;
-  texture.pattern = CheckerTexture{{color, color}};
-  texture.filter = Texture::Filter::nearest;
-  scene.textures.push_back(texture);
+  scene.textures.push_back({.pattern = CheckerTexture{{color, color}}, .path = {}, .filter = Texture::Filter::nearest});
   const TextureId last{static_cast<std::uint32_t>(scene.textures.size() - 1)};
   scene.background.environment = Environment{last, 12};
   EXPECT_EQ(scenes::render(scene).image.rgb, plain.image.rgb);
@@ -82,12 +75,9 @@ TEST(Environment, OfOneColourIsTheConstantBackground) {
 /// At the image position of a mirror ball's normal n, an orthographic camera sees the direction d - 2 (d.n) n.
 TEST(Environment, IsReflectedByASphereInTheReflectedDirection) {
   Scene scene = scenes::empty(65);
-  scene.camera = {.position = {0, 0, 5}, .look_at = {}, .height = 2};
-  scene.camera.type = Camera::Type::orthographic;
-  Texture gradient;
-  gradient.pattern = GradientTexture{{Color{1, 0, 0}, Color{0, 0, 1}}};
-  gradient.filter = Texture::Filter::nearest;
-  scene.textures = {gradient};
+  scene.camera = scenes::orthographic({0, 0, 5}, {}, 2);
+  scene.textures = {{.pattern = GradientTexture{{Color{1, 0, 0}, Color{0, 0, 1}}}, .path = {}}};
+  scene.textures[0].filter = Texture::Filter::nearest;
   scene.background.environment = Environment{};
   scenes::add(scene, Sphere{{}, 1}, scenes::mirror());
   const Image image = scenes::render(scene).image;
@@ -103,10 +93,7 @@ TEST(Environment, IsReflectedByASphereInTheReflectedDirection) {
 TEST(Environment, HasANarrowerFootprintWithMoreSamples) {
   // A checker far finer than a pixel: its mean however many samples, not noise.
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
-  Texture checker;
-  checker.pattern = CheckerTexture{{Color{1, 1, 1}, Color{}}};
-  checker.scale = {4096, 2048};
-  scene.textures = {checker};
+  scene.textures = {{.pattern = CheckerTexture{{Color{1, 1, 1}, Color{}}}, .scale = {4096, 2048}, .path = {}}};
   scene.background.environment = Environment{};
   for (const float channel : scenes::render(scene).image.rgb) EXPECT_NEAR(channel, 0.5, 0.02);
   EXPECT_TRUE(requirements(scene).environment && requirements(scene).filtered_textures);

@@ -135,11 +135,8 @@ Scene room_of_two_squares(bool first_glows) {
   scenes::add(scene, square(-half[0], half[0], gap - 1), surface(rho[0], first_glows ? 1 : 0));
   scenes::add(scene, square(-half[1], half[1], 0), surface(rho[1], first_glows ? 0 : 1));
   scene.objects.back().transform = Transform{{{{0, 0, 1, 1 - gap}, {1, 0, 0, 0.3}, {0, 1, 0, 0.2}}}};
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.position = first_glows ? Vec3{0.9, 0.3, 0.2} : Vec3{0, 0, -0.9};
-  scene.camera.look_at = first_glows ? Vec3{1, 0.3, 0.2} : Vec3{0, 0, -1};
-  scene.camera.up = first_glows ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
-  scene.camera.height = 2 * half[first_glows ? 1 : 0];
+  scene.camera = first_glows ? scenes::orthographic({0.9, 0.3, 0.2}, {1, 0.3, 0.2}, 2 * half[1], {0, 0, 1})
+                             : scenes::orthographic({0, 0, -0.9}, {0, 0, -1}, 2 * half[0]);
   return scene;
 }
 
@@ -178,18 +175,10 @@ TEST(GlobalLight, OfLightsEmissionAndSkyIsTheirSum) {
 TEST(GlobalLight, OfASmallEmitterHasATenthOfTheVarianceOfHitsAlone) {
   Scene scene = under(Sphere{{0, 0, 1.2}, 0.05});
   scene.accuracy.samples = 1;
-  const double factor = 0.05 * 0.05 / (1.2 * 1.2), of_hits = 16 * factor * (1 - factor);
-  double sum = 0, squares = 0, count = 0;
-  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
-    scene.accuracy.seed = seed;
-    for (const float value : scenes::render(scene).image.rgb) {
-      sum += value;
-      squares += double{value} * value;
-      ++count;
-    }
-  }
-  const double variance = squares / count - sum / count * (sum / count);
-  EXPECT_LT(variance, of_hits / 10);
+  constexpr double factor = 0.05 * 0.05 / (1.2 * 1.2), of_hits = 16 * factor * (1 - factor);
+  constexpr std::uint64_t seeds = 400, pixels = 4;
+  const double error = radiance(scene, seeds).error;
+  EXPECT_LT(error * error * (seeds - 1) * pixels, of_hits / 10);
 }
 
 /// A closed box of side 4 that emits what it absorbs, with every kind of surface in it: the radiance is 1 everywhere.
@@ -331,23 +320,19 @@ TEST(GlobalLight, OfASkyWithASunHasItsIrradianceAndASmallVariance) {
   scene.background.up = {0, 0, 1};
   scene.camera.up = {0, 0, 1};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(0.8));
-  scene.textures.emplace_back().pattern = ImageTexture{};
-  scene.textures.back().filter = Texture::Filter::nearest;
-  scene.textures.back().path = "/background/environment";
+  scene.textures = {{.pattern = ImageTexture{}, .path = "/background/environment", .filter = Texture::Filter::nearest}};
   scene.assets = {{"sky.exr", "/background/environment/file"}};
   scene.background.environment = Environment{};
   const auto squared_sine = [](double v) { return std::pow(std::sin(pi * (0.5 - v / rows)), 2); };
   // Over pi: half of the difference of the squared sines of the latitudes, for the part of a turn.
   const double of_sun = (sun - 1) * (squared_sine(row) - squared_sine(row + 1.0)) / columns;
-  const Mean found =
-      mean_over_seeds(scene, [&](const Scene& one) { return mean_radiance(scenes::render(one, 1, assets).image); });
+  const Mean found = radiance(scene, 24, assets);
   expect_mean(found, 0.8 * (1 + of_sun), "sun");
   EXPECT_GT(of_sun, 1) << "the sun is brighter than the sky";
   EXPECT_LT(found.error * std::sqrt(24 * 4 * 64), 1.5) << "of a sample; hits alone: " << std::sqrt(sun * of_sun);
   for (const auto filter : {Texture::Filter::bilinear, Texture::Filter::mipmap}) {  // both widen the sun
     scene.textures[0].filter = filter;
-    const Mean widened =
-        mean_over_seeds(scene, [&](const Scene& one) { return mean_radiance(scenes::render(one, 1, assets).image); });
+    const Mean widened = radiance(scene, 24, assets);
     EXPECT_NEAR(widened.value, found.value, 4 * std::hypot(widened.error, found.error) + 0.002 * found.value);
     EXPECT_LT(widened.error * std::sqrt(24 * 4 * 64), 3);
   }

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tests/support/scenes.h"
-#include "tracer/image.h"
+#include "tracer/compare.h"
 
 namespace tracer {
 
@@ -40,8 +40,15 @@ Mean mean_over_seeds(Scene scene, const Value& value, std::uint64_t seeds = 24) 
   return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1))};
 }
 
-inline Mean radiance(const Scene& scene) {
-  return mean_over_seeds(scene, [](const Scene& one) { return mean_radiance(scenes::render(one).image); });
+inline Mean radiance(const Scene& scene, std::uint64_t seeds = 24, const Assets& assets = {}) {
+  return mean_over_seeds(
+      scene, [&](const Scene& one) { return mean_radiance(scenes::render(one, 1, assets).image); }, seeds);
+}
+
+/// The displayed level of a gray radiance.
+inline double level_of(double radiance) {
+  const auto value = static_cast<float>(radiance);
+  return to_display({.width = 1, .height = 1, .rgb = {value, value, value}}).codes[0] / codes_per_level;
 }
 
 inline void expect_mean(const Mean& found, double truth, const std::string& name) {

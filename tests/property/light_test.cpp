@@ -65,24 +65,31 @@ TEST(ManyLights, GiveTheSameImageAndStatisticsForAnyNumberOfThreads) {
   EXPECT_EQ(one.statistics, three.statistics);
 }
 
+TEST(AreaLights, HaveAtLeast16ShadowRaysInEachPixel) {
+  Scene scene = scenes::empty(24);
+  scene.camera = {{0, 4, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.lights = {{RectLight{{-2, 3, -2}, {4, 0, 0}, {0, 0, 4}}}};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.8, 0.8}));
+  for (const std::uint32_t samples : {1u, 4u, 16u, 64u}) {
+    scene.accuracy.samples = samples;
+    const double rays = static_cast<double>(scenes::render(scene).statistics.rays.shadow) / (24 * 24);
+    EXPECT_NEAR(rays, std::max(16u, samples), 1) << samples;
+  }
+}
+
 constexpr double lamp_height = 100, edge_height = 1, reach = 5;  // the lamp spans 2 reach across the edge
 
 /// A strip of floor across the shadow of a straight edge over x = 0, seen from under the sheet that casts it.
 Scene strip(const LightSource& lamp) {
   Scene scene = scenes::empty(1);
   scene.image = {64, 1};
-  scene.camera = {{0, 0.5, 0}, {0, 0, 0}, {0, 0, -1}, 45};
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.height = 0.004;
+  scene.camera = scenes::orthographic({0, 0.5, 0}, {0, 0, 0}, 0.004, {0, 0, -1});
   scene.accuracy.samples = 1024;
-  scene.lights.emplace_back().source = lamp;
+  scene.lights = {{lamp}};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-  const Mesh sheet{{{-900, edge_height, -900}, {0, edge_height, -900}, {0, edge_height, 900}, {-900, edge_height, 900}},
-                   {{0, 1, 2}, {0, 2, 3}},
-                   {},
-                   {},
-                   false};
-  scenes::add(scene, sheet, scenes::matte({1, 1, 1}));
+  const double h = edge_height;
+  scenes::add(scene, scenes::quad({-900, h, -900}, {0, h, -900}, {0, h, 900}, {-900, h, 900}),
+              scenes::matte({1, 1, 1}));
   return scene;
 }
 
@@ -115,8 +122,8 @@ TEST(Penumbra, OfALineARectAndASphereIsLinearInItsWidth) {
   const auto evenly = [](double x) { return (1 + x) / 2; };
   expect_penumbra(LineLight{{-reach, lamp_height, 0}, {reach, lamp_height, 0}}, evenly);
   expect_penumbra(RectLight{{-reach, lamp_height, -3}, {2 * reach, 0, 0}, {0, 0, 6}}, evenly);
-  expect_penumbra(SphereLight{{0, lamp_height, 0}, reach},
-                  evenly);  // a sphere's zones are as their heights (Archimedes)
+  // a sphere's zones are as their heights (Archimedes)
+  expect_penumbra(SphereLight{{0, lamp_height, 0}, reach}, evenly);
 }
 
 TEST(Penumbra, OfADiscGrowsAsTheAreaOfItsSegment) {

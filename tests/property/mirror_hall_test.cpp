@@ -1,22 +1,19 @@
 // Two parallel mirrors: every path is endless, and the radiance is a geometric series.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "tests/support/scenes.h"
-#include "tracer/compare.h"
+#include "tests/property/global_radiance.h"
 
 namespace tracer {
 namespace {
 
-/// Two parallel mirrors that emit, seen from between them. `whole` is the radiance in every direction.
-struct MirrorHall {
-  Scene scene;
-  double whole;
-};
+constexpr double whole = 0.5;
 
-MirrorHall mirror_hall(double reflection, double whole) {
+/// Two parallel mirrors that emit, seen from between them. The radiance is `whole` in every direction.
+Scene mirror_hall(double reflection) {
   Scene scene = scenes::empty(12);
   scene.camera = {{0, 3, 0}, {0, 0, 0}, {0, 0, 1}, 40};
   Material wall = scenes::mirror(reflection);
@@ -24,7 +21,7 @@ MirrorHall mirror_hall(double reflection, double whole) {
   wall.emission = Color{emission, emission, emission};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, wall);
   scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
-  return {scene, whole};
+  return scene;
 }
 
 /// The defaults of a document with a target error.
@@ -36,42 +33,34 @@ Scene with_target(Scene scene, double target) {
   return scene;
 }
 
-double level_of(double radiance) {
-  const auto value = static_cast<float>(radiance);
-  return to_display({.width = 1, .height = 1, .rgb = {value, value, value}}).codes[0] / codes_per_level;
-}
-
 TEST(MirrorHall, ReachesItsTargetWithoutAChargeForDepth) {
-  const MirrorHall hall = mirror_hall(0.95, 0.5);
   for (const double target : {4.0, 1.0, 0.5}) {
-    const Rendered rendered = scenes::render(with_target(hall.scene, target));
+    const Rendered rendered = scenes::render(with_target(mirror_hall(0.95), target));
     EXPECT_EQ(rendered.statistics.truncated_branches, 0u);
     EXPECT_EQ(rendered.statistics.cut_branches, rendered.statistics.samples) << "Russian roulette ends every path";
     EXPECT_EQ(rendered.error.depth, 0);
     EXPECT_EQ(rendered.error.cutoff, 0);
     EXPECT_TRUE(rendered.error.target_met) << rendered.error.estimate;
-    double squared = 0;
-    for (const float value : rendered.image.rgb) squared += std::pow(level_of(value) - level_of(hall.whole), 2);
-    const double error = std::sqrt(squared / static_cast<double>(rendered.image.rgb.size()));
-    EXPECT_LE(error, rendered.error.estimate) << "target " << target;
+    Image exact = rendered.image;
+    std::ranges::fill(exact.rgb, static_cast<float>(whole));
+    EXPECT_LE(compare(to_display(exact), to_display(rendered.image))->rmse, rendered.error.estimate) << target;
   }
 }
 
 TEST(MirrorHall, IsChargedTheRestOfTheSeriesAtALowerDepth) {
-  const MirrorHall hall = mirror_hall(0.95, 0.5);
-  Scene scene = with_target(hall.scene, 1);
+  Scene scene = with_target(mirror_hall(0.95), 1);
   scene.accuracy.max_depth = 64;
   const Rendered rendered = scenes::render(scene);
   // The first 64 reflections add up to whole (1 - r^65); the bound of the rest is whole r^65, which is exact here.
-  const double rest = hall.whole * std::pow(0.95, 65);
-  EXPECT_FLOAT_EQ(rendered.image.rgb[0], static_cast<float>(hall.whole - rest));
-  EXPECT_NEAR(rendered.error.depth, level_of(hall.whole) - level_of(hall.whole - rest), 2e-3);
+  const double rest = whole * std::pow(0.95, 65);
+  EXPECT_FLOAT_EQ(rendered.image.rgb[0], static_cast<float>(whole - rest));
+  EXPECT_NEAR(rendered.error.depth, level_of(whole) - level_of(whole - rest), 2e-3);
   EXPECT_FALSE(rendered.error.target_met);
 }
 
 /// The charge for depth of a hall with a lamp of that height, below its floor or above.
 double charge_with_lamp(double height, const std::function<void(Scene&)>& change = {}) {
-  Scene scene = mirror_hall(0.95, 0.5).scene;
+  Scene scene = mirror_hall(0.95);
   scene.accuracy.max_depth = 64;
   scene.accuracy.samples = 4;
   if (!std::isnan(height)) scenes::add(scene, Sphere{{5, height, 0}, 1}, scenes::glowing({4, 4, 4}));
@@ -130,11 +119,35 @@ TEST(MirrorHall, IsChargedALampIfARayStartsOnItsSide) {
 }
 
 TEST(MirrorHall, EndsAtTheDefaultDepthBetweenPerfectMirrors) {
-  Scene scene = mirror_hall(1, 0).scene;
-  scene = with_target(scene, 1);
-  const Rendered rendered = scenes::render(scene);
+  const Rendered rendered = scenes::render(with_target(mirror_hall(1), 1));
   EXPECT_EQ(rendered.statistics.rays.reflection, 1000 * rendered.statistics.samples);
   EXPECT_EQ(rendered.statistics.truncated_branches, rendered.statistics.samples);
+}
+
+TEST(CutoffByChance, HasTheMeanOfTheImageWithoutACutoff) {
+  Scene scene = mirror_hall(0.5);
+  scene.accuracy.cutoff = 0.125;  // a weight equal to the cutoff is traced
+  const Rendered plain = scenes::render(scene);
+  const double kept = whole * (1 - std::pow(0.5, 4));  // 1, 1/2, 1/4, 1/8 | 1/16
+  for (const float value : plain.image.rgb) EXPECT_FLOAT_EQ(value, static_cast<float>(kept));
+  EXPECT_GT(plain.error.cutoff, 0);
+  scene.accuracy.cutoff_by_chance = true;
+  EXPECT_EQ(scenes::render(scene).error.cutoff, 0) << "nothing is missing in the mean";
+  const Mean found = radiance(scene, 100);
+  EXPECT_GT(found.error, 0) << "nothing was left to chance";
+  EXPECT_LT(std::abs(found.value - whole), 4 * found.error) << found.value << " of " << whole;
+  EXPECT_GT(whole - kept, 20 * found.error) << "the test could not tell them apart";
+}
+
+TEST(CutoffByChance, ChangesNothingWhereNoBranchIsBelowTheCutoff) {
+  Scene scene = mirror_hall(0.5);
+  scene.accuracy.max_depth = 5;
+  const Rendered plain = scenes::render(scene);
+  scene.accuracy.cutoff_by_chance = true;
+  const Rendered by_chance = scenes::render(scene);
+  EXPECT_EQ(by_chance.image.rgb, plain.image.rgb);
+  EXPECT_EQ(by_chance.statistics, plain.statistics);
+  EXPECT_EQ(by_chance.error.estimate, plain.error.estimate);
 }
 
 }  // namespace

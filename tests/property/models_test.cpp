@@ -1,6 +1,9 @@
 // Requirements select the integrator: both instantiations give the same image, and only required rays are traced.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
 #include "tracer/src/compiled/compiled_scene.h"
@@ -9,11 +12,6 @@
 namespace {
 
 using namespace tracer;
-
-std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
-  RenderControl control;
-  return *compile(scene, control);
-}
 
 Rendered rendered(const CompiledScene& scene) {
   RenderControl control;
@@ -45,7 +43,7 @@ TEST(Integrator, OfAllFeaturesIsBitIdenticalToTheOneThatTheSceneRequires) {
   for (std::uint64_t seed = 0; seed < effort::cases(300); ++seed) {
     const Scene random = scenes::random(seed, 24);
     const Scene scene = seed % 2 == 0 ? random : simplified(random);
-    const auto required = compiled(scene), everything = compiled(scene);
+    const auto required = scenes::compiled(scene), everything = scenes::compiled(scene);
     // compile made it, and no one else looks at it.
     require_everything(const_cast<CompiledScene&>(*everything));
     ++(supports<WhittedFeatures>(required->needs) ? classic : full);
@@ -78,49 +76,55 @@ TEST(RequirementNames, AreComplete) {
   for (std::size_t i = 0; i < sizeof(Requirements); ++i) EXPECT_EQ(bytes[i], 1) << "member " << i;
 }
 
+/// The reasons of what a scene requires, by the name of the requirement.
+std::map<std::string, std::string> reasons_of(const Scene& scene) {
+  std::vector<RequirementReason> reasons;
+  const Requirements needs = requirements(scene, &reasons);
+  std::map<std::string, std::string> found;
+  for (const RequirementName& name : requirement_names)
+    for (const RequirementReason& reason : reasons)
+      if (reason.needed == name.needed) {
+        EXPECT_TRUE(needs.*name.needed);
+        EXPECT_TRUE(found.emplace(name.name, reason.pointer).second);
+      }
+  return found;
+}
+
 TEST(RequirementReasons, NameTheFirstPartOfTheDocumentForEachRequirement) {
   Scene scene = scenes::empty(4);
-  scene.lights = {scenes::point_light({0, 5, 0})};
+  scene.lights = {scenes::point_light({0, 5, 0}), scenes::point_light({0, 5, 0})};
   scene.lights[0].shadows = false;
-  scene.lights.push_back(scene.lights[0]);
-  scene.lights[1].shadows = true;
   Material mirror = scenes::mirror(0.5);
   mirror.diffuse = 1;
   mirror.path = "/materials/mirror";
   scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
-  std::vector<RequirementReason> reasons;
-  const Requirements needs = requirements(scene, &reasons);
-  std::vector<std::string> found;
-  for (const RequirementName& name : requirement_names)
-    for (const RequirementReason& reason : reasons)
-      if (reason.needed == name.needed) {
-        EXPECT_TRUE(needs.*name.needed);
-        found.push_back(std::string(name.name) + " " + reason.pointer);
-      }
-  EXPECT_EQ(found, (std::vector<std::string>{"reflection /materials/mirror", "shadows /lights/1", "spheres /objects/1",
-                                             "planes /objects/0"}));
+  EXPECT_EQ(reasons_of(scene), (std::map<std::string, std::string>{{"reflection", "/materials/mirror"},
+                                                                   {"shadows", "/lights/1"},
+                                                                   {"spheres", "/objects/1"},
+                                                                   {"planes", "/objects/0"}}));
 }
 
 TEST(RequirementReasons, NameTheModelAndTheFirstFiniteEmitterForGlobalLight) {
   Scene scene = scenes::empty(4);
-  Material sky = scenes::glowing({1, 1, 1}), lamp = sky, ground = scenes::matte({1, 1, 1});
+  Material sky = scenes::glowing({1, 1, 1}), lamp = sky;
   sky.path = "/materials/sky";
   lamp.path = "/materials/lamp";
   scenes::add(scene, Plane{{0, 9, 0}, {0, 1, 0}, {}}, sky);
   scenes::add(scene, Sphere{{0, 4, 0}, 1}, lamp);
-  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, ground);
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   EXPECT_FALSE(requirements(scene).global_light || requirements(scene).emitters);
   scene.accuracy.model = Accuracy::Model::global;
-  std::vector<RequirementReason> reasons;
-  requirements(scene, &reasons);
-  std::string global, emitters;
-  for (const RequirementReason& reason : reasons) {
-    if (reason.needed == &Requirements::global_light) global = reason.pointer;
-    if (reason.needed == &Requirements::emitters) emitters = reason.pointer;
-  }
-  EXPECT_EQ(global, "/accuracy/model");
-  EXPECT_EQ(emitters, "/materials/lamp");
+  EXPECT_EQ(reasons_of(scene)["global_light"], "/accuracy/model");
+  EXPECT_EQ(reasons_of(scene)["emitters"], "/materials/lamp");
+}
+
+TEST(RequirementReasons, NameTheApproximationThatAddsRequirements) {
+  Scene scene = scenes::empty(4);
+  scenes::add(scene, Sphere{}, scenes::matte({1, 1, 1}));
+  scene.accuracy.approximate.shading = Approximations::Shading::gouraud;
+  EXPECT_EQ(reasons_of(scene)["approximations"], "/accuracy/approximate");
+  EXPECT_EQ(reasons_of(scene)["gouraud"], "/accuracy/approximate/shading");
 }
 
 }  // namespace

@@ -6,24 +6,21 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <mutex>
 #include <random>
+#include <string>
 
 #include "tests/support/scenes.h"
 
 namespace tracer {
 namespace {
 
-std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
-  RenderControl control;
-  return *compile(scene, control);
-}
-
 /// Hands parts out at random: some are traced by the render, others from their bytes alone with a scene that was
 /// compiled again. Their results come late and in any order, some twice, some never, and some are not of the part.
 class RandomExchange final : public PartExchange {
  public:
-  RandomExchange(const Scene& scene, unsigned seed) : elsewhere_(compiled(scene)), random_(seed) {}
+  RandomExchange(const Scene& scene, unsigned seed) : elsewhere_(scenes::compiled(scene)), random_(seed) {}
 
   bool divides(std::uint64_t samples) override { return samples > 0; }
   void begin(std::span<const Part> parts) override {
@@ -125,7 +122,7 @@ void expect_equal_in_parts(const Scene& scene) {
     SCOPED_TRACE(seed);
     RandomExchange exchange(scene, seed);
     RenderControl control;
-    const auto divided = render(*compiled(scene), {.threads = 2, .exchange = &exchange}, control);
+    const auto divided = render(*scenes::compiled(scene), {.threads = 2, .exchange = &exchange}, control);
     ASSERT_TRUE(divided);
     EXPECT_GT(exchange.traced_here, 0);
     EXPECT_GT(exchange.traced_away, 0);
@@ -150,60 +147,42 @@ Scene adaptive(std::uint64_t seed, double target_error) {
   return scene;
 }
 
-Scene with_layers(Scene scene) {
-  scene.output.layers = {Layer::depth, Layer::normal, Layer::albedo, Layer::object_id, Layer::samples, Layer::error};
-  scene.output.alpha = true;
-  return scene;
-}
-
-TEST(TracePart, RendersFixedSamplesAsOneProcess) {
-  for (const std::uint32_t samples : {3u, 16u}) expect_equal_in_parts(uniform(samples, samples));
-  Scene one = uniform(5, 1);
-  one.image = {.width = 600, .height = 300};
-  expect_equal_in_parts(one);
-}
-
-TEST(TracePart, RendersTargetErrorsAsOneProcess) {
-  for (const std::uint64_t seed : {3u, 4u}) expect_equal_in_parts(adaptive(seed, 0.6));
-}
-
-TEST(TracePart, RendersTileErrorsAsOneProcess) {
-  Scene scene = adaptive(6, 4);
-  scene.accuracy.adaptive->tile_error = 5;
-  expect_equal_in_parts(scene);
-}
-
-TEST(TracePart, ProvesErrorsAsOneProcess) {
-  for (Scene scene : {uniform(15, 9), adaptive(16, 1)}) {
-    scene.accuracy.proof = true;
-    expect_equal_in_parts(scene);
+/// Scenes with all that a part has to carry.
+std::map<std::string, Scene> scenes_by_feature() {
+  std::map<std::string, Scene> all{{"3 samples", uniform(3, 3)},
+                                   {"16 samples", uniform(16, 16)},
+                                   {"1 sample of many pixels", uniform(5, 1)},
+                                   {"target error", adaptive(3, 0.6)},
+                                   {"target error of another scene", adaptive(4, 0.6)},
+                                   {"tile error", adaptive(6, 4)},
+                                   {"proof of fixed samples", uniform(15, 9)},
+                                   {"proof of a target error", adaptive(16, 1)},
+                                   {"layers of fixed samples", uniform(7, 9)},
+                                   {"layers of a target error", adaptive(8, 1)},
+                                   {"crop of fixed samples", uniform(9, 16)},
+                                   {"crop of a target error", adaptive(9, 0.6)},
+                                   {"approximation", adaptive(10, 1)},
+                                   {"scaled image", adaptive(11, 1)},
+                                   {"global light of fixed samples", uniform(14, 16)},
+                                   {"global light of a target error", adaptive(14, 2)}};
+  all["1 sample of many pixels"].image = {.width = 600, .height = 300};
+  all["tile error"].accuracy.adaptive->tile_error = 5;
+  all["approximation"].accuracy.approximate.shadows = Approximations::Shadows::none;
+  all["scaled image"].output.overflow = Output::Overflow::scale;
+  for (auto& [name, scene] : all) {
+    if (name.starts_with("proof")) scene.accuracy.proof = true;
+    if (name.starts_with("crop")) scene.image = {.width = 300, .height = 280, .crop = PixelWindow{90, 101, 203, 180}};
+    if (name.starts_with("global light")) scenes::light_globally(scene);
+    if (!name.starts_with("layers")) continue;
+    scene.output.layers = {Layer::depth, Layer::normal, Layer::albedo, Layer::object_id, Layer::samples, Layer::error};
+    scene.output.alpha = true;
   }
+  return all;
 }
 
-TEST(TracePart, RendersLayersAsOneProcess) {
-  expect_equal_in_parts(with_layers(uniform(7, 9)));
-  expect_equal_in_parts(with_layers(adaptive(8, 1)));
-}
-
-TEST(TracePart, RendersCropsAsOneProcess) {
-  for (Scene scene : {uniform(9, 16), adaptive(9, 0.6)}) {
-    scene.image = {.width = 300, .height = 280, .crop = PixelWindow{90, 101, 203, 180}};
-    expect_equal_in_parts(scene);
-  }
-}
-
-TEST(TracePart, RendersApproximationsAndScaledImagesAsOneProcess) {
-  Scene scene = adaptive(10, 1);
-  scene.accuracy.approximate.shadows = Approximations::Shadows::none;
-  expect_equal_in_parts(scene);
-  scene = adaptive(11, 1);
-  scene.output.overflow = Output::Overflow::scale;
-  expect_equal_in_parts(scene);
-}
-
-TEST(TracePart, RendersGlobalLightAsOneProcess) {
-  for (Scene scene : {uniform(14, 16), adaptive(14, 2)}) {
-    scenes::light_globally(scene);
+TEST(TracePart, RendersAsOneProcess) {
+  for (const auto& [name, scene] : scenes_by_feature()) {
+    SCOPED_TRACE(name);
     expect_equal_in_parts(scene);
   }
 }
@@ -212,7 +191,7 @@ TEST(TracePart, NeedsFewBytesForEachPixel) {
   Scene scene = uniform(12, 16);
   RandomExchange exchange(scene, 1);
   RenderControl control;
-  ASSERT_TRUE(render(*compiled(scene), {.threads = 1, .exchange = &exchange}, control));
+  ASSERT_TRUE(render(*scenes::compiled(scene), {.threads = 1, .exchange = &exchange}, control));
   const double pixels = static_cast<double>(exchange.result_samples) / 16;
   EXPECT_LE(static_cast<double>(exchange.result_bytes) / pixels, 40);
 }
@@ -222,7 +201,7 @@ TEST(TracePart, LeavesRendersWithATimeBudgetWhole) {
   scene.accuracy.adaptive->time_budget_ms = 1e6;
   RandomExchange exchange(scene, 1);
   RenderControl control;
-  ASSERT_TRUE(render(*compiled(scene), {.elapsed_ms = [] { return 1.0; }, .exchange = &exchange}, control));
+  ASSERT_TRUE(render(*scenes::compiled(scene), {.elapsed_ms = [] { return 1.0; }, .exchange = &exchange}, control));
   EXPECT_EQ(exchange.rounds, 0);
 }
 
@@ -242,7 +221,7 @@ TEST(TracePart, EndsWhenTheRenderIsCancelled) {
   for (const Scene& scene : {uniform(14, 4), adaptive(14, 1)}) {
     RenderControl control;
     Cancelling exchange(control);
-    const auto rendered = render(*compiled(scene), {.exchange = &exchange}, control);
+    const auto rendered = render(*scenes::compiled(scene), {.exchange = &exchange}, control);
     ASSERT_FALSE(rendered);
     EXPECT_EQ(rendered.error().code, Failure::Code::cancelled);
   }
@@ -266,7 +245,7 @@ struct Recording final : PartExchange {
 Recording recorded(const Scene& scene) {
   Recording recording;
   RenderControl control;
-  EXPECT_TRUE(render(*compiled(scene), {.threads = 1, .exchange = &recording}, control));
+  EXPECT_TRUE(render(*scenes::compiled(scene), {.threads = 1, .exchange = &recording}, control));
   return recording;
 }
 
@@ -278,7 +257,7 @@ TEST(TracePart, RejectsPartsOfOtherScenesAndDamagedOnes) {
   const Scene large = adaptive(16, 1);
   Scene small = large;
   small.image = {.width = 20, .height = 20};
-  const auto scene = compiled(large), other = compiled(small);
+  const auto scene = scenes::compiled(large), other = scenes::compiled(small);
   std::mt19937 random(1);
   const auto trace = [](const CompiledScene& with, const std::string& part) {
     RenderControl control;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
-#include "tracer/compile.h"
 #include "tracer/control.h"
 #include "tracer/render.h"
 
@@ -41,14 +40,14 @@ template <class See>
 Rendered render_watched(const Scene& scene, std::uint32_t look_side, const See& see) {
   RenderControl control;
   Preview preview;
-  const auto compiled = compile(scene, control);
+  const auto compiled = scenes::compiled(scene);
   std::atomic<bool> done = false;
   std::thread watcher([&] {
     while (!done) {
       if (const auto image = preview.snapshot(look_side)) see(*image);
     }
   });
-  auto rendered = render(**compiled, {.threads = 2, .preview = &preview}, control);
+  auto rendered = render(*compiled, {.threads = 2, .preview = &preview}, control);
   done = true;
   watcher.join();
   EXPECT_FALSE(preview.snapshot(look_side)) << "it is over";

@@ -12,7 +12,6 @@
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tracer/compare.h"
-#include "tracer/compile.h"
 #include "tracer/parts.h"
 
 namespace {
@@ -175,10 +174,9 @@ TEST(Proof, TakesAShareOfATimeBudget) {
   Scene scene = with_proof(specks(7, 64));
   scene.accuracy.adaptive.emplace().time_budget_ms = 4000;
   RenderControl control;
-  const auto compiled = compile(scene, control);
   std::atomic<int> now = 0;
   const RenderSettings settings{.elapsed_ms = [&] { return static_cast<double>(now++); }, .threads = 1};
-  const auto rendered = render(**compiled, settings, control);
+  const auto rendered = render(*scenes::compiled(scene), settings, control);
   ASSERT_TRUE(rendered);
   EXPECT_TRUE(std::isfinite(rendered->error.proven));
   EXPECT_GE(now, 1000);
@@ -202,9 +200,8 @@ TEST(Proof, EndsWhenTheRenderIsCancelled) {
   };
   const Scene scene = with_proof(specks(8, 64));
   RenderControl control;
-  const auto compiled = compile(scene, control);
   Cancelling exchange(control);
-  const auto rendered = render(**compiled, {.threads = 1, .exchange = &exchange}, control);
+  const auto rendered = render(*scenes::compiled(scene), {.threads = 1, .exchange = &exchange}, control);
   ASSERT_FALSE(rendered);
   EXPECT_EQ(rendered.error().code, Failure::Code::cancelled);
   EXPECT_EQ(exchange.rounds, 2);

@@ -31,10 +31,7 @@ Scene wide_view_of(const Vec3& target, const Vec3& position, double fov_deg) {
 
 Mesh huge_square(double z) {
   constexpr double half = 512;
-  Mesh mesh;
-  mesh.positions = {{-half, -half, z}, {half, -half, z}, {half, half, z}, {-half, half, z}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  return mesh;
+  return scenes::quad({-half, -half, z}, {half, -half, z}, {half, half, z}, {-half, half, z});
 }
 
 TEST(Radiosity, BetweenPlanesIsThatOfTheSeries) {
@@ -88,12 +85,8 @@ TEST(Radiosity, BesideAWallConvergesWithThePatches) {
   scene.camera.fov_deg = 2 * std::atan(half / 2 / 8) * 180 / pi;
   scene.camera.up = {0, 1, 0};
   scene.background.color = {1, 1, 1};
-  Mesh floor, wall;
-  floor.positions = {{0, -half, 0}, {2 * half, -half, 0}, {2 * half, half, 0}, {0, half, 0}};
-  wall.positions = {{0, -half, 0}, {0, half, 0}, {0, half, height}, {0, -half, height}};
-  floor.triangles = wall.triangles = {{0, 1, 2}, {0, 2, 3}};
-  scenes::add(scene, floor, surface(1));
-  scenes::add(scene, wall, surface(0));
+  scenes::add(scene, scenes::quad({0, -half, 0}, {2 * half, -half, 0}, {2 * half, half, 0}, {0, half, 0}), surface(1));
+  scenes::add(scene, scenes::quad({0, -half, 0}, {0, half, 0}, {0, half, height}, {0, -half, height}), surface(0));
   const auto error = [&](double target) {
     const Image image = image_of(scene, target);
     double squares = 0;

@@ -27,9 +27,9 @@ Scene with_patches(Scene scene, std::optional<double> target = {}) {
   return scene;
 }
 
-Scene adaptive(Scene scene, const Adaptive& adaptive) {
-  scene = with_patches(scene);
-  scene.accuracy.adaptive = adaptive;
+Scene adaptive(const Scene& of, double target, std::optional<double> time_budget_ms = {}) {
+  Scene scene = with_patches(of);
+  scene.accuracy.adaptive = Adaptive{.target_error = target, .time_budget_ms = time_budget_ms};
   scene.accuracy.cutoff_by_chance = true;
   return scene;
 }
@@ -47,25 +47,22 @@ Scene cornell_box() {
   Scene scene = scenes::empty(64);
   const auto at = [](const Vec3& p) { return (p - Vec3{278, 274, 280}) * (1.0 / 280); };
   scene.camera = {at({278, 273, -800}), at({278, 273, 0}), {0, 1, 0}, 39.3077};
-  const auto add = [&](const std::vector<Vec3>& corners, const Material& material) {
-    Mesh mesh;
-    for (const Vec3& corner : corners) mesh.positions.push_back(at(corner));
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    scenes::add(scene, mesh, material);
+  const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, const Material& material) {
+    scenes::add(scene, scenes::quad(at(a), at(b), at(c), at(d)), material);
   };
   const Material white = scenes::matte({0.886, 0.699, 0.666});
   const auto add_block = [&](const std::array<Vec3, 4>& base, double height) {
     const auto above = [&](std::size_t corner) { return base[corner % 4] + Vec3{0, height, 0}; };
-    for (std::size_t i = 0; i < 4; ++i) add({base[i], base[(i + 1) % 4], above(i + 1), above(i)}, white);
-    add({above(0), above(1), above(2), above(3)}, white);
+    for (std::size_t i = 0; i < 4; ++i) add(base[i], base[(i + 1) % 4], above(i + 1), above(i), white);
+    add(above(0), above(1), above(2), above(3), white);
   };
-  add({{343, 548.79, 227}, {343, 548.79, 332}, {213, 548.79, 332}, {213, 548.79, 227}},
+  add({343, 548.79, 227}, {343, 548.79, 332}, {213, 548.79, 332}, {213, 548.79, 227},
       scenes::glowing({18.387, 10.987, 2.754}));
-  add({{552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}}, white);
-  add({{556, 548.8, 0}, {556, 548.8, 559.2}, {0, 548.8, 559.2}, {0, 548.8, 0}}, white);
-  add({{549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2}}, white);
-  add({{0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2}}, scenes::matte({0.105, 0.378, 0.076}));
-  add({{552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0}}, scenes::matte({0.57, 0.043, 0.044}));
+  add({552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}, white);
+  add({556, 548.8, 0}, {556, 548.8, 559.2}, {0, 548.8, 559.2}, {0, 548.8, 0}, white);
+  add({549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2}, white);
+  add({0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2}, scenes::matte({0.105, 0.378, 0.076}));
+  add({552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0}, scenes::matte({0.57, 0.043, 0.044}));
   add_block({{{130, 0, 65}, {82, 0, 225}, {240, 0, 272}, {290, 0, 114}}}, 165);
   add_block({{{423, 0, 247}, {265, 0, 296}, {314, 0, 456}, {472, 0, 406}}}, 330);
   return scene;
@@ -138,7 +135,7 @@ TEST(RadiosityRefinement, ReachesTheTargetsOfARoom) {
     int reached = 0;
     for (int seed = 0; seed < seeds; ++seed) {
       scene.accuracy.seed = static_cast<std::uint64_t>(seed);
-      const ErrorEstimate error = scenes::render(adaptive(scene, {.target_error = target, .time_budget_ms = {}})).error;
+      const ErrorEstimate error = scenes::render(adaptive(scene, target)).error;
       reached += error.target_met ? 1 : 0;
       EXPECT_GT(error.approximation, 0.05 * target);
       sum += error.approximation;
@@ -156,7 +153,7 @@ std::optional<RadiosityFigures> refinement_of(const Scene& scene, const std::fun
 TEST(RadiosityRefinement, OfASmallImageEndsBeforePathsWouldBeCheaper) {
   Scene scene = diffuse_room();
   scene.image = {8, 6, {}};
-  const auto small = refinement_of(adaptive(scene, {.target_error = 0.7, .time_budget_ms = {}}));
+  const auto small = refinement_of(adaptive(scene, 0.7));
   EXPECT_LT(small->rays, 3u << 21);
   EXPECT_FALSE(small->limited);
 }
@@ -165,7 +162,7 @@ TEST(RadiosityRefinement, EndsWithAPartOfTheTimeBudget) {
   const auto stages_of = [](double ms_between_calls) {
     double ms = 0;
     const std::function<double()> clock = [&] { return ms += ms_between_calls; };
-    return refinement_of(adaptive(cornell_box(), {.target_error = 1, .time_budget_ms = 1000}), clock)->stages;
+    return refinement_of(adaptive(cornell_box(), 1, 1000), clock)->stages;
   };
   EXPECT_EQ(stages_of(100), 1u);
   EXPECT_GT(stages_of(20), 1u);
@@ -180,7 +177,7 @@ TEST(RadiosityRefinement, AuditsByFewPathsWithATimeBudget) {
 TEST(RadiosityRefinement, OfASmallImageIsMeasuredByFewPaths) {
   Scene scene = scenes::room();
   scene.image = {8, 6, {}};
-  const Rendered small = scenes::render(adaptive(scene, {.target_error = 0.5, .time_budget_ms = {}}));
+  const Rendered small = scenes::render(adaptive(scene, 0.5));
   EXPECT_LT(small.statistics.holdout_samples, 3'000'000u);
   EXPECT_LT(small.error.approximation, 1);
 }
@@ -188,7 +185,7 @@ TEST(RadiosityRefinement, OfASmallImageIsMeasuredByFewPaths) {
 TEST(RadiosityRefinement, ReportsTheErrorOfAnImageWithoutEnoughTime) {
   double ms = 0;
   RenderControl control;
-  const Scene scene = adaptive(diffuse_room(), {.target_error = 0.5, .time_budget_ms = 1000});
+  const Scene scene = adaptive(diffuse_room(), 0.5, 1000);
   const std::function<double()> clock = [&] { return ms += 20; };
   const auto compiled = *compile(scene, control, {}, nullptr, clock);
   const ErrorEstimate error = render(*compiled, {.elapsed_ms = clock, .threads = 1}, control)->error;

@@ -2,17 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
-#include <vector>
 
 #include "tests/property/global_radiance.h"
-#include "tests/support/scenes.h"
-#include "tracer/image.h"
 #include "tracer/scene_cache.h"
 
 namespace tracer {
@@ -90,13 +87,10 @@ TEST(Radiosity, IsWithinItsClaimOfPaths) {
   scene.accuracy.samples = 64;
   Scene converged = scene;
   converged.accuracy.samples = 1024;
-  const std::vector<std::uint8_t> truth = scenes::codes(rendered_with(converged, Interreflection::exact).image);
+  const DisplayImage truth = to_display(rendered_with(converged, Interreflection::exact).image);
   const auto error_of = [&](Interreflection by) {
     const Rendered seen = rendered_with(scene, by);
-    const std::vector<std::uint8_t> codes = scenes::codes(seen.image);
-    double squares = 0;
-    for (std::size_t i = 0; i < codes.size(); ++i) squares += std::pow(int{codes[i]} - int{truth[i]}, 2);
-    const double error = std::sqrt(squares / static_cast<double>(codes.size()));
+    const double error = compare(truth, to_display(seen.image))->rmse;
     EXPECT_LE(error, seen.error.estimate + 1) << static_cast<int>(by);  // the reference has noise
     return error;
   };
@@ -220,31 +214,18 @@ void expect_equal(const RadiosityFigures& a, const RadiosityFigures& b, const st
 }
 
 /// Views of a scene: the light and its audit are those of the first, of which all have the same figures.
-struct View {
-  const char* name;
-  std::function<void(Scene&)> make;
-};
-const std::vector<View> views = {
-    {"the same", [](Scene&) {}},
-    {"from elsewhere",
-     [](Scene& s) {
-       s.camera.position = {-0.5, 0.25, 0.5};
-     }},
-    {"from outside",
-     [](Scene& s) {
-       s.camera.position = {0, 0.5, 9};
-     }},
-    {"past everything",
-     [](Scene& s) {
-       s.camera = {{0, 0, 9}, {0, 0, 20}, {0, 1, 0}, 30};
-     }},
-    {"a panorama", [](Scene& s) { s.camera.type = Camera::Type::panorama; }},
-    {"with a lens", [](Scene& s) { s.camera.aperture = 0.125; }},
-    {"another shape",
-     [](Scene& s) {
-       s.image = {4 * s.image.width, s.image.height / 4, {}};
-     }},
-};
+std::map<std::string, Scene> views_of(const Scene& scene) {
+  std::map<std::string, Scene> views;
+  const auto view = [&](const char* name) -> Scene& { return views.emplace(name, scene).first->second; };
+  view("the same");
+  view("from elsewhere").camera.position = {-0.5, 0.25, 0.5};
+  view("from outside").camera.position = {0, 0.5, 9};
+  view("past everything").camera = {{0, 0, 9}, {0, 0, 20}, {0, 1, 0}, 30};
+  view("a panorama").camera.type = Camera::Type::panorama;
+  view("with a lens").camera.aperture = 0.125;
+  view("another shape").image = {4 * scene.image.width, scene.image.height / 4, {}};
+  return views;
+}
 
 TEST(Radiosity, IsSolvedAndAuditedOnceForAllViews) {
   for (const bool limited : {false, true}) {
@@ -254,13 +235,11 @@ TEST(Radiosity, IsSolvedAndAuditedOnceForAllViews) {
     EXPECT_FALSE(first.reused);
     EXPECT_TRUE(first.did_work);
     EXPECT_EQ(first.figures.limited, limited);
-    for (const View& view : views) {
-      Scene moved = scene;
-      view.make(moved);
-      const Built again = built_with(cache, moved);
-      EXPECT_TRUE(again.reused) << view.name;
-      EXPECT_FALSE(again.did_work) << view.name;
-      expect_equal(again.figures, first.figures, view.name);
+    for (const auto& [name, view] : views_of(scene)) {
+      const Built again = built_with(cache, view);
+      EXPECT_TRUE(again.reused) << name;
+      EXPECT_FALSE(again.did_work) << name;
+      expect_equal(again.figures, first.figures, name);
     }
   }
 }
@@ -270,22 +249,21 @@ TEST(Radiosity, GivesEachViewTheSameImageAndErrorFromTheCacheAndWithout) {
   Scene scene = scenes::room();
   scene.depth_cue = DepthCue{.front = 1, .back = 4, .color = {0.5, 0.5, 0.5}};  // by the distance from the camera
   built_with(cache, scene);
-  std::vector<View> all = views;
-  all.push_back({"brighter", [](Scene& s) { s.output.exposure = 2; }});
-  all.push_back({"darker", [](Scene& s) { s.output.exposure = -8; }});
-  all.push_back({"scaled", [](Scene& s) { s.output.overflow = Output::Overflow::scale; }});
-  all.push_back({"small", [](Scene& s) { s.image = {12, 8, {}}; }});
-  for (const View& view : all) {
-    Scene moved = scene;
-    view.make(moved);
-    const Built again = built_with(cache, moved), fresh = built_with(none, moved);
-    expect_equal(again.figures, fresh.figures, view.name);
+  std::map<std::string, Scene> views = views_of(scene);
+  for (const char* name : {"brighter", "darker", "scaled", "small"}) views[name] = scene;
+  views["brighter"].output.exposure = 2;
+  views["darker"].output.exposure = -8;
+  views["scaled"].output.overflow = Output::Overflow::scale;
+  views["small"].image = {12, 8, {}};
+  for (const auto& [name, view] : views) {
+    const Built again = built_with(cache, view), fresh = built_with(none, view);
+    expect_equal(again.figures, fresh.figures, name);
     RenderControl control;
     const Rendered with = *render(*again.scene, {}, control), without = *render(*fresh.scene, {}, control);
-    EXPECT_EQ(with.image.rgb, without.image.rgb) << view.name;
-    EXPECT_EQ(with.error.estimate, without.error.estimate) << view.name;
-    EXPECT_EQ(with.error.approximation, without.error.approximation) << view.name;
-    EXPECT_FALSE(built_with(cache, moved).did_work) << view.name << ", once more";
+    EXPECT_EQ(with.image.rgb, without.image.rgb) << name;
+    EXPECT_EQ(with.error.estimate, without.error.estimate) << name;
+    EXPECT_EQ(with.error.approximation, without.error.approximation) << name;
+    EXPECT_FALSE(built_with(cache, view).did_work) << name << ", once more";
   }
 }
 

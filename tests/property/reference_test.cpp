@@ -80,6 +80,16 @@ TEST(Image, EqualsTheReferenceInEveryPixelAndRayCountOfRandomScenes) {
   EXPECT_LE(edges, count / 20 + 1) << "pixels within 1e-9 of an edge, of " << count * 48 * 48;
 }
 
+/// A floor of yellow and red squares.
+void add_checkered(tracer::Scene& scene, const tracer::Shape& shape, double squares_per_unit) {
+  const tracer::CheckerTexture squares{{tracer::Color{0.9, 0.9, 0.1}, {0.9, 0.1, 0.1}}};
+  scene.textures = {{.pattern = squares, .scale = {squares_per_unit, squares_per_unit}, .path = {}}};
+  scene.textures[0].filter = tracer::Texture::Filter::nearest;
+  tracer::Material floor = scenes::matte({0.8, 0.8, 0.8});
+  floor.color = tracer::TextureId{0};
+  scenes::add(scene, shape, floor);
+}
+
 /// A camera before everything that glass does: in a slab, in a sphere, seen through each other and a mirror.
 tracer::Scene glass_scene(double ior, bool fresnel) {
   tracer::Scene scene = scenes::empty(64);
@@ -99,11 +109,7 @@ tracer::Scene glass_scene(double ior, bool fresnel) {
   // A slab: two planes, their fronts outside.
   scenes::add(scene, tracer::Plane{{0, 0, -3}, {0, 0.1, 1}, {}}, glass);
   scenes::add(scene, tracer::Plane{{0, 0, -3.5}, {0, -0.1, -1}, {}}, glass);
-  tracer::Material floor = scenes::matte({0.8, 0.8, 0.8});
-  scene.textures.push_back({tracer::CheckerTexture{{tracer::Color{0.9, 0.9, 0.1}, {0.9, 0.1, 0.1}}}, {1, 1}, {}, ""});
-  scene.textures.back().filter = tracer::Texture::Filter::nearest;
-  floor.color = tracer::TextureId{0};
-  scenes::add(scene, tracer::Plane{{0, -1, 0}, {0, 1, 0}, {}}, floor);
+  add_checkered(scene, tracer::Plane{{0, -1, 0}, {0, 1, 0}, {}}, 1);
   scene.accuracy.max_depth = 9;
   return scene;
 }
@@ -200,12 +206,7 @@ TEST(Image, OfMeshesEqualsTheReferenceUpToFloatVertices) {
       shiny.reflection = material == 1 ? 0.5 : 0;
       if (material == 2) shiny = scenes::glass(1.2);
       scenes::add(scene, scenes::placed(scenes::icosphere(1, smooth), 1, {0, 0.2, 0}), shiny);
-      tracer::Material floor = scenes::matte({0.8, 0.8, 0.8});
-      scene.textures.push_back(
-          {tracer::CheckerTexture{{tracer::Color{0.9, 0.9, 0.1}, {0.9, 0.1, 0.1}}}, {3, 3}, {}, ""});
-      scene.textures.back().filter = tracer::Texture::Filter::nearest;
-      floor.color = tracer::TextureId{0};
-      scenes::add(scene, tracer::Triangle{{{{-4, -1, 3}, {4, -1, 3}, {0, -1, -6}}}, {}, {}}, floor);
+      add_checkered(scene, tracer::Triangle{{{{-4, -1, 3}, {4, -1, 3}, {0, -1, -6}}}, {}, {}}, 3);
       scene.accuracy.max_depth = 3;
       // 2^-25 in the corners, over facets a quarter wide and up to three bounces.
       EXPECT_LE(expect_reference(scene, {1e-4L, 1e-5L, 1e-5L}), 12u);

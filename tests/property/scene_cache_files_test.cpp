@@ -126,9 +126,7 @@ Scene floor_with_image(std::optional<ColorSpace> space = {}) {
   scene.camera = {{0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 50};
   scene.lights = {scenes::point_light({1, 4, 2})};
   scene.assets = {{"tiles.png", "/textures/tiles/file"}};
-  Texture texture;
-  texture.pattern = ImageTexture{{0}, space};
-  scene.textures = {texture};
+  scene.textures = {{.pattern = ImageTexture{{0}, space}, .path = {}}};
   Material material = scenes::matte({1, 1, 1});
   material.color = TextureId{0};
   scenes::add(scene, Plane{}, material);

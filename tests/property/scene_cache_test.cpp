@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <functional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "tests/property/still_life.h"
 
@@ -14,96 +15,70 @@ namespace {
 
 using namespace still_life_tests;
 
-struct Change {
-  const char* name;
-  std::function<void(Scene&)> make;
+/// Still lifes, and what is changed in each of them.
+class ChangedScenes {
+ public:
+  Scene& operator()(const char* change) { return scenes_.emplace_back(change, still_life()).second; }
+  [[nodiscard]] auto begin() const { return scenes_.begin(); }
+  [[nodiscard]] auto end() const { return scenes_.end(); }
+
+ private:
+  std::vector<std::pair<const char*, Scene>> scenes_;
 };
 
 TEST(SceneCache, GivesTheSameImagesToScenesThatShareShapes) {
-  const std::vector<Change> changes = {
-      {"nothing", [](Scene&) {}},
-      {"camera",
-       [](Scene& s) {
-         s.camera.position = {2, 2, 4};
-       }},
-      {"image",
-       [](Scene& s) {
-         s.image = {31, 17, {}};
-       }},
-      {"light",
-       [](Scene& s) {
-         s.lights.push_back(scenes::directional_light({0, -1, -1}));
-       }},
-      {"background",
-       [](Scene& s) {
-         s.background.color = {0.1, 0.2, 0.7};
-       }},
-      {"accuracy", [](Scene& s) { s.accuracy.samples = 3; }},
-      {"color",
-       [](Scene& s) {
-         s.materials[0].color = Color{0, 1, 0};
-       }},
-      {"texture",
-       [](Scene& s) {
-         s.textures.push_back({CheckerTexture{{Color{1, 0, 0}, Color{0, 0, 1}}}, {9, 9}, {}, {}, {}, {}});
-         s.materials[0].color = TextureId{0};
-       }},
-      {"flat shading", [](Scene& s) { s.materials[0].shading = Material::Shading::flat; }},
-  };
+  ChangedScenes with;
+  with("nothing");
+  with("camera").camera.position = {2, 2, 4};
+  with("image").image = {31, 17, {}};
+  with("light").lights.push_back(scenes::directional_light({0, -1, -1}));
+  with("background").background.color = {0.1, 0.2, 0.7};
+  with("accuracy").accuracy.samples = 3;
+  with("color").materials[0].color = Color{0, 1, 0};
+  Scene& textured = with("texture");
+  textured.textures.push_back({CheckerTexture{{Color{1, 0, 0}, Color{0, 0, 1}}}, {9, 9}, {}, {}, {}, {}});
+  textured.materials[0].color = TextureId{0};
+  with("flat shading").materials[0].shading = Material::Shading::flat;
   SceneCache cache(plenty);
   EXPECT_FALSE(reuses(still_life(), cache)) << "the first must build";
-  for (const Change& change : changes) {
-    Scene scene = still_life();
-    change.make(scene);
+  for (const auto& [change, scene] : with) {
     const Compiled shared = compiled(scene, &cache);
-    EXPECT_TRUE(cache_hits(*shared).geometry) << change.name;
+    EXPECT_TRUE(cache_hits(*shared).geometry) << change;
     RenderControl control;
-    const Rendered with = *render(*shared, {.threads = 1}, control);
-    const Rendered without = scenes::render(scene);
-    EXPECT_EQ(with.image.rgb, without.image.rgb) << change.name;
-    EXPECT_EQ(with.statistics, without.statistics) << change.name;
-    EXPECT_EQ(memory_bytes(*shared), memory_bytes(*compiled(scene, nullptr))) << change.name;
+    const Rendered rendered = *render(*shared, {.threads = 1}, control), without = scenes::render(scene);
+    EXPECT_EQ(rendered.image.rgb, without.image.rgb) << change;
+    EXPECT_EQ(rendered.statistics, without.statistics) << change;
+    EXPECT_EQ(memory_bytes(*shared), memory_bytes(*compiled(scene, nullptr))) << change;
   }
 }
 
 TEST(SceneCache, RebuildsGeometryIfTheImageCouldDiffer) {
-  const std::vector<Change> changes = {
-      {"a vertex, by its last bit",
-       [](Scene& s) {
-         double& x = mesh_of(s).positions[77].x;
-         x = std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) ^ 1u);
-       }},
-      {"a triangle's corners", [](Scene& s) { std::swap(mesh_of(s).triangles[5][0], mesh_of(s).triangles[5][1]); }},
-      {"normals", [](Scene& s) { mesh_of(s).smooth = false; }},
-      {"texture coordinates", [](Scene& s) { mesh_of(s).uvs.resize(mesh_of(s).positions.size()); }},
-      {"a sphere", [](Scene& s) { std::get<Sphere>(s.objects[1].shape).radius = 0.625; }},
-      {"a cylinder's caps", [](Scene& s) { std::get<Cylinder>(s.objects[2].shape).caps = false; }},
-      {"a cone", [](Scene& s) { std::get<Cone>(s.objects[3].shape).apex_radius = 0.125; }},
-      {"a loose triangle", [](Scene& s) { std::get<Triangle>(s.objects[4].shape).vertices[0].z = 0.125; }},
-      {"a plane", [](Scene& s) { std::get<Plane>(s.objects[5].shape).point.y = -1.5; }},
-      {"what is transmissive", [](Scene& s) { s.materials[0].transmission = 0.5; }},
-      {"an instance more",
-       [](Scene& s) {
-         s.prototypes.push_back({{{Sphere{}, {0}, {}}}, "/prototypes/ball"});
-         s.objects.push_back({Instance{{0}, {}}, {}, {}});
-       }},
-      {"one object less", [](Scene& s) { s.objects.erase(s.objects.begin() + 4); }},
-      {"the frame",
-       [](Scene& s) {
-         scenes::add(s, Sphere{{40, 0, 0}, 1}, scenes::mirror());
-       }},
-      {"a transform",
-       [](Scene& s) {
-         s.objects[0].transform = Transform{{{{1, 0, 0, 0.5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-       }},
-  };
+  ChangedScenes with;
+  double& x = mesh_of(with("a vertex, by its last bit")).positions[77].x;
+  x = std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) ^ 1u);
+  auto& triangle = mesh_of(with("a triangle's corners")).triangles[5];
+  std::swap(triangle[0], triangle[1]);
+  mesh_of(with("normals")).smooth = false;
+  Mesh& mesh = mesh_of(with("texture coordinates"));
+  mesh.uvs.resize(mesh.positions.size());
+  std::get<Sphere>(with("a sphere").objects[1].shape).radius = 0.625;
+  std::get<Cylinder>(with("a cylinder's caps").objects[2].shape).caps = false;
+  std::get<Cone>(with("a cone").objects[3].shape).apex_radius = 0.125;
+  std::get<Triangle>(with("a loose triangle").objects[4].shape).vertices[0].z = 0.125;
+  std::get<Plane>(with("a plane").objects[5].shape).point.y = -1.5;
+  with("what is transmissive").materials[0].transmission = 0.5;
+  Scene& instanced = with("an instance more");
+  instanced.prototypes.push_back({{{Sphere{}, {0}, {}}}, "/prototypes/ball"});
+  instanced.objects.push_back({Instance{{0}, {}}, {}, {}});
+  std::vector<Object>& fewer = with("one object less").objects;
+  fewer.erase(fewer.begin() + 4);
+  scenes::add(with("the frame"), Sphere{{40, 0, 0}, 1}, scenes::mirror());
+  with("a transform").objects[0].transform = Transform{{{{1, 0, 0, 0.5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
   SceneCache cache(plenty);
   EXPECT_FALSE(reuses(still_life(), cache));
-  for (const Change& change : changes) {
-    Scene scene = still_life();
-    change.make(scene);
-    EXPECT_FALSE(reuses(scene, cache)) << change.name;
-    EXPECT_TRUE(reuses(scene, cache)) << change.name << ", once more";
+  for (const auto& [change, scene] : with) {
+    EXPECT_FALSE(reuses(scene, cache)) << change;
+    EXPECT_TRUE(reuses(scene, cache)) << change << ", once more";
   }
 }
 

@@ -94,21 +94,19 @@ Vec place_of(const std::array<Real, 3>& w) {
   return w[0] * Vec(corners[0]) + w[1] * Vec(corners[1]) + w[2] * Vec(corners[2]);
 }
 
+const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
+
 TEST(FlatShading, UsesTheFacesNormal) {
-  const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
   expect_shading(lit_triangle(Material::Shading::flat),
-                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), face); });
+                 [](const Scene& scene, const auto& w) { return local(scene, place_of(w), face); });
 }
 
 TEST(FlatPolygonShading, UsesTheLightAtTheCentroid) {
   const Vec centroid = place_of({1.0L / 3, 1.0L / 3, 1.0L / 3});
-  const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
   const auto light_of_centroid = [&](const Scene& scene, const auto&) { return local(scene, centroid, face); };
   Scene scene = lit_triangle(Material::Shading::flat_polygon);
   expect_shading(scene, light_of_centroid);
-  scene.camera.position = {2, 1, 40};
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.height = 2.2;
+  scene.camera = scenes::orthographic({2, 1, 40}, {0, 0, 0}, 2.2);
   expect_shading(scene, light_of_centroid);
 }
 
@@ -157,9 +155,7 @@ TEST(GouraudShading, InterpolatesTheLightOfTheCorners) {
 TEST(GouraudShading, HasHighlightsForTheDirectionOfParallelRays) {
   for (const double distance : {0.5, 4.0, 400.0}) {
     Scene scene = lit_triangle(Material::Shading::gouraud);
-    scene.camera.position = {0.2 * distance, 0.1 * distance, distance};
-    scene.camera.type = Camera::Type::orthographic;
-    scene.camera.height = 2.2;
+    scene.camera = scenes::orthographic({0.2 * distance, 0.1 * distance, distance}, {0, 0, 0}, 2.2);
     expect_shading(scene, light_of_corners);
   }
 }
@@ -167,9 +163,7 @@ TEST(GouraudShading, HasHighlightsForTheDirectionOfParallelRays) {
 TEST(GouraudShading, HasHighlightsInAMirrorThatDoNotDependOnItsDistance) {
   const auto image = [](double distance) {
     Scene scene = lit_triangle(Material::Shading::gouraud);
-    scene.camera = {{0, 0, 1}, {0, 0, 2}, {0, 1, 0}};
-    scene.camera.type = Camera::Type::orthographic;
-    scene.camera.height = 2.2;
+    scene.camera = scenes::orthographic({0, 0, 1}, {0, 0, 2}, 2.2);
     scenes::add(scene, Plane{{0, 0, distance}, {0, 0, -1}, {}}, scenes::mirror());
     return scenes::render(scene).image;
   };

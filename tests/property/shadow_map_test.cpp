@@ -6,6 +6,7 @@
 
 #include "tests/support/pixel_ray.h"
 #include "tests/support/scenes.h"
+#include "tracer/src/math/vec.h"
 
 namespace {
 
@@ -36,78 +37,61 @@ Real distance_from_line(const Vec& point, const Vec& on_line, const Vec& directi
   return length(offset - dot(offset, direction) * direction);
 }
 
-struct Differences {
-  int dark = 0, wrong = 0, wrong_elsewhere = 0;
-};
+/// Unit direction from a place towards the only light.
+Vec towards_light(const Scene& scene, const Vec& place) {
+  const LightSource& source = scene.lights[0].source;
+  if (const auto* sun = std::get_if<DirectionalLight>(&source)) return unit(-Vec(sun->direction));
+  return unit(Vec(std::get<PointLight>(source).position) - place);
+}
 
-/// Compares the map's shadow of the ball on the floor with the exact one. Differences farther from the edge than half
-/// the diagonal of a texel, measured where the light passes the ball, are counted as wrong elsewhere.
-template <class TowardsLight>
-Differences compare_shadows(const Scene& scene, Real texel, const TowardsLight& towards_light) {
+/// Compares the map's shadow of the ball on the floor with the exact one. They may differ no farther from the edge than
+/// half the diagonal of a texel, measured where the light passes the ball.
+void expect_exact_up_to(Real texel, const Scene& scene) {
   const Rendered exact = scenes::render(scene);
   const Rendered seen = scenes::approximated(scene, {.shadows = Approximations::Shadows::map});
   EXPECT_GT(exact.statistics.rays.shadow, 0u);
   EXPECT_EQ(seen.statistics.rays.shadow, 0u);
   const Vec eye = scene.camera.position;
-  Differences found;
+  int dark = 0, wrong = 0, wrong_elsewhere = 0;
   for (std::uint32_t y = 0; y < side; ++y)
     for (std::uint32_t x = 0; x < side; ++x) {
       const Vec direction = oracle::through(scene, x, y);
       if (distance_from_line(ball, eye, direction) <= 1) continue;  // on the ball
       const Vec place = eye + (-eye.y / direction.y) * direction;
-      const Real from_axis = distance_from_line(ball, place, towards_light(place));
+      const Real from_axis = distance_from_line(ball, place, towards_light(scene, place));
       const bool lit = *exact.image.pixel(x, y) > 0;
       EXPECT_TRUE(lit == (from_axis > 1) || std::abs(from_axis - 1) < 1e-9L);
-      found.dark += lit ? 0 : 1;
+      dark += lit ? 0 : 1;
       if (*seen.image.pixel(x, y) == *exact.image.pixel(x, y)) continue;
-      ++found.wrong;
-      if (std::abs(from_axis - 1) > 0.71L * texel) ++found.wrong_elsewhere;
+      ++wrong;
+      if (std::abs(from_axis - 1) > 0.71L * texel) ++wrong_elsewhere;
     }
-  return found;
-}
-
-void expect_exact_up_to_a_texel(const Differences& found) {
-  EXPECT_GT(found.dark, 200);
-  EXPECT_LT(found.wrong, found.dark / 4);
-  EXPECT_EQ(found.wrong_elsewhere, 0) << "of " << found.wrong;
+  EXPECT_GT(dark, 200);
+  EXPECT_LT(wrong, dark / 4);
+  EXPECT_EQ(wrong_elsewhere, 0) << "of " << wrong;
 }
 
 TEST(ShadowMap, OfALightOutsideIsExactUpToOneTexel) {
-  const Vec light{3, 8, 2};
-  const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   // The window holds the ball's bounding box, whose corners are sqrt(3) from its middle; 4 texels for each pixel.
-  const Real distance = length(light - ball), tangent = std::sqrt(3 / (distance * distance - 3));
-  expect_exact_up_to_a_texel(
-      compare_shadows(scene, 2 * tangent * (distance + 1) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+  const Real distance = length(Vec(3, 8, 2) - ball), tangent = std::sqrt(3 / (distance * distance - 3));
+  expect_exact_up_to(2 * tangent * (distance + 1) / (2 * side), ball_over_floor(scenes::point_light({3, 8, 2})));
 }
 
 TEST(ShadowMap, OfALightInsideTheSceneCoversAllDirections) {
-  const Vec light{3, 8, 2};
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   for (const double z : {-30.0, 30.0}) scenes::add(scene, Sphere{{0, 1, z}, 1}, scenes::matte({1, 1, 1}));
   const Real texels = std::floor(std::sqrt(4.0L * side * side / 6));
-  expect_exact_up_to_a_texel(
-      compare_shadows(scene, 2 * (length(light - ball) + 1) / texels, [&](const Vec& p) { return unit(light - p); }));
+  expect_exact_up_to(2 * (length(Vec(3, 8, 2) - ball) + 1) / texels, scene);
 }
 
-TEST(ShadowMap, OfADirectionalLightHasParallelRays) {
-  const Scene scene = ball_over_floor(scenes::directional_light({-1, -2, 0.5}));
-  expect_exact_up_to_a_texel(compare_shadows(scene, 2 * std::sqrt(3.0L) / (2 * side), [](const Vec&) {
-    return unit(Vec{1, 2, -0.5L});
-  }));
-}
-
-TEST(ShadowMap, OfAVeryDistantLightHasParallelRays) {
-  const Scene scene = ball_over_floor(scenes::point_light({3e9, 8e9, 2e9}));
-  const Vec light{3e9L, 8e9L, 2e9L};
-  expect_exact_up_to_a_texel(
-      compare_shadows(scene, 2 * std::sqrt(3.0L) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+TEST(ShadowMap, OfADirectionalOrVeryDistantLightHasParallelRays) {
+  for (const Light& light : {scenes::directional_light({-1, -2, 0.5}), scenes::point_light({3e9, 8e9, 2e9})})
+    expect_exact_up_to(2 * std::sqrt(3.0L) / (2 * side), ball_over_floor(light));
 }
 
 TEST(ShadowMap, OfAnAreaLightIsThatOfItsCenter) {
-  Light soft = scenes::point_light({});
-  soft.source = DiscLight{{3, 8, 2}, {0, -1, 0}, 0.5};
-  const Scene blurred = ball_over_floor(soft), sharp = ball_over_floor(scenes::point_light({3, 8, 2}));
+  const Scene blurred = ball_over_floor({DiscLight{{3, 8, 2}, {0, -1, 0}, 0.5}}),
+              sharp = ball_over_floor(scenes::point_light({3, 8, 2}));
   const Rendered soft_seen = mapped(blurred), sharp_seen = mapped(sharp);
   int dark = 0;
   for (std::uint32_t y = 0; y < side; ++y)
@@ -121,9 +105,7 @@ TEST(ShadowMap, OfAnAreaLightIsThatOfItsCenter) {
 }
 
 TEST(ShadowMap, OfASphereLightIgnoresASphereInsideIt) {
-  Light lamp = scenes::point_light({});
-  lamp.source = SphereLight{{3, 4, 2}, 0.5};
-  Scene scene = ball_over_floor(lamp);
+  Scene scene = ball_over_floor({SphereLight{{3, 4, 2}, 0.5}});
   const Rendered bare = mapped(scene);
   scenes::add(scene, Sphere{{3, 4, 2}, 0.25}, scenes::glowing({1, 1, 1}));
   const Rendered with_bulb = mapped(scene);
@@ -133,13 +115,12 @@ TEST(ShadowMap, OfASphereLightIgnoresASphereInsideIt) {
 
 /// One convex body alone: no part of it is in the way of what faces the light.
 TEST(ShadowMap, HasNoSelfShadowing) {
-  Mesh facets = scenes::icosphere(3);
   const std::vector<std::pair<std::string, Shape>> bodies{
       {"sphere", Sphere{{0, 0, 0}, 1}},
       {"box", Box{{-1, -1, -1}, {1, 1, 1}}},
       {"cylinder", Cylinder{{0, -1, 0}, {0, 1, 0}, 0.7, true, {}}},
       {"cone", Cone{{0, 1, 0}, {0, -1, 0}, 1, 0, true, {}}},
-      {"facets", facets},
+      {"facets", scenes::icosphere(3)},
       {"plane", Plane{{0, 0, 0}, {0.1, 1, 0}, {}}},
   };
   for (const auto& [name, body] : bodies)
@@ -147,8 +128,7 @@ TEST(ShadowMap, HasNoSelfShadowing) {
       for (const double distance : {1.8, 3.0, 50.0, 1e8}) {
         Scene scene = scenes::empty(96);
         scene.camera = {{1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 40};
-        const Vec3 place{towards.x * distance, towards.y * distance, towards.z * distance};
-        scene.lights = {scenes::point_light(place), scenes::directional_light({-towards.x, -towards.y, -towards.z})};
+        scene.lights = {scenes::point_light(towards * distance), scenes::directional_light(-towards)};
         scenes::add(scene, body, scenes::matte({1, 1, 1}));
         EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb)
             << name << " " << towards.x << " " << distance;
@@ -181,10 +161,9 @@ TEST(ShadowMap, OmitsTransmissiveSurfaces) {
 
 TEST(ShadowMap, CountsAsMemoryOfTheCompiledScene) {
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
-  RenderControl control;
-  const std::uint64_t without = memory_bytes(**compile(scene, control));
+  const std::uint64_t without = memory_bytes(*scenes::compiled(scene));
   scene.accuracy.approximate.shadows = Approximations::Shadows::map;
-  EXPECT_EQ(memory_bytes(**compile(scene, control)) - without, 4 * (2 * side) * (2 * side));
+  EXPECT_EQ(memory_bytes(*scenes::compiled(scene)) - without, 4 * (2 * side) * (2 * side));
 }
 
 TEST(ShadowMap, IsBitIdenticalForAnyNumberOfThreads) {

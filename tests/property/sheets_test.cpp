@@ -1,7 +1,6 @@
 // Stacks of sheets and solids that light passes straight through, against the product of their transmissions.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -124,6 +123,16 @@ Stack random_stack(Random& random) {
 
 std::vector<float> seen(const Stack& stack, double eye_z) { return scenes::render(stack.scene(eye_z)).image.rgb; }
 
+/// Calls `check` with random stacks until one fails.
+template <class Check>
+void for_random_stacks(std::uint64_t seed, std::uint64_t count, const Check& check) {
+  Random random(seed);
+  for (std::uint64_t i = 0; i < effort::cases(count) && !testing::Test::HasFailure(); ++i) {
+    SCOPED_TRACE("stack " + std::to_string(i));
+    check(random_stack(random), random);
+  }
+}
+
 void shuffle(std::vector<Layer>& layers, Random& random) {
   for (std::size_t i = layers.size(); i > 1; --i)
     std::swap(layers[i - 1], layers[random.below(static_cast<std::uint32_t>(i))]);
@@ -136,11 +145,7 @@ void expect_near(const std::vector<float>& rgb, const Color& expected) {
 }
 
 TEST(SheetStacks, TransmitTheProductOfTheirTransmissionsFromBothSides) {
-  Random random(41);
-  const std::uint64_t count = effort::cases(400);
-  for (std::uint64_t i = 0; i < count && !HasFailure(); ++i) {
-    SCOPED_TRACE("stack " + std::to_string(i));
-    Stack stack = random_stack(random);
+  for_random_stacks(41, 400, [](const Stack& stack, Random& random) {
     for (const double eye_z : {-20.0, 30.0}) {
       const std::vector<float> rgb = seen(stack, eye_z);
       expect_near(rgb, stack.transmission());
@@ -149,62 +154,51 @@ TEST(SheetStacks, TransmitTheProductOfTheirTransmissionsFromBothSides) {
       for (Layer& layer : permuted.layers) layer.size = random.spread(0.4, 40);
       EXPECT_EQ(seen(permuted, eye_z), rgb);
     }
-  }
+  });
 }
 
 TEST(SheetStacks, PassTheProductToAWallThatALampBehindThemLights) {
-  Random random(42);
-  const std::uint64_t count = effort::cases(200);
-  for (std::uint64_t i = 0; i < count && !HasFailure(); ++i) {
-    SCOPED_TRACE("stack " + std::to_string(i));
-    const Stack stack = random_stack(random);
+  for_random_stacks(42, 200, [](const Stack& stack, Random&) {
     for (const double side : {-1.0, 1.0}) {
       // The eye is between the stack and the wall, the lamp behind the stack.
       const double wall_z = 4 + side * 16, eye_z = 4 + side * 10;
       Scene scene = stack.scene(eye_z);
       scene.camera.look_at.z = wall_z;
       scene.lights = {scenes::point_light({0.013, 0.017, 4 - side * 20})};
-      Material white = scenes::matte({1, 1, 1});
-      scenes::add(scene, Plane{{0, 0, wall_z}, {0, 0, -side}, {}}, white);
+      scenes::add(scene, Plane{{0, 0, wall_z}, {0, 0, -side}, {}}, scenes::matte({1, 1, 1}));
       expect_near(scenes::render(scene).image.rgb, stack.transmission());
     }
-  }
+  });
+}
+
+/// The stack before a glowing wall and black.
+Scene before_a_glowing_wall(const Stack& stack) {
+  Scene scene = stack.scene(30);
+  scene.background.color = {};
+  scenes::add(scene, Plane{{0, 0, -20}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
+  return scene;
 }
 
 TEST(SheetStacks, TransmitTheProductUnderGlobalLight) {
-  Random random(43);
-  const std::uint64_t count = effort::cases(100);
-  for (std::uint64_t i = 0; i < count && !HasFailure(); ++i) {
-    SCOPED_TRACE("stack " + std::to_string(i));
-    const Stack stack = random_stack(random);
-    Scene scene = stack.scene(30);
-    scene.background.color = {};
+  for_random_stacks(43, 100, [](const Stack& stack, Random&) {
+    Scene scene = before_a_glowing_wall(stack);
     scene.accuracy.model = Accuracy::Model::global;
-    Material wall = scenes::glowing({1, 1, 1});
-    wall.diffuse = 0.5;  // reflects nothing: all else is black
-    scenes::add(scene, Plane{{0, 0, -20}, {0, 0, 1}, {}}, wall);
+    scene.materials.back().diffuse = 0.5;  // reflects nothing: all else is black
     expect_near(scenes::render(scene).image.rgb, stack.transmission());
-  }
+  });
 }
 
 /// A wall of water or fog: what absorbs goes on behind a sheet in it.
 TEST(SheetStacks, LeaveTheRayInItsMedium) {
-  Random random(44);
-  for (int i = 0; i < 50 && !HasFailure(); ++i) {
-    const Color absorption = random.color(0.1);
-    Stack stack = random_stack(random);
+  for_random_stacks(44, 50, [](Stack stack, Random& random) {
     std::erase_if(stack.layers, is_solid);
-    if (stack.layers.empty()) continue;
-    Scene scene = stack.scene(30);
-    scene.background.color = {};
-    scenes::add(scene, Plane{{0, 0, -20}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
-    const auto through = [&](double a, double length) { return std::exp(-a * length); };
-    const Color product = stack.transmission();
+    if (stack.layers.empty()) return;
+    const Color absorption = random.color(0.1);
     const auto expected = [&](double length) {
-      return product *
-             Color{through(absorption.r, length), through(absorption.g, length), through(absorption.b, length)};
+      return stack.transmission() * Color{std::exp(-absorption.r * length), std::exp(-absorption.g * length),
+                                          std::exp(-absorption.b * length)};
     };
-    Scene fog = scene;
+    Scene scene = before_a_glowing_wall(stack), fog = scene;
     fog.medium.absorption = absorption;
     expect_near(scenes::render(fog).image.rgb, expected(50));
     Material water;
@@ -214,16 +208,12 @@ TEST(SheetStacks, LeaveTheRayInItsMedium) {
     water.absorption = absorption;
     scenes::add(scene, Box{{-1000, -1000, -9}, {1000, 1000, 15}}, water);
     expect_near(scenes::render(scene).image.rgb, expected(24));
-  }
+  });
 }
 
 /// An open surface of another index bends light like a boundary, but hides nothing behind it.
 TEST(SheetStacks, HideNothingBehindGlassSheets) {
-  Random random(45);
-  const std::uint64_t count = effort::cases(200);
-  for (std::uint64_t i = 0; i < count && !HasFailure(); ++i) {
-    SCOPED_TRACE("stack " + std::to_string(i));
-    Stack stack = random_stack(random);
+  for_random_stacks(45, 200, [](Stack stack, Random& random) {
     for (Material& material : stack.materials) {
       material.transparency = Material::Transparency::refract;
       material.ior = random.in(1, 2);
@@ -231,7 +221,7 @@ TEST(SheetStacks, HideNothingBehindGlassSheets) {
     // Light passes flat surfaces at right angles straight on.
     std::erase_if(stack.layers, [](const Layer& layer) { return is_solid(layer) && layer.kind != Layer::Kind::box; });
     for (const double eye_z : {-20.0, 30.0}) expect_near(seen(stack, eye_z), stack.transmission());
-  }
+  });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
+#include "tracer/compare.h"
 
 using namespace tracer;
 
@@ -128,10 +129,7 @@ TEST(Stereo, ReachesItsTargetError) {
     scene.accuracy.adaptive.emplace().target_error = 1;
     const Rendered seen = scenes::render(scene), exact = scenes::render(reference);
     EXPECT_TRUE(seen.error.target_met);
-    const std::vector<std::uint8_t> a = scenes::codes(seen.image), b = scenes::codes(exact.image);
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-    EXPECT_LT(std::sqrt(sum / static_cast<double>(a.size())), 1.3) << static_cast<int>(layout);
+    EXPECT_LT(compare(to_display(seen.image), to_display(exact.image))->rmse, 1.2) << static_cast<int>(layout);
   }
 }
 

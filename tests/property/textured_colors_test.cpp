@@ -97,11 +97,7 @@ TEST(TexturedColors, HaveTheMeanOfTheirFootprint) {
 /// The light of a directional lamp through a checkered pane, straight below each square.
 TEST(TexturedColors, TintTheLightThatPassesWhereItCrosses) {
   Scene scene = scenes::empty(8);
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.position = {0, 10, 0};
-  scene.camera.look_at = {0, 0, 0};
-  scene.camera.up = {0, 0, -1};
-  scene.camera.height = 8;
+  scene.camera = scenes::orthographic({0, 10, 0}, {0, 0, 0}, 8, {0, 0, -1});
   scene.lights = {scenes::directional_light({0, -1, 0})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   Material pane = scenes::matte({0, 0, 0});

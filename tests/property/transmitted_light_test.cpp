@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
+#include "tracer/src/math/vec.h"
 
 using namespace tracer;
 
@@ -52,8 +53,7 @@ TEST(TransmittedLight, EqualsTheReflectedLightOfTheOppositeSideBitForBit) {
        {Kind::flat, Kind::smooth, Kind::gouraud, Kind::flat_polygon, Kind::bump, Kind::textured, Kind::instance})
     for (const Vec3& direction : {Vec3{0.2, -0.4, -1}, Vec3{1, 0.1, -0.5}}) {
       const Rendered front = scenes::render(lit_triangle(kind, direction, 0.7, 0));
-      const Vec3 opposite{-direction.x, -direction.y, -direction.z};
-      const Rendered behind = scenes::render(lit_triangle(kind, opposite, 0, 0.7));
+      const Rendered behind = scenes::render(lit_triangle(kind, -direction, 0, 0.7));
       EXPECT_EQ(front.image.rgb, behind.image.rgb) << static_cast<int>(kind);
       EXPECT_GT(*std::max_element(front.image.rgb.begin(), front.image.rgb.end()), 0.2F);
     }
@@ -70,9 +70,7 @@ TEST(TransmittedLight, AddsNothingWhereTheLightIsInFront) {
 /// back wall, which shows the light that comes through it.
 TEST(TransmittedLight, OfASolidPassesItsOtherWallAndItsInside) {
   Scene scene = scenes::empty(1);
-  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}};
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.height = 1e-6;
+  scene.camera = scenes::orthographic({0, 0, 5}, {0, 0, 0}, 1e-6);
   scene.accuracy.max_depth = 4;
   Material slab = leaf(0, 0.5);
   slab.transmission = 0.8;

@@ -12,18 +12,11 @@ using namespace tracer;
 
 constexpr double degree = std::numbers::pi / 180;
 
-/// Radiance at a camera at (0, 0, z) that looks at 0.
-std::array<double, 3> ahead(Scene scene, double z = 5) {
-  scene.image = {1, 1};
-  scene.camera = {{0, 0, z}, {0, 0, 0}, {0, 1, 0}, 0.01};
+/// Radiance at a camera at (0, 0, 5) that looks at 0.
+std::array<double, 3> ahead(Scene scene) {
+  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.01};
   const Image image = scenes::render(scene).image;
   return {image.rgb[0], image.rgb[1], image.rgb[2]};
-}
-
-Light light_of(const LightSource& source) {
-  Light light;
-  light.source = source;
-  return light;
 }
 
 /// A white wall at z = 0 that the light shines on.
@@ -42,18 +35,18 @@ TEST(SpotLight, IsFullWithinTheInnerAngleNothingBeyondTheOuterAndSmoothBetween) 
     const double x =
         (std::cos(angle * degree) - std::cos(20 * degree)) / (std::cos(10 * degree) - std::cos(20 * degree));
     const double s = std::clamp(x, 0.0, 1.0);
-    EXPECT_NEAR(wall_lit_by(light_of(spot)), s * s * (3 - 2 * s), 1e-6) << angle;
+    EXPECT_NEAR(wall_lit_by({spot}), s * s * (3 - 2 * s), 1e-6) << angle;
   }
 }
 
 TEST(SoftLights, OfNoSizeArePointLights) {
   const Vec3 at{0.5, 1, 2};
-  const double expected = wall_lit_by(light_of(PointLight{at}));
+  const double expected = wall_lit_by({PointLight{at}});
   const double e = 1e-9;
   for (const LightSource& source :
        {LightSource{LineLight{at, {0.5 + e, 1, 2}}}, LightSource{RectLight{at, {e, 0, 0}, {0, e, 0}}},
         LightSource{DiscLight{at, {0, 0, 1}, e}}, LightSource{SphereLight{at, e}}})
-    EXPECT_NEAR(wall_lit_by(light_of(source)), expected, 1e-7) << source.index();
+    EXPECT_NEAR(wall_lit_by({source}), expected, 1e-7) << source.index();
 }
 
 /// Midpoint rule over the unit square of a light's parameters, for the cosine at the wall's origin times 1/d^2.
@@ -72,9 +65,7 @@ double mean_over(const Point& point) {
 
 TEST(SoftLights, AreTheMeanOverTheirLengthAreaOrSurface) {
   const auto lit = [](const LightSource& source) {
-    Light light = light_of(source);
-    light.attenuation.kind = Attenuation::Kind::inverse_square;
-    return wall_lit_by(light, 4096);
+    return wall_lit_by({.source = source, .attenuation = {Attenuation::Kind::inverse_square}}, 4096);
   };
   const Vec3 c{0.3, -0.2, 1.5};
   const auto turn = [](double t) { return 2 * std::numbers::pi * t; };
@@ -159,11 +150,7 @@ TEST(Instance, IsBitIdenticalToItsFlattenedCopy) {
 /// A floor below a lamp and the camera, which is closer.
 TEST(Medium, AbsorbsTheWayFromTheLampAndToTheCamera) {
   Scene scene = scenes::empty(1);
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.position = {0, 2, 0};
-  scene.camera.look_at = {0, 0, 0};
-  scene.camera.up = {0, 0, -1};
-  scene.camera.height = 1e-6;
+  scene.camera = scenes::orthographic({0, 2, 0}, {0, 0, 0}, 1e-6, {0, 0, -1});
   scene.lights = {scenes::point_light({0, 5, 0})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.5, 0.5, 0.5}));
   scene.medium.absorption = {0.1, 0.25, 0};

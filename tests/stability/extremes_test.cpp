@@ -8,7 +8,6 @@
 #include "tests/stability/table.h"
 #include "tests/support/effort.h"
 #include "tests/support/memory_growth.h"
-#include "tests/support/reference_tracer.h"
 
 namespace {
 
@@ -182,15 +181,8 @@ TEST(HugeSphere, EqualsTheReferenceTracerInFloat) {
     scene.camera = {{0, 1, 0}, {1, 0.5, 0}, {0, 1, 0}, 60};
     scene.lights = {scenes::point_light({2, 3, 1})};
     scenes::add(scene, Sphere{{0, -radius, 0}, radius}, scenes::matte({1, 1, 1}));
-    const Image image = stability::render(scene).image;
-    RenderStatistics ignored;
-    const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).image(ignored);
-    for (std::size_t i = 0; i < expected.size(); ++i) {
-      const oracle::Real e = expected[i].radiance.r;
-      const bool right = std::fabs(image.rgb[3 * i] - e) <= 0x1p-24L * e + 1e-7L;
-      if (!right && expected[i].margin < 1e-9L) row.undecided();
-      row.expect(right || expected[i].margin < 1e-9L, "radius " + std::to_string(radius));
-    }
+    compare_with_reference(row, scene, {.absolute = 1e-7L, .relative = 0x1p-24L, .edge = 1e-9L},
+                           "radius " + std::to_string(radius));
   }
 }
 
@@ -212,22 +204,11 @@ TEST(HighlightExponents, FromZeroToTheLargestDoubleGiveThePower) {
   row.bound("the path passes the ball's silhouette or the light's edge by less than 1e-9", 1e-3);
   for (const auto model : {Material::Model::phong, Material::Model::blinn_phong})
     for (const double shininess : {0.0, 5e-324, 1.0, 1e3, 1e6, 1e12, 1e308})
-      for (const Vec3& lamp : {Vec3{0, 0, 4}, Vec3{3, 2, 4}, Vec3{-0.01, 0.02, 3}}) {
-        const Scene scene = shining(model, shininess, lamp);
-        const Image image = stability::render(scene).image;
-        RenderStatistics ignored;
-        const auto expected = oracle::ReferenceTracer(scene).image(ignored);
-        for (std::size_t i = 0; i < expected.size(); ++i) {
-          const Real e = expected[i].radiance.r;
-          // A cosine of 1 - c that is off by a few roundings is off n times as much in the power, but where that has
-          // any value c is below 40 / n.
-          const bool right = std::fabs(image.rgb[3 * i] - e) <= 1e-6L * (1 + e);
-          if (!right && expected[i].margin < 1e-9L) row.undecided();
-          row.expect(right || expected[i].margin < 1e-9L, "n " + std::to_string(shininess) + ": " +
-                                                              std::to_string(image.rgb[3 * i]) + ", not " +
-                                                              std::to_string(e));
-        }
-      }
+      for (const Vec3& lamp : {Vec3{0, 0, 4}, Vec3{3, 2, 4}, Vec3{-0.01, 0.02, 3}})
+        // A cosine of 1 - c that is off by a few roundings is off n times as much in the power, but where that has any
+        // value c is below 40 / n.
+        compare_with_reference(row, shining(model, shininess, lamp),
+                               {.absolute = 1e-6L, .relative = 1e-6L, .edge = 1e-9L}, "n " + std::to_string(shininess));
 }
 
 /// An emissive shape in front of black, with parallel rays: 32 x 32 pixels of 1 x 1.
@@ -246,7 +227,7 @@ Shape slat(int kind, double width, double turn) {
   const double c = std::cos(turn), s = std::sin(turn), h = width / 2;
   const auto at = [&](double u, double v) { return Vec3{0.13 + u * c - v * s, 0.29 + u * s + v * c, 0}; };
   if (kind == 0) return Cylinder{at(0, -10), at(0, 10), h, true, {}};
-  if (kind == 1) return Mesh{{at(-h, -10), at(h, -10), at(h, 10), at(-h, 10)}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false};
+  if (kind == 1) return scenes::quad(at(-h, -10), at(h, -10), at(h, 10), at(-h, 10));
   return Triangle{{{at(-h, -10), at(h, -10), at(0, 10)}}, {}, {}};
 }
 

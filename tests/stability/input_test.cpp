@@ -15,7 +15,56 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// A scene with every kind of element, and a list of all its numbers with the pointers of their issues.
+/// A scene with every kind of element.
+Scene scene_of_everything() {
+  Scene scene = scenes::empty(4);
+  scene.camera = {{1, 2, 9}, {0, 0.5, 0}, {0.1, 1, 0}, 40, Camera::Type::perspective, 3, 0.01, 8};
+  scene.background.gradient = Gradient{{0.1, 0.2, 0.3}, {0.3, 0.2, 0.1}};
+  scene.depth_cue = DepthCue{3, 20, 0.9, 0.2, {0.5, 0.5, 0.5}};
+  scene.ambient = {0.1, 0.1, 0.1};
+  scene.accuracy.max_depth = 4;
+  for (const LightSource& source :
+       {LightSource{PointLight{{1, 5, 3}}}, LightSource{DirectionalLight{{1, -2, -3}}},
+        LightSource{SpotLight{{2, 5, 3}, {-2, -5, -3}, 10, 20}}, LightSource{LineLight{{0, 5, 0}, {1, 5, 1}}},
+        LightSource{RectLight{{0, 6, 0}, {1, 0.1, 0}, {0, 0.1, 1}}}, LightSource{DiscLight{{3, 3, 3}, {0, -1, 0.1}, 1}},
+        LightSource{SphereLight{{-3, 4, 3}, 1}}})
+    scene.lights.push_back({source, {1, 0.9, 0.8}, 0.5, true, {Attenuation::Kind::polynomial, {1, 0.1, 0.01}}});
+  const std::array<Color, 2> two{Color{0.2, 0.3, 0.4}, Color{0.9, 0.8, 0.7}};
+  scene.textures = {{CheckerTexture{two}, {2, 3}, {0.1, 0.2}, "/textures/checker"},
+                    {GradientTexture{two}, {2, 3}, {0.1, 0.2}, "/textures/gradient"},
+                    {NoiseTexture{two, 3}, {2, 3}, {0.1, 0.2}, "/textures/noise"}};
+  Material glass = scenes::glass();
+  glass.model = Material::Model::blinn_phong;
+  glass.diffuse = glass.specular = 0.3;
+  glass.absorption = {0.1, 0.2, 0.3};
+  glass.bump = Bump{{2}, 0.01};
+  glass.path = "/materials/glass";
+  scene.materials = {glass};
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    Material matte = scenes::matte({});
+    matte.color = TextureId{i};
+    scene.materials.push_back(matte);
+  }
+  scenes::add(scene, Sphere{{0, 0.5, 0}, 0.5, {0, 1, 0.1}, {1, 0.1, 0}}, MaterialId{1});
+  scenes::add(scene, Disc{{1, 1, 0}, {0, 0.1, 1}, 0.5, 0.1, Vec3{1, 0.1, 0}}, MaterialId{2});
+  scenes::add(scene, Cylinder{{-1, 0, 0}, {-1, 1, 0.1}, 0.3, true, Vec3{1, 0.1, 0}}, MaterialId{0});
+  scenes::add(scene, Torus{{-3, 1, 0}, {0, 0.1, 1}, 0.5, 0.2, Vec3{1, 0.1, 0}}, MaterialId{2});
+  scenes::add(scene, Cone{{-2, 1, 0}, {-2, 0, 0.1}, 0.3, 0.1, true, Vec3{1, 0.1, 0}}, MaterialId{3});
+  scenes::add(scene, Plane{{0, -0.5, 0}, {0, 1, 0.1}, Vec3{1, 0.1, 0}}, MaterialId{1});
+  scenes::add(scene, Box{{1, 0, 1}, {1.5, 0.5, 1.5}}, MaterialId{0});
+  const std::array<Vec3, 3> up{Vec3{0, 0.1, 1}, Vec3{0.1, 0, 1}, Vec3{0, 0, 1}};
+  scenes::add(scene,
+              Triangle{{{{-1, 0, 1}, {0, 0, 1}, {-0.5, 1, 1}}}, up, std::array<Vec2, 3>{Vec2{0, 0}, {1, 0}, {0, 1}}},
+              MaterialId{2});
+  scenes::add(
+      scene,
+      Mesh{{{0, 1, 1}, {1, 1, 1}, {0, 2, 1}}, {{0, 1, 2}}, {up[0], up[1], up[2]}, {{0, 0}, {1, 0}, {0, 1}}, false},
+      MaterialId{1});
+  for (std::size_t i = 0; i < scene.objects.size(); i += 3) scene.objects[i].transform = Transform{};
+  return scene;
+}
+
+/// The scene of everything, and a list of all its numbers with the pointers of their issues.
 class Everything {
  public:
   struct Number {
@@ -24,11 +73,6 @@ class Everything {
   };
 
   Everything() {
-    fill_world();
-    add_lights();
-    add_materials();
-    add_round_shapes();
-    add_flat_shapes();
     add("/camera", scene.camera);
     add("/background", *scene.background.gradient);
     add("/background/up", scene.background.up);
@@ -57,7 +101,7 @@ class Everything {
   Everything(const Everything&) = delete;
   Everything& operator=(const Everything&) = delete;
 
-  Scene scene = scenes::empty(4);
+  Scene scene = scene_of_everything();
   std::vector<Number> numbers;
 
  private:
@@ -98,63 +142,6 @@ class Everything {
   template <class... Kinds>
   void add(const std::string& at, std::variant<Kinds...>& any) {
     std::visit([&](auto& one) { add(at, one); }, any);
-  }
-
-  void fill_world() {
-    scene.camera = {{1, 2, 9}, {0, 0.5, 0}, {0.1, 1, 0}, 40, Camera::Type::perspective, 3, 0.01, 8};
-    scene.background.gradient = Gradient{{0.1, 0.2, 0.3}, {0.3, 0.2, 0.1}};
-    scene.depth_cue = DepthCue{3, 20, 0.9, 0.2, {0.5, 0.5, 0.5}};
-    scene.ambient = {0.1, 0.1, 0.1};
-    scene.accuracy.max_depth = 4;
-  }
-
-  void add_lights() {
-    for (const LightSource& source :
-         {LightSource{PointLight{{1, 5, 3}}}, LightSource{DirectionalLight{{1, -2, -3}}},
-          LightSource{SpotLight{{2, 5, 3}, {-2, -5, -3}, 10, 20}}, LightSource{LineLight{{0, 5, 0}, {1, 5, 1}}},
-          LightSource{RectLight{{0, 6, 0}, {1, 0.1, 0}, {0, 0.1, 1}}},
-          LightSource{DiscLight{{3, 3, 3}, {0, -1, 0.1}, 1}}, LightSource{SphereLight{{-3, 4, 3}, 1}}})
-      scene.lights.push_back({source, {1, 0.9, 0.8}, 0.5, true, {Attenuation::Kind::polynomial, {1, 0.1, 0.01}}});
-  }
-
-  void add_materials() {
-    const std::array<Color, 2> two{Color{0.2, 0.3, 0.4}, Color{0.9, 0.8, 0.7}};
-    scene.textures = {{CheckerTexture{two}, {2, 3}, {0.1, 0.2}, "/textures/checker"},
-                      {GradientTexture{two}, {2, 3}, {0.1, 0.2}, "/textures/gradient"},
-                      {NoiseTexture{two, 3}, {2, 3}, {0.1, 0.2}, "/textures/noise"}};
-    Material glass = scenes::glass();
-    glass.model = Material::Model::blinn_phong;
-    glass.diffuse = glass.specular = 0.3;
-    glass.absorption = {0.1, 0.2, 0.3};
-    glass.bump = Bump{{2}, 0.01};
-    glass.path = "/materials/glass";
-    scene.materials = {glass};
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      Material matte = scenes::matte({});
-      matte.color = TextureId{i};
-      scene.materials.push_back(matte);
-    }
-  }
-
-  void add_round_shapes() {
-    scenes::add(scene, Sphere{{0, 0.5, 0}, 0.5, {0, 1, 0.1}, {1, 0.1, 0}}, MaterialId{1});
-    scenes::add(scene, Disc{{1, 1, 0}, {0, 0.1, 1}, 0.5, 0.1, Vec3{1, 0.1, 0}}, MaterialId{2});
-    scenes::add(scene, Cylinder{{-1, 0, 0}, {-1, 1, 0.1}, 0.3, true, Vec3{1, 0.1, 0}}, MaterialId{0});
-    scenes::add(scene, Torus{{-3, 1, 0}, {0, 0.1, 1}, 0.5, 0.2, Vec3{1, 0.1, 0}}, MaterialId{2});
-    scenes::add(scene, Cone{{-2, 1, 0}, {-2, 0, 0.1}, 0.3, 0.1, true, Vec3{1, 0.1, 0}}, MaterialId{3});
-  }
-  void add_flat_shapes() {
-    scenes::add(scene, Plane{{0, -0.5, 0}, {0, 1, 0.1}, Vec3{1, 0.1, 0}}, MaterialId{1});
-    scenes::add(scene, Box{{1, 0, 1}, {1.5, 0.5, 1.5}}, MaterialId{0});
-    const std::array<Vec3, 3> up{Vec3{0, 0.1, 1}, Vec3{0.1, 0, 1}, Vec3{0, 0, 1}};
-    scenes::add(scene,
-                Triangle{{{{-1, 0, 1}, {0, 0, 1}, {-0.5, 1, 1}}}, up, std::array<Vec2, 3>{Vec2{0, 0}, {1, 0}, {0, 1}}},
-                MaterialId{2});
-    scenes::add(
-        scene,
-        Mesh{{{0, 1, 1}, {1, 1, 1}, {0, 2, 1}}, {{0, 1, 2}}, {up[0], up[1], up[2]}, {{0, 0}, {1, 0}, {0, 1}}, false},
-        MaterialId{1});
-    for (std::size_t i = 0; i < scene.objects.size(); i += 3) scene.objects[i].transform = Transform{};
   }
 };
 

@@ -6,11 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <random>
 
 #include "tests/stability/table.h"
 #include "tests/support/effort.h"
-#include "tests/support/reference_tracer.h"
+#include "tracer/src/math/vec.h"
 
 namespace {
 
@@ -69,18 +70,13 @@ Scene mapped(Scene scene, const Point& point, const Direction& direction, double
 }
 
 Scene scaled(const Scene& scene, double s) {
-  const auto times = [s](const Vec3& v) { return Vec3{v.x * s, v.y * s, v.z * s}; };
+  const auto times = [s](const Vec3& v) { return v * s; };
   return mapped(scene, times, times, s);
 }
 
 Scene moved(const Scene& scene, const Vec3& by) {
-  const auto same = [](const Vec3& v) { return v; };
   return mapped(
-      scene,
-      [&](const Vec3& p) {
-        return Vec3{p.x + by.x, p.y + by.y, p.z + by.z};
-      },
-      same, 1);
+      scene, [&](const Vec3& p) { return p + by; }, std::identity(), 1);
 }
 
 /// A random scene with a mesh and a triangle in it.
@@ -178,8 +174,7 @@ TEST(ImageInvariance, IsWithinOneCodeValueForAnyUnit) {
 Scene coarse(Scene scene, double grain) {
   const auto rounded = [grain](double c) { return std::round(c / grain) * grain; };
   const auto point = [&](const Vec3& p) { return Vec3{rounded(p.x), rounded(p.y), rounded(p.z)}; };
-  scene = mapped(
-      scene, point, [](const Vec3& v) { return v; }, 1);
+  scene = mapped(scene, point, std::identity(), 1);
   for (Object& object : scene.objects)
     if (auto* sphere = std::get_if<Sphere>(&object.shape)) sphere->radius = std::max(grain, rounded(sphere->radius));
   return scene;
@@ -303,11 +298,10 @@ Scene fading(std::uint64_t seed, double size) {
   Scene scene = scenes::random(seed, 40);
   for (Object& object : scene.objects)
     object.transform = Transform{{{{size, 0, 0, 0}, {0, size, 0, 0}, {0, 0, size, 0}}}};
-  const auto times = [size](const Vec3& v) { return Vec3{v.x * size, v.y * size, v.z * size}; };
-  scene.camera.position = times(scene.camera.position);
-  scene.camera.look_at = times(scene.camera.look_at);
+  scene.camera.position = scene.camera.position * size;
+  scene.camera.look_at = scene.camera.look_at * size;
   for (Light& light : scene.lights)
-    if (auto* point = std::get_if<PointLight>(&light.source)) point->position = times(point->position);
+    if (auto* point = std::get_if<PointLight>(&light.source)) point->position = point->position * size;
   scene.accuracy.cutoff = 0;
   scenes::add(scene, scenes::placed(scenes::icosphere(2, true), 0.8 * size, {0, 0, 0}), scenes::mirror(1e-30));
   return scene;

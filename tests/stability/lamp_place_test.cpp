@@ -27,11 +27,7 @@ TEST(Shadow, IsNotCastByTheSurfaceOfTheLight) {
         ball ? Vec(0, 5, 0) - unit(Vec(random.in(-0.2, 0.2), 3, random.in(-0.2, 0.2)))
              : Vec(0, 4, 0) + Real(random.in(-1, 1)) * across + Real(random.in(-1, 1)) * cross(normal, across);
     open.lights = closed.lights = {scenes::point_light(rounded(lamp))};
-    if (ball) {
-      scenes::add(closed, Sphere{{0, 5, 0}, 1}, scenes::matte({1, 1, 1}));
-    } else {
-      scenes::add(closed, Plane{{0, 4, 0}, rounded(normal), {}}, scenes::matte({1, 1, 1}));
-    }
+    scenes::add(closed, ball ? Shape{Sphere{{0, 5, 0}, 1}} : Plane{{0, 4, 0}, rounded(normal), {}}, MaterialId{0});
     const auto expected = stability::render(open).image.rgb, image = stability::render(closed).image.rgb;
     for (std::size_t p = 0; p < image.size(); p += 3)
       row.expect(std::fabs(image[p] - expected[p]) <= 3e-7F * expected[p], ball ? "ball" : "ceiling");

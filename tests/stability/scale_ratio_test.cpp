@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tests/stability/table.h"
-#include "tests/support/reference_tracer.h"
+#include "tracer/src/math/vec.h"
 
 namespace {
 
@@ -15,13 +15,9 @@ using stability::Row;
 constexpr int shape_kinds = 9, far_kinds = 6, enclosures = 3;
 constexpr double ratios[] = {1e3, 1e7, 1e8, 1e12, 1e14, 1e16, 1e18, 1e24, 1e30};
 
-Vec3 at_unit(const Vec3& place, double unit, const Vec3& p) {
-  return {(place.x + p.x) * unit, (place.y + p.y) * unit, (place.z + p.z) * unit};
-}
-
 /// A shape of about two units around `place`.
 Shape shape_at(int kind, const Vec3& place, double unit) {
-  const auto at = [&](double x, double y, double z) { return at_unit(place, unit, {x, y, z}); };
+  const auto at = [&](double x, double y, double z) { return (place + Vec3{x, y, z}) * unit; };
   switch (kind) {
     case 0:
       return Sphere{at(0, 0, 0), unit};
@@ -44,7 +40,7 @@ Shape shape_at(int kind, const Vec3& place, double unit) {
 
 /// A matte shape over a floor with its shadow, and before a mirror; all within ten units of `place`.
 Scene small_scene(int kind, const Vec3& place, double unit) {
-  const auto at = [&](double x, double y, double z) { return at_unit(place, unit, {x, y, z}); };
+  const auto at = [&](double x, double y, double z) { return (place + Vec3{x, y, z}) * unit; };
   Scene scene = scenes::empty(24);
   scene.camera = {at(0.3, 1.5, 6), at(0, 0, 0), {0, 1, 0}, 45};
   scene.ambient = {0.1, 0.1, 0.1};
@@ -120,18 +116,8 @@ TEST(ScaleRatio, GivesTheImageOfLongDouble) {
             scene,
             Triangle{{{{-4 * size, -size, -5 * size}, {size, -size, -5 * size}, {0, 3 * size, -4 * size}}}, {}, {}},
             scenes::glowing({0.2, 0.9, 0}));
-        const Image image = stability::render(scene).image;
-        RenderStatistics counted;
-        const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).image(counted);
-        for (std::size_t pixel = 0; pixel < expected.size(); ++pixel) {
-          const oracle::Light3& light = expected[pixel].radiance;
-          const double difference = std::max({std::abs(image.rgb[3 * pixel] - static_cast<double>(light.r)),
-                                              std::abs(image.rgb[3 * pixel + 1] - static_cast<double>(light.g)),
-                                              std::abs(image.rgb[3 * pixel + 2] - static_cast<double>(light.b))});
-          const bool certain = expected[pixel].margin > 1e-7L;
-          if (!certain) row.undecided();
-          row.expect(!certain || difference <= 1e-5, "shape " + std::to_string(kind) + " at " + std::to_string(ratio));
-        }
+        compare_with_reference(row, scene, {.absolute = 1e-5L, .edge = 1e-7L},
+                               "shape " + std::to_string(kind) + " at " + std::to_string(ratio));
       }
 }
 

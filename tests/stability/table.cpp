@@ -115,6 +115,22 @@ void compare(Row& row, const tracer::Image& image, const tracer::Image& expected
     row.expect(std::equal(one, one + 3, other), detail);
 }
 
+void compare_with_reference(Row& row, const tracer::Scene& scene, const Tolerance& tolerance, std::string_view detail) {
+  const tracer::Image image = render(scene).image;
+  tracer::RenderStatistics ignored;
+  const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).image(ignored);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const oracle::Light3& light = expected[i].radiance;
+    const oracle::Real channels[] = {light.r, light.g, light.b};
+    bool right = true;
+    for (std::size_t c = 0; c < 3; ++c)
+      right &= std::fabs(image.rgb[3 * i + c] - channels[c]) <= tolerance.absolute + tolerance.relative * channels[c];
+    const bool at_edge = expected[i].margin < tolerance.edge;
+    if (!right && at_edge) row.undecided();
+    row.expect(right || at_edge, detail);
+  }
+}
+
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads) {
   tracer::Rendered rendered = scenes::render(scene, threads);
   samples().tried += rendered.statistics.samples;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "tests/support/reference_tracer.h"
 #include "tests/support/scenes.h"
 
 namespace stability {
@@ -55,6 +56,15 @@ class Row {
 
 /// Adds the pixels of two images, which must be equal bit for bit.
 void compare(Row& row, const tracer::Image& image, const tracer::Image& expected, std::string_view detail = {});
+
+/// Largest difference of a channel from the second tracer, and largest margin of an edge (oracle::Sample) at which a
+/// pixel may differ more: it is undecided then.
+struct Tolerance {
+  oracle::Real absolute = 0, relative = 0, edge = 0;
+};
+
+/// Adds the pixels of the scene, which must be those of the reference tracer.
+void compare_with_reference(Row& row, const tracer::Scene& scene, const Tolerance& tolerance, std::string_view detail);
 
 /// Renders the scene. Every sample that is not finite, and every value of the image that is not finite or negative, is
 /// a failure in the last line of the table.

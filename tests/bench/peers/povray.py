@@ -26,19 +26,11 @@ def texture(name, material, ambient):
 
 
 def mesh(value, tail, write):
-    write("mesh2 { vertex_vectors {" + str(len(value["positions"])))
-    for position in value["positions"]:
-        write("," + vector(position))
-    write("}")
-    if "normals" in value:
-        write("normal_vectors {" + str(len(value["normals"])))
-        for normal in value["normals"]:
-            write("," + vector(normal))
-        write("}")
-    write("face_indices {" + str(len(value["triangles"])))
-    for face in value["triangles"]:
-        write(f",<{face[0]},{face[1]},{face[2]}>")
-    write("}" + tail)
+    write("mesh2 {")
+    for name, rows in (("vertex_vectors", "positions"), ("normal_vectors", "normals"), ("face_indices", "triangles")):
+        if rows in value:
+            write(f"{name} {{{len(value[rows])}" + "".join(f",\n{vector(row)}" for row in value[rows]) + "}")
+    write(tail)
 
 
 def shape(value, write):

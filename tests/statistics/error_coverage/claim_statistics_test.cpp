@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/binomial.h"
 #include "tests/support/random.h"
 
 namespace {

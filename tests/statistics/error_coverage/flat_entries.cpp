@@ -91,12 +91,12 @@ CorpusScene bright_texel(Canvas canvas, Random& random) {
   Scene& scene = result.scene = orthographic_scene(canvas);
   result.assets.bytes = {png->bytes};
   scene.assets = {{"texels.png", "/textures/texels/file"}};
-  Texture texture;
-  texture.pattern = ImageTexture{AssetId{0}, ColorSpace::srgb};
   const double size = canvas.width;  // pixels that the texture covers
-  texture.scale = {1 / size, 1 / size};
-  texture.offset = {0.5, 0.5};
-  texture.filter = Texture::Filter::nearest;
+  const Texture texture{.pattern = ImageTexture{AssetId{0}, ColorSpace::srgb},
+                        .scale = {1 / size, 1 / size},
+                        .offset = {0.5, 0.5},
+                        .path = {},
+                        .filter = Texture::Filter::nearest};
   scene.ambient = {0.9, 0.9, 0.9};
   add_textured_plane(scene, texture).emission = Color{0.1, 0.1, 0.1};
 
@@ -118,10 +118,8 @@ CorpusScene with_shadows(Canvas canvas, const std::vector<Polygon>& shadows, dou
   const double ambient = 0.09, lit = ambient + 0.9 / std::numbers::sqrt2;
   BoxFilteredImage image(canvas, {.center = {lit, lit, lit}});
   for (const Polygon& shadow : shadows) {
-    Mesh occluder;
-    for (const Vec2& corner : shadow) occluder.positions.push_back({corner.x - height, corner.y, height});
-    occluder.triangles = {{0, 1, 2}, {0, 2, 3}};
-    scenes::add(scene, occluder, MaterialId{0});
+    const auto above = [&](std::size_t corner) { return Vec3{shadow[corner].x - height, shadow[corner].y, height}; };
+    scenes::add(scene, scenes::quad(above(0), above(1), above(2), above(3)), MaterialId{0});
     image.replace(shadow, {ambient, ambient, ambient});
   }
   result.exact = image.image();
@@ -188,10 +186,7 @@ CorpusScene checker_of(Canvas canvas, Random& random, double cell) {
   const Color even{0.1, 0.1, 0.1}, odd{0.8, 0.75, 0.6};
   CorpusScene result;
   result.scene = orthographic_scene(canvas);
-  Texture texture;
-  texture.pattern = CheckerTexture{{even, odd}};
-  texture.scale = {1 / cell, 1 / cell};
-  texture.offset = offset;
+  Texture texture{CheckerTexture{{even, odd}}, {1 / cell, 1 / cell}, offset, {}};
   texture.filter = random.chance(0.5) ? Texture::Filter::mipmap : Texture::Filter::nearest;
   result.scene.ambient = {1, 1, 1};
   add_textured_plane(result.scene, texture);

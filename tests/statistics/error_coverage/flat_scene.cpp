@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tests/support/scenes.h"
+#include "tracer/src/math/vec.h"
 
 namespace error_coverage {
 
@@ -13,9 +14,6 @@ using namespace tracer;
 namespace {
 
 constexpr double mirror_factor = 0.9, glass_factor = 0.81;
-
-Color scaled(const Color& color, double factor) { return {factor * color.r, factor * color.g, factor * color.b}; }
-Color sum(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
 
 /// The part of `polygon` where `side` x + `up` y <= limit.
 Polygon clipped(const Polygon& polygon, double side, double up, double limit) {
@@ -79,7 +77,17 @@ Polygon half_plane_from(Canvas canvas, const Vec2& place, double angle) {
   return rectangle({place.x - reach * std::sin(angle), place.y + reach * std::cos(angle)}, 2 * reach, 2 * reach, angle);
 }
 
-Color LinearRadiance::at(const Vec2& position) const { return sum(center, scaled(along_y, position.y)); }
+Image image_of(Canvas canvas, const std::function<Color(double x, double y)>& radiance) {
+  Image image{canvas.width, canvas.height, {}};
+  for (std::uint32_t y = 0; y < canvas.height; ++y)
+    for (std::uint32_t x = 0; x < canvas.width; ++x) {
+      const Color color = radiance(x + 0.5 - canvas.width / 2.0, canvas.height / 2.0 - y - 0.5);
+      for (const double channel : {color.r, color.g, color.b}) image.rgb.push_back(static_cast<float>(channel));
+    }
+  return image;
+}
+
+Color LinearRadiance::at(const Vec2& position) const { return center + along_y * position.y; }
 
 BoxFilteredImage::BoxFilteredImage(Canvas canvas, const LinearRadiance& ground)
     : canvas_(canvas), ground_(ground), rgb_(3 * std::size_t{canvas.width} * canvas.height) {
@@ -93,12 +101,6 @@ void BoxFilteredImage::add(std::uint32_t x, std::uint32_t y, const Color& radian
   pixel[0] += weight * radiance.r;
   pixel[1] += weight * radiance.g;
   pixel[2] += weight * radiance.b;
-}
-
-void BoxFilteredImage::set(std::uint32_t x, std::uint32_t y, const Color& radiance) {
-  double* const pixel = rgb_.data() + 3 * (std::size_t{y} * canvas_.width + x);
-  std::fill_n(pixel, 3, 0.0);
-  add(x, y, radiance, 1);
 }
 
 void BoxFilteredImage::replace(const Polygon& polygon, const Color& radiance) {
@@ -130,9 +132,7 @@ Image BoxFilteredImage::image(double factor) const {
 Scene orthographic_scene(Canvas canvas) {
   Scene scene;
   scene.image = {canvas.width, canvas.height};
-  scene.camera.type = Camera::Type::orthographic;
-  scene.camera.position = {0, 0, 8.0 * canvas.width};
-  scene.camera.height = canvas.height;
+  scene.camera = scenes::orthographic({0, 0, 8.0 * canvas.width}, {}, canvas.height);
   return scene;
 }
 
@@ -162,15 +162,10 @@ FlatScene::FlatScene(Canvas canvas, const Color& ground, View view)
 FlatScene::FlatScene(Canvas canvas, const Color& bottom, const Color& top)
     : canvas_(canvas),
       scene_(orthographic_scene(canvas)),
-      image_(canvas, {.center = scaled(sum(bottom, top), 0.5),
-                      .along_y = scaled(sum(top, scaled(bottom, -1)), 1.0 / canvas.height)}) {
-  Texture texture;
-  texture.pattern = GradientTexture{{bottom, top}};
-  texture.scale = {1, 1.0 / canvas.height};
-  texture.offset = {0, 0.5};
-  texture.wrap = Texture::Wrap::clamp;
+      image_(canvas, {.center = (bottom + top) * 0.5, .along_y = (top + bottom * -1) * (1.0 / canvas.height)}) {
   scene_.ambient = {1, 1, 1};
-  add_textured_plane(scene_, texture, -1);
+  const Vec2 scale{1, 1.0 / canvas.height};
+  add_textured_plane(scene_, {GradientTexture{{bottom, top}}, scale, {0, 0.5}, {}, Texture::Wrap::clamp}, -1);
 }
 
 Vec3 FlatScene::world(const Vec2& position) const {
@@ -198,13 +193,10 @@ Image checker_image(Canvas canvas, double cell, const Vec2& offset, const Color&
   const auto mean = [&](double begin, double shift) {  // of the square wave over [begin, begin + 1] pixels
     return cell * (square_wave_integral((begin + 1) / cell + shift) - square_wave_integral(begin / cell + shift));
   };
-  BoxFilteredImage image(canvas, {});
-  for (std::uint32_t y = 0; y < canvas.height; ++y)
-    for (std::uint32_t x = 0; x < canvas.width; ++x) {
-      const double product = mean(x - canvas.width / 2.0, offset.x) * mean(canvas.height / 2.0 - y - 1, offset.y);
-      image.set(x, y, sum(scaled(even, (1 + product) / 2), scaled(odd, (1 - product) / 2)));
-    }
-  return image.image();
+  return image_of(canvas, [&](double x, double y) {
+    const double product = mean(x - 0.5, offset.x) * mean(y - 0.5, offset.y);
+    return even * ((1 + product) / 2) + odd * ((1 - product) / 2);
+  });
 }
 
 }  // namespace error_coverage

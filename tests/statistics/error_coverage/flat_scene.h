@@ -3,7 +3,7 @@
 /// linear in y, seen by an orthographic camera. The box filter of a pixel is the exact area of the polygon
 /// clipped to the pixel (Sutherland & Hodgman 1974).
 
-#include <span>
+#include <functional>
 #include <vector>
 
 #include "tracer/image.h"
@@ -26,6 +26,9 @@ Polygon disc(const tracer::Vec2& center, double radius, int corners = 64);
 /// The part of the image that is on the left of a line through `place` at this angle.
 Polygon half_plane_from(Canvas canvas, const tracer::Vec2& place, double angle);
 
+/// Image of a radiance by the centers of its pixels, in the coordinates of polygons.
+tracer::Image image_of(Canvas canvas, const std::function<tracer::Color(double x, double y)>& radiance);
+
 /// Radiance that is linear in y: `center` + y `along_y`, components may be negative.
 struct LinearRadiance {
   tracer::Color center{}, along_y{};
@@ -38,8 +41,6 @@ class BoxFilteredImage {
   BoxFilteredImage(Canvas canvas, const LinearRadiance& ground);
   /// Replaces the ground inside `polygon`, which must be convex and must not overlap another one.
   void replace(const Polygon& polygon, const tracer::Color& radiance);
-  /// Sets the mean over one pixel, row 0 on top.
-  void set(std::uint32_t x, std::uint32_t y, const tracer::Color& radiance);
   [[nodiscard]] tracer::Image image(double factor = 1) const;
 
  private:
@@ -67,7 +68,6 @@ class FlatScene {
 
   tracer::Scene& scene() { return scene_; }
   [[nodiscard]] tracer::Image exact_image() const { return image_.image(factor_); }
-  [[nodiscard]] Canvas canvas() const { return canvas_; }
 
  private:
   [[nodiscard]] tracer::Vec3 world(const tracer::Vec2& position) const;

@@ -19,16 +19,6 @@ Material surface(const Color& color, const Color& emission = {}) {
   return material;
 }
 
-Image image_of(Canvas canvas, const std::function<Color(double x, double y)>& radiance) {
-  Image image{canvas.width, canvas.height, {}};
-  for (std::uint32_t y = 0; y < canvas.height; ++y)
-    for (std::uint32_t x = 0; x < canvas.width; ++x) {
-      const Color color = radiance(x + 0.5 - canvas.width / 2.0, canvas.height / 2.0 - y - 0.5);
-      for (const double channel : {color.r, color.g, color.b}) image.rgb.push_back(static_cast<float>(channel));
-    }
-  return image;
-}
-
 /// Irradiance at (x, y, 0) over pi of a sphere of radiance 1 that is above the ground.
 double irradiance(const Sphere& lamp, double x, double y) {
   const Vec3 to = lamp.center - Vec3{x, y, 0};
@@ -142,8 +132,8 @@ CorpusScene corner_light(Canvas canvas, Random& random) {
   CorpusScene result = global_scene(canvas);
   const double w = canvas.width, wall = -0.501 * w, height = random.in(0.2, 0.6) * w, side = random.in(0.5, 1) * w;
   scenes::add(result.scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(sand));
-  const std::vector<Vec3> corners{{wall, -side, 0}, {wall, side, 0}, {wall, side, height}, {wall, -side, height}};
-  scenes::add(result.scene, Mesh{corners, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false}, scenes::glowing({2, 2, 2}));
+  const Mesh lamp = scenes::quad({wall, -side, 0}, {wall, side, 0}, {wall, side, height}, {wall, -side, height});
+  scenes::add(result.scene, lamp, scenes::glowing({2, 2, 2}));
   // Form factor from an element to a rectangle at a right angle, from beside its corner: the same catalog, B-4.
   const auto factor = [=](double distance, double part) {
     const double slant = std::hypot(distance, height);
@@ -173,11 +163,8 @@ CorpusScene sunny_sky(Canvas canvas, Random& random) {
       const auto across = [](double u) { return std::sin(2 * pi * u / columns); };
       irradiance += radiance * ((along(row) - along(row + 1.0)) * (across(column + 1.0) - across(column)) / pi);
     }
-  Texture texture;
-  texture.pattern = ImageTexture{};
-  texture.filter = Texture::Filter::nearest;
-  texture.path = "/background/environment";
-  result.scene.textures.push_back(texture);
+  result.scene.textures = {
+      {.pattern = ImageTexture{}, .path = "/background/environment", .filter = Texture::Filter::nearest}};
   result.scene.assets = {{"sky.exr", "/background/environment/file"}};
   result.scene.background.environment = Environment{};
   result.assets = {{encode(sky, Format::exr)->bytes}};

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "tests/statistics/error_coverage/trial_runner.h"
@@ -21,16 +20,10 @@ using namespace tracer;
 using Outcome = Result<Rendered, Failure>;
 using Intact = Wavefront<AllFeatures>;
 
-/// Precondition: the scene has a target error.
-template <class T>
-Outcome render_adaptively(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  return AdaptiveSampler<T>(scene, settings, control).run();
-}
-
-/// Precondition: the scene has fixed samples.
-template <class T>
-Outcome render_uniformly(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  return UniformSampler<T>(scene, settings, control).run();
+/// Precondition: the scene has a target error for AdaptiveSampler, fixed samples for UniformSampler.
+template <class Sampler>
+Outcome render_by(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
+  return Sampler(scene, settings, control).run();
 }
 
 /// True for about one in a hundred pixels.
@@ -188,13 +181,13 @@ void expect_caught(const Plan& plan, Renderer mutant, Renderer product = render)
 }
 
 TEST(MutantTracer, WithoutOccludersInOnePixelOfAHundredIsCaught) {
-  expect_caught({.entries = {shadow()}, .placements = 10}, render_adaptively<OmitsOccluders>,
-                render_adaptively<Intact>);
+  expect_caught({.entries = {shadow()}, .placements = 10}, render_by<AdaptiveSampler<OmitsOccluders>>,
+                render_by<AdaptiveSampler<Intact>>);
 }
 
 TEST(MutantTracer, WithEqualHalvesIsCaught) {
   expect_caught({.entries = {checker(), shapes()}, .targets = {}, .samples = {4, 16}, .placements = 3},
-                render_uniformly<RepeatsHalves>, render_uniformly<Intact>);
+                render_by<UniformSampler<RepeatsHalves>>, render_by<UniformSampler<Intact>>);
 }
 
 TEST(MutantTracer, WithPartOfTheEmissionOrWithoutLongPathsIsCaught) {

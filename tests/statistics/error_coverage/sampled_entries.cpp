@@ -8,8 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "api/document.h"
-#include "api/load_assets.h"
+#include "api/render_document.h"
 #include "tests/statistics/error_coverage/corpus.h"
 #include "tests/support/scenes.h"
 #include "tracer/encode.h"
@@ -34,21 +33,17 @@ CorpusScene floor_of(Canvas canvas, const Material& material) {
 }
 
 void add_light(Scene& scene, const LightSource& source, double intensity = 1) {
-  Light light;
-  light.source = source;
-  light.intensity = intensity;
-  scene.lights.push_back(light);
+  scene.lights.push_back({.source = source, .intensity = intensity});
 }
 
 /// Bumps that are finer than pixels: filters average normals.
 CorpusScene bumps(Canvas canvas, Random& random) {
-  Texture noise;
-  noise.pattern = NoiseTexture{{Color{0, 0, 0}, Color{1, 1, 1}}, 6};
-  noise.scale = {random.in(1, 3), random.in(1, 3)};
+  const NoiseTexture noise{{Color{0, 0, 0}, Color{1, 1, 1}}, 6};
+  const Texture texture{.pattern = noise, .scale = {random.in(1, 3), random.in(1, 3)}, .path = {}};
   Material ground = matte({0.8, 0.8, 0.8});
   ground.bump = Bump{TextureId{0}, random.in(0.05, 0.3)};
   CorpusScene result = floor_of(canvas, ground);
-  result.scene.textures.push_back(noise);
+  result.scene.textures.push_back(texture);
   add_light(result.scene, DirectionalLight{{random.in(-1, 1), -1, -1}});
   return result;
 }
@@ -60,9 +55,8 @@ CorpusScene tiled_floor(Canvas canvas, Random& random) {
   Image tile{side, side, std::vector<float>(3 * side * side, 0.8F)};
   for (std::uint32_t row = side / 8; row < side / 2; ++row)
     std::fill_n(tile.rgb.begin() + 3 * (row * side + side / 8), 3 * side / 2, 0.05F);
-  Texture texture;
-  texture.pattern = ImageTexture{AssetId{0}, ColorSpace::linear};
-  texture.scale = {random.spread(0.3, 3), random.spread(0.3, 3)};
+  const ImageTexture image{AssetId{0}, ColorSpace::linear};
+  const Texture texture{.pattern = image, .scale = {random.spread(0.3, 3), random.spread(0.3, 3)}, .path = {}};
   Material material = matte({});
   material.color = TextureId{0};
   CorpusScene result = floor_of(canvas, material);
@@ -173,9 +167,7 @@ CorpusScene small_sun(Canvas canvas, Random& random) {
   std::fill_n(sky.rgb.begin() + 3 * ((20 + random.below(20)) * width + random.below(width - 2)), 6, 60.0F);
   result.scene.assets = {{"sky.exr", "/background/environment/file"}};
   result.assets.bytes = {encode(sky, Format::exr)->bytes};
-  Texture texture;
-  texture.pattern = ImageTexture{AssetId{0}, ColorSpace::linear};
-  result.scene.textures = {texture};
+  result.scene.textures = {{.pattern = ImageTexture{AssetId{0}, ColorSpace::linear}, .path = {}}};
   result.scene.background.environment = Environment{TextureId{0}};
   result.scene.ambient = {1, 1, 1};
   const MaterialId chrome = scenes::add(result.scene, scenes::mirror(0.9));
@@ -190,23 +182,19 @@ CorpusScene small_sun(Canvas canvas, Random& random) {
 CorpusScene equal_signatures(Canvas canvas, Random& random) {
   CorpusScene result;
   result.scene = orthographic_scene(canvas);
-  Light lamp;
-  lamp.source = PointLight{{random.in(-20, 20), random.in(-20, 20), 60}};
-  lamp.intensity = 2000;
-  lamp.shadows = false;
-  lamp.attenuation = {Attenuation::Kind::inverse_square, {}};
-  result.scene.lights = {lamp};
+  const PointLight lamp{{random.in(-20, 20), random.in(-20, 20), 60}};
+  result.scene.lights = {{lamp, {1, 1, 1}, 2000, false, {Attenuation::Kind::inverse_square, {}}}};
   Mesh steps;
+  const auto add_step = [&](const Polygon& corners, double z) {
+    const auto first = static_cast<std::uint32_t>(steps.positions.size());
+    for (const Vec2& at : corners) steps.positions.push_back({at.x, at.y, z});
+    steps.triangles.insert(steps.triangles.end(), {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+  };
   for (const Vec2& place : random_places(canvas, random, 40, 12)) {
     const double z = random.in(0, 40), side = random.in(3, 8);
-    const auto first = static_cast<std::uint32_t>(steps.positions.size());
-    for (const Vec2& at : rectangle(place, side, side, random.in(0, 1))) steps.positions.push_back({at.x, at.y, z});
-    steps.triangles.insert(steps.triangles.end(), {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+    add_step(rectangle(place, side, side, random.in(0, 1)), z);
   }
-  const double w = canvas.width, h = canvas.height;
-  const auto first = static_cast<std::uint32_t>(steps.positions.size());
-  for (const auto& [x, y] : {std::pair{-w, -h}, {w, -h}, {w, h}, {-w, h}}) steps.positions.push_back({x, y, -5});
-  steps.triangles.insert(steps.triangles.end(), {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+  add_step(rectangle({}, 2.0 * canvas.width, 2.0 * canvas.height), -5);
   scenes::add(result.scene, steps, matte({0.8, 0.8, 0.8}));
   return result;
 }
@@ -265,9 +253,7 @@ CorpusScene random_solids(Canvas canvas, Random& random) {
   for (std::uint32_t i = 0; i < lights; ++i) add_light(scene, random_light(random), 0.8 / lights);
   Material floor = matte(random.color(0.3));
   if (random.chance(0.4)) {
-    Texture texture;
-    texture.pattern = CheckerTexture{{random.color(), random.color()}};
-    scene.textures.push_back(texture);
+    scene.textures = {{.pattern = CheckerTexture{{random.color(), random.color()}}, .path = {}}};
     floor.color = TextureId{0};
   }
   scenes::add(scene, Plane{}, floor);
@@ -333,19 +319,18 @@ CorpusScene example(Canvas canvas, Random& /*random*/, const std::string& name) 
   const std::filesystem::path directory = WHITTLE_SOURCE_DIR "/scenes";
   api::Limits limits;
   limits.files = api::Files::anywhere;
-  auto document = api::parse_scene(read_file<std::string>(directory / (name + ".json")), limits);
-  if (!document) throw std::runtime_error(name + " is not a valid scene document");
   const auto read = [&](const std::string& file) -> api::AssetBytes {
     return read_file<std::vector<std::uint8_t>>(directory / file);
   };
-  auto assets = api::load_assets(document->scene, read, limits.scene);
-  if (!assets) throw std::runtime_error(name + ": an asset cannot be read");
-  Scene& scene = document->scene;
+  api::DocumentRender render;
+  if (!render.parse(read_file<std::string>(directory / (name + ".json")), limits) || !render.load(read, limits.scene))
+    throw std::runtime_error(name + " or one of its files is not valid");
+  Scene& scene = render.document.scene;
   scene.image = {canvas.width, canvas.height};
   scene.accuracy = {};
   scene.output.palette = 0;
   scene.output.alpha = false;
-  return {.scene = std::move(scene), .assets = std::move(*assets)};
+  return {.scene = std::move(scene), .assets = std::move(render.assets)};
 }
 
 }  // namespace

@@ -79,37 +79,26 @@ std::string Setting::name() const {
 }
 
 std::vector<Setting> settings_of(SettingGroup group) {
-  std::vector<Setting> settings;
-  const auto add = [&](std::initializer_list<double> targets, std::initializer_list<double> budgets,
-                       std::initializer_list<std::uint32_t> samples) {
-    for (const double target : targets) settings.push_back({.target_error = target});
-    for (const double budget : budgets) settings.push_back({.time_budget_ms = budget});
-    for (const std::uint32_t count : samples) settings.push_back({.samples = count});
-  };
+  const auto target = [](double levels) { return Setting{.target_error = levels}; };
+  const auto budget = [](double ms) { return Setting{.time_budget_ms = ms}; };
+  const auto samples = [](std::uint32_t count) { return Setting{.samples = count}; };
   switch (group) {
     case SettingGroup::targets:
-      add({4, 2, 1, 0.5}, {}, {});
-      break;
+      return {target(4), target(2), target(1), target(0.5)};
     case SettingGroup::budgets:
-      add({4, 1}, {50, 200}, {});
-      break;
+      return {target(4), target(1), budget(50), budget(200)};
     case SettingGroup::fixed_samples:
-      add({}, {}, {1, 2, 4, 8, 16, 32, 64});
-      break;
+      return {samples(1), samples(2), samples(4), samples(8), samples(16), samples(32), samples(64)};
     case SettingGroup::tiles:
-      add({4, 2, 1}, {}, {});
-      break;
+      return {target(4), target(2), target(1)};
     case SettingGroup::noisy_tiles:
-      add({16, 8, 4}, {}, {});
-      break;
+      return {target(16), target(8), target(4)};
     case SettingGroup::bounds:
-      add({4}, {}, {4, 16});
-      break;
+      return {target(4), samples(4), samples(16)};
     case SettingGroup::files:
-      add({1, 0.25}, {}, {});
-      break;
+      return {target(1), target(0.25)};
   }
-  return settings;
+  return {};
 }
 
 Setting random_setting(oracle::Random& random) {
