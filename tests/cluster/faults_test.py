@@ -1,5 +1,6 @@
 """Faults of nodes, of the database and of the network, under load: no acknowledged job is lost, no result is written twice, no image
 is wrong."""
+import contextlib
 import ipaddress
 import itertools
 import json
@@ -16,50 +17,41 @@ from tests.support import leftovers
 from tests.support.whittle import BIN
 
 LEASE = ("--lease-s", "2")
+NODE_KILLS, DATABASE_KILLS, OUTAGE_S = (100, 20, 30) if os.environ.get("WHITTLE_LONG") else (4, 1, 4)
 
 
 class FaultsTest(unittest.TestCase):
-    node_kills, database_kills, outage_s = 4, 1, 4
-
-    @classmethod
-    def setUpClass(cls):
-        cls.expected = expected_images()
+    @contextlib.contextmanager
+    def load(self, faults):
+        """Two nodes for clients, which get jobs until the end of the block, and two for renders; then checks the jobs."""
+        with Cluster() as cluster:
+            apis, workers = ([cluster.node(role, *LEASE) for _ in range(2)] for role in ("api", "worker"))
+            load = Load(apis)
+            try:
+                yield cluster, load, [workers[0], apis[0], workers[1], apis[1]]
+            finally:
+                load.stop()
+            print(faults, end=": ")
+            load.check(self, cluster, expected_images())
 
     def test_kill_9_of_nodes(self):
         choices = random.Random(1)
-        with Cluster() as cluster:
-            apis = [cluster.node("api", *LEASE) for _ in range(2)]
-            workers = [cluster.node("worker", *LEASE) for _ in range(2)]
-            load = Load(apis)
-            try:
-                for victim in itertools.islice(itertools.cycle([workers[0], apis[0], workers[1], apis[1]]), self.node_kills):
-                    time.sleep(choices.uniform(0.3, 1.5))
-                    victim.kill()
-                    time.sleep(choices.uniform(0, 0.5))
-                    victim.start()
-            finally:
-                load.stop()
-            print(f"{self.node_kills} kill -9 of nodes:", end=" ")
-            load.check(self, cluster, self.expected)
+        with self.load(f"{NODE_KILLS} kill -9 of nodes") as (_, _, nodes):
+            for victim in itertools.islice(itertools.cycle(nodes), NODE_KILLS):
+                time.sleep(choices.uniform(0.3, 1.5))
+                victim.kill()
+                time.sleep(choices.uniform(0, 0.5))
+                victim.start()
 
     def test_kill_9_of_the_database(self):
         choices = random.Random(2)
-        with Cluster() as cluster:
-            apis = [cluster.node("api", *LEASE) for _ in range(2)]
-            for _ in range(2):
-                cluster.node("worker", *LEASE)
-            load = Load(apis)
-            try:
-                for _ in range(self.database_kills):
-                    time.sleep(choices.uniform(0.5, 2))
-                    cluster.server.kill()
-                    cluster.server.start()
-                before = len(load.acknowledged)
-                wait_until(lambda: len(load.acknowledged) > before, "a job after the last restart")
-            finally:
-                load.stop()
-            print(f"{self.database_kills} kill -9 of PostgreSQL:", end=" ")
-            load.check(self, cluster, self.expected)
+        with self.load(f"{DATABASE_KILLS} kill -9 of PostgreSQL") as (cluster, load, _):
+            for _ in range(DATABASE_KILLS):
+                time.sleep(choices.uniform(0.5, 2))
+                cluster.server.kill()
+                cluster.server.start()
+            before = len(load.acknowledged)
+            wait_until(lambda: len(load.acknowledged) > before, "a job after the last restart")
 
     def test_database_down(self):
         with Cluster() as cluster:
@@ -69,7 +61,7 @@ class FaultsTest(unittest.TestCase):
             wait_until(lambda: cluster.sql(f"SELECT state FROM jobs WHERE id = '{first}'") == "succeeded", "the first job")
             long = node.start_job(scene(1200, 900, samples=8, name="long"))
             cluster.server.stop()
-            end = time.monotonic() + self.outage_s
+            end = time.monotonic() + OUTAGE_S
             while time.monotonic() < end:
                 refused = node.request("POST", "/v1/jobs", scene())
                 self.assertEqual(refused.status, 503, refused.body)
@@ -79,7 +71,7 @@ class FaultsTest(unittest.TestCase):
             wait_until(lambda: node.get(f"/v1/jobs/{long}").status == 200, "the database")
             ended = node.wait_for_end(long)
             moves = [move["state"] for move in json_of(node.get(f"/v1/jobs/{long}/history"))["items"]]
-            print(f"database down for {self.outage_s} s: the render ended as {ended['state']}, attempt {ended['attempt']}, moves {moves}")
+            print(f"database down for {OUTAGE_S} s: the render ended as {ended['state']}, attempt {ended['attempt']}, moves {moves}")
             self.assertEqual((ended["state"], ended["attempt"], moves), ("succeeded", 1, ["queued", "running", "succeeded"]))
 
     def test_clocks_that_differ_by_ten_minutes(self):

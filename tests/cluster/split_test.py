@@ -35,14 +35,34 @@ def alone(document):
         return hashes(daemon, job), report
 
 
+# The node of a job gets a task only when the other node has got five, however busy the machine is.
+AFTER_THE_OTHER = """
+    CREATE FUNCTION after_the_other() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+      IF (SELECT count(*) FROM tasks WHERE job_id = new.job_id AND node NOT IN ('', coordinator)) < 5 THEN RETURN NULL; END IF;
+      RETURN new;
+    END $$;
+    CREATE TRIGGER after_the_other BEFORE UPDATE ON tasks FOR EACH ROW
+      WHEN (new.node = new.coordinator AND new.attempt > old.attempt) EXECUTE FUNCTION after_the_other()"""
+# Leases of tasks and offers of help last for an hour.
+LASTING = """
+    CREATE FUNCTION last_for_an_hour() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+      IF TG_TABLE_NAME = 'tasks' THEN new.lease_until := new.lease_until + 3600000; ELSE new.seen_at := new.seen_at + 3600000; END IF;
+      RETURN new;
+    END $$;
+    CREATE TRIGGER last_for_an_hour BEFORE UPDATE ON tasks FOR EACH ROW
+      WHEN (new.state = 'claimed') EXECUTE FUNCTION last_for_an_hour();
+    CREATE TRIGGER last_for_an_hour BEFORE INSERT OR UPDATE ON task_helpers FOR EACH ROW EXECUTE FUNCTION last_for_an_hour()"""
+
+
 class TwoNodes(unittest.TestCase):
     def setUp(self):
         self.cluster = Cluster(("fsync=off",))
         self.addCleanup(self.cluster.__exit__)
 
     def start_two(self, *options):
-        """Two nodes that have nothing to do."""
+        """Two nodes that have nothing to do, with AFTER_THE_OTHER."""
         nodes = [self.cluster.node("all", "--threads", "1", *options) for _ in range(2)]
+        self.cluster.sql(AFTER_THE_OTHER)
         wait_until(lambda: self.cluster.sql("SELECT count(*) FROM task_helpers") == "2", "both nodes to offer help")
         return nodes
 
@@ -59,6 +79,7 @@ class TwoNodes(unittest.TestCase):
 class SplitTest(TwoNodes):
     def test_fixed_samples_a_target_error_and_a_crop_have_the_bytes_of_one_node(self):
         one, _ = self.start_two()
+        self.cluster.sql(LASTING)
         for document in (FIXED, TARGET, CROP):
             with self.subTest(accuracy=document["accuracy"]):
                 job = one.submit(document)

@@ -11,17 +11,10 @@
 #include <thread>
 #include <vector>
 
-#include "server/queue/asset_store.h"
-#include "server/storage/files/file_stores.h"
-#include "server/storage/objects/directory_objects.h"
-#include "server/storage/objects/shared_stores.h"
-#include "server/storage/postgres/postgres_stores.h"
-#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_directory.h"
-#include "tests/support/postgres_server.h"
-#include "tracer/sha256.h"
+#include "tests/conformance/test_store.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 using namespace storage::files;
@@ -50,49 +43,30 @@ std::shared_ptr<ArtifactStore> make_rows_and_files(const std::string& directory)
   return {all, &all->store};
 }
 
-/// Objects that several nodes share, with rows in PostgreSQL. Removes at once what was used now.
-struct SharedObjects {
-  explicit SharedObjects(std::unique_ptr<storage::objects::ObjectStore> all) : objects(std::move(all)) {}
-  storage::postgres::PostgresStores rows{PostgresServer::shared().new_database(), {.connections = 4}};
-  std::unique_ptr<storage::objects::ObjectStore> objects;
-  storage::objects::ObjectIndex index{rows.transactions(), storage::objects::ObjectIndex::Kind::artifact};
-  storage::objects::SharedArtifactStore store{*objects, index, system_clock(), std::chrono::seconds(-60)};
-};
+/// Removes at once what was used now.
+std::shared_ptr<ArtifactStore> make_shared(std::unique_ptr<storage::objects::ObjectStore> objects) {
+  return make_shared_store<storage::objects::SharedArtifactStore>(std::move(objects), system_clock(),
+                                                                  std::chrono::seconds(-60));
+}
 
 std::shared_ptr<ArtifactStore> make_shared_directory(const std::string& directory) {
-  const auto all = std::make_shared<SharedObjects>(storage::objects::objects_in_directory(directory + "/artifacts"));
-  return {all, &all->store};
+  return make_shared(storage::objects::objects_in_directory(directory + "/artifacts"));
 }
 
 std::shared_ptr<ArtifactStore> make_bucket(const std::string& /*directory*/) {
-  const auto all = std::make_shared<SharedObjects>(std::make_unique<BucketUnderTest>("artifacts"));
-  return {all, &all->store};
+  return make_shared(std::make_unique<BucketUnderTest>("artifacts"));
 }
 
 class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind> {
  protected:
   ArtifactStore& store() { return *store_; }
   std::string put(std::string_view bytes) { return store().put(MemoryFile(bytes).fd()).sha256; }
-
-  /// Null when it is not there.
-  std::optional<std::string> get(const std::string& sha256) {
-    const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
-    if (reader == nullptr) return std::nullopt;
-    std::string bytes(reader->size_bytes(), '\0');
-    EXPECT_EQ(reader->read(0, bytes.data(), bytes.size()), bytes.size());
-    return bytes;
-  }
+  std::optional<std::string> get(const std::string& sha256) { return bytes_of(store().open(sha256)); }
 
  private:
   const TemporaryDirectory directory_;
   const std::shared_ptr<ArtifactStore> store_ = GetParam().make(directory_.path());
 };
-
-std::string large_image() {
-  std::string bytes;
-  for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
-  return bytes;
-}
 
 }  // namespace
 
@@ -105,7 +79,7 @@ TEST_P(ArtifactStoreConformance, NamesBytesByTheirSha256) {
 }
 
 TEST_P(ArtifactStoreConformance, ReturnsTheBytesThatWerePut) {
-  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_image()}) {
+  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_bytes()}) {
     const ArtifactStore::Stored stored = store().put(MemoryFile(bytes).fd());
     EXPECT_EQ(stored.bytes, bytes.size());
     EXPECT_EQ(get(stored.sha256), bytes) << bytes.size() << " bytes";
@@ -119,7 +93,7 @@ TEST_P(ArtifactStoreConformance, ReadsADescriptorFromItsStart) {
 }
 
 TEST_P(ArtifactStoreConformance, ReadsAnyRangeAndFewerBytesOnlyAtTheEnd) {
-  const std::string bytes = large_image();
+  const std::string bytes = large_bytes();
   const std::unique_ptr<ArtifactReader> reader = store().open(put(bytes));
   for (const std::uint64_t offset : {0ul, 1ul, 262'143ul, 1'499'990ul, 1'500'000ul, 9'000'000'000ul}) {
     std::string part(500'000, '?');
@@ -141,9 +115,7 @@ TEST_P(ArtifactStoreConformance, AnOpenReaderOutlivesTheRemoval) {
   const std::string sha256 = put("abc");
   const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
   store().remove(sha256);
-  std::string bytes(3, '?');
-  EXPECT_EQ(reader->read(0, bytes.data(), 3), 3u);
-  EXPECT_EQ(bytes, "abc");
+  EXPECT_EQ(bytes_of(reader), "abc");
 }
 
 TEST_P(ArtifactStoreConformance, FindsNothingUnderOtherNames) {
@@ -161,16 +133,12 @@ TEST_P(ArtifactStoreConformance, FindsNothingUnderOtherNames) {
 TEST_P(ArtifactStoreConformance, RejectsADescriptorThatCannotBeRead) { EXPECT_THROW(store().put(-1), StoreFailure); }
 
 TEST_P(ArtifactStoreConformance, StoresConcurrentPutsOfEqualAndDifferentBytes) {
-  std::vector<std::thread> threads;
-  for (int thread = 0; thread < 8; ++thread) {
-    threads.emplace_back([&, thread] {
-      for (int i = 0; i < 20; ++i) {
-        put("shared " + std::to_string(i));
-        put("own " + std::to_string(thread) + " " + std::to_string(i));
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  in_threads(8, [&](int thread) {
+    for (int i = 0; i < 20; ++i) {
+      put("shared " + std::to_string(i));
+      put("own " + std::to_string(thread) + " " + std::to_string(i));
+    }
+  });
   for (int i = 0; i < 20; ++i) {
     for (const std::string& bytes : {"shared " + std::to_string(i), "own 7 " + std::to_string(i)}) {
       EXPECT_EQ(get(put(bytes)), bytes);
@@ -180,13 +148,12 @@ TEST_P(ArtifactStoreConformance, StoresConcurrentPutsOfEqualAndDifferentBytes) {
 
 TEST_P(ArtifactStoreConformance, PutsBytesThatAreRemovedAtTheSameTime) {
   const std::string sha256 = put("abc");
-  std::atomic<bool> stop = false;
-  std::thread remover([&] {
-    while (!stop) store().remove(sha256);
-  });
-  for (int i = 0; i < 200; ++i) EXPECT_NO_THROW(put("abc"));
-  stop = true;
-  remover.join();
+  {
+    const std::jthread remover([&](const std::stop_token& stop) {
+      while (!stop.stop_requested()) store().remove(sha256);
+    });
+    for (int i = 0; i < 200; ++i) EXPECT_NO_THROW(put("abc"));
+  }
   put("abc");
   EXPECT_EQ(get(sha256), "abc");
 }
@@ -208,23 +175,10 @@ TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {
   EXPECT_TRUE(std::filesystem::is_empty(artifacts + "/tmp"));
 }
 
-TEST(FileArtifactStore, DeletesTemporaryFilesAfterAPut) {
-  const TemporaryDirectory directory;
-  FileArtifactStore store(directory.path());
-  store.put(MemoryFile("abc").fd());
-  store.put(MemoryFile("abc").fd());
-  EXPECT_THROW(store.put(-1), StoreFailure);
-  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
-}
-
 TEST(FileArtifactStore, ReportsThePathThatItCannotWrite) {
-  try {
-    const FileArtifactStore store("/proc/whittle");
-    FAIL() << "made a directory in /proc";
-  } catch (const StoreFailure& failure) {
-    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
-    EXPECT_NE(std::string(failure.what()).find("/proc/whittle"), std::string::npos) << failure.what();
-  }
+  const Failure failure = failure_of([] { FileArtifactStore("/proc/whittle"); });
+  EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
+  EXPECT_NE(failure.what.find("/proc/whittle"), std::string::npos) << failure.what;
 }
 
 TEST(FileArtifactStore, ReplacesATruncatedFile) {

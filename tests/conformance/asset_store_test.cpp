@@ -13,50 +13,33 @@
 #include <vector>
 
 #include "server/queue/queue_maintainer.h"
-#include "server/storage/files/file_stores.h"
-#include "server/storage/objects/directory_objects.h"
-#include "server/storage/objects/shared_stores.h"
-#include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/bucket_under_test.h"
-#include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
-#include "tests/support/postgres_server.h"
+#include "tests/support/threads.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
 using namespace storage::files;
-using namespace storage::sqlite;
+using storage::objects::SharedAssetStore;
 using Put = AssetStore::Put;
 
 namespace {
 
 struct AssetStoreKind {
   std::string name;
-  std::function<std::shared_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
+  std::function<std::shared_ptr<AssetStore>(const std::string& directory, const Clock& clock)> make;
 };
 
-/// Objects that several nodes share, with rows in PostgreSQL.
-struct SharedAssets {
-  std::unique_ptr<storage::objects::ObjectStore> objects;
-  Clock clock;
-  std::uint64_t bytes_max = INT64_MAX;
-  storage::postgres::PostgresStores rows{PostgresServer::shared().new_database(), {.connections = 4}};
-  storage::objects::ObjectIndex index{rows.transactions(), storage::objects::ObjectIndex::Kind::asset};
-  storage::objects::SharedAssetStore store{*objects, index, clock, bytes_max};
-};
-
-std::shared_ptr<AssetStore> make_shared(std::unique_ptr<storage::objects::ObjectStore> objects, Clock clock,
-                                        std::uint64_t bytes_max = INT64_MAX) {
-  const std::shared_ptr<SharedAssets> all(new SharedAssets{std::move(objects), std::move(clock), bytes_max});
-  return {all, &all->store};
+std::shared_ptr<AssetStore> make_asset_files(const std::string& directory, const Clock& clock) {
+  return std::make_shared<FileAssetStore>(directory, clock);
 }
 
-std::shared_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, Clock clock) {
-  return make_shared(storage::objects::objects_in_directory(directory), std::move(clock));
+std::shared_ptr<AssetStore> make_shared_asset_directory(const std::string& directory, const Clock& clock) {
+  return make_shared_store<SharedAssetStore>(storage::objects::objects_in_directory(directory), clock);
 }
 
-std::shared_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, Clock clock) {
-  return make_shared(std::make_unique<BucketUnderTest>("assets"), std::move(clock));
+std::shared_ptr<AssetStore> make_asset_bucket(const std::string& /*directory*/, const Clock& clock) {
+  return make_shared_store<SharedAssetStore>(std::make_unique<BucketUnderTest>("assets"), clock);
 }
 
 class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
@@ -67,13 +50,7 @@ class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
     put(bytes);
     return tracer::sha256_hex(bytes);
   }
-  std::optional<std::string> get(const std::string& sha256) {
-    const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
-    if (reader == nullptr) return std::nullopt;
-    std::string bytes(reader->size_bytes(), '\0');
-    EXPECT_EQ(reader->read(0, bytes.data(), bytes.size()), bytes.size());
-    return bytes;
-  }
+  std::optional<std::string> get(const std::string& sha256) { return bytes_of(store().open(sha256)); }
   std::vector<std::string> all_unused_since(std::int64_t then) {
     std::vector<std::string> all;
     for (int part = 0; part < AssetStore::parts; ++part) {
@@ -91,16 +68,13 @@ class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
   std::shared_ptr<AssetStore> store_ = GetParam().make(directory_.path() + "/uploads", [this] { return now.load(); });
 };
 
-std::string large_file() {
-  std::string bytes;
-  for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
-  return bytes;
-}
+/// The part of the assets that the collector visits with this one.
+int part_of(const std::string& sha256) { return std::stoi(sha256.substr(0, 2), nullptr, 16); }
 
 }  // namespace
 
 TEST_P(AssetStoreConformance, ReturnsTheBytesThatWerePut) {
-  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_file()}) {
+  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_bytes()}) {
     EXPECT_EQ(put(bytes), Put::stored);
     EXPECT_EQ(get(tracer::sha256_hex(bytes)), bytes) << bytes.size() << " bytes";
     EXPECT_TRUE(store().use(tracer::sha256_hex(bytes)));
@@ -145,7 +119,7 @@ TEST_P(AssetStoreConformance, FindsNothingUnderOtherNames) {
 }
 
 TEST_P(AssetStoreConformance, StoresNothingOfAnInterruptedUpload) {
-  const std::string bytes = large_file();
+  const std::string bytes = large_bytes();
   const auto breaks_off = [&](std::uint64_t offset, char* into, std::size_t size) {
     if (offset > 500'000) throw std::runtime_error("gone");
     return bytes.copy(into, size, offset);
@@ -188,85 +162,61 @@ TEST_P(AssetStoreConformance, AnOpenReaderOutlivesTheRemoval) {
   const std::string sha256 = stored("abc");
   const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
   EXPECT_TRUE(store().remove_unused_since(sha256, now + 1));
-  std::string bytes(3, '?');
-  EXPECT_EQ(reader->read(0, bytes.data(), 3), 3u);
-  EXPECT_EQ(bytes, "abc");
+  EXPECT_EQ(bytes_of(reader), "abc");
 }
 
 TEST_P(AssetStoreConformance, CollectorDeletesOldAssetsThatNoJobNames) {
-  const TemporaryDirectory jobs_directory;
-  TestStore jobs(jobs_directory.path(), {.synchronous = false});
+  TemporaryStores jobs;
   const std::string named = stored("named"), forgotten = stored("forgotten");
   now += 1000;
   const std::string young = stored("young");
-  Job job;
-  job.id = "job";
+  Job job = job_named("job");
   job.assets = {named};
-  jobs.submit(job, "{}");
+  jobs.store.submit(job, "{}");
   int removed = 0;
   for (int part = 0; part < AssetStore::parts; ++part)
-    removed += collect_assets(store(), jobs.all().maintenance, part, now);
+    removed += collect_assets(store(), jobs.store.all().maintenance, part, now);
   EXPECT_EQ(removed, 1);
   EXPECT_EQ(get(forgotten), std::nullopt);
   EXPECT_EQ(get(named), "named");
   EXPECT_EQ(get(young), "young");
-  jobs.remove("job");
-  const int part = std::stoi(named.substr(0, 2), nullptr, 16);
-  EXPECT_EQ(collect_assets(store(), jobs.all().maintenance, part, now), 1);
+  jobs.store.remove("job");
+  EXPECT_EQ(collect_assets(store(), jobs.store.all().maintenance, part_of(named), now), 1);
 }
 
 TEST_P(AssetStoreConformance, CollectorKeepsTheAssetsOfJobsStoredMeanwhile) {
   // A thread that finds the asset stores a job that names it; everything is old at once, and collected again
   // and again.
-  const TemporaryDirectory jobs_directory;
-  TestStore jobs(jobs_directory.path(), {.synchronous = false});
+  TemporaryStores jobs;
   const std::string bytes = "shared", sha256 = tracer::sha256_hex(bytes);
-  const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
-  std::atomic<bool> stop = false;
-  std::atomic<int> collected = 0;
-  std::thread collector([&] {
-    while (!stop) collected += collect_assets(store(), jobs.all().maintenance, part, now - 100'000);
+  const std::jthread collector([&](const std::stop_token& stop) {
+    while (!stop.stop_requested())
+      collect_assets(store(), jobs.store.all().maintenance, part_of(sha256), now - 100'000);
   });
   for (int round = 0; round < 300; ++round) {
     now += 1'000'000;  // assets used in the previous round are old
     store().put(sha256, reading(bytes));
     now += 1'000'000;
     if (!store().use(sha256)) continue;  // collected before: then the job is refused
-    Job job;
-    job.id = "job " + std::to_string(round);
+    Job job = job_named("job " + std::to_string(round));
     job.assets = {sha256};
-    jobs.submit(job, "{}");
+    jobs.store.submit(job, "{}");
     now += 1'000'000;
     std::this_thread::yield();
     EXPECT_EQ(get(sha256), bytes) << "of an accepted job, round " << round;
-    jobs.remove(job.id);
+    jobs.store.remove(job.id);
   }
-  stop = true;
-  collector.join();
-  RecordProperty("collected", collected);
 }
 
 TEST_P(AssetStoreConformance, StoresConcurrentPutsOfEqualBytesOnce) {
-  std::vector<std::thread> threads;
-  std::atomic<int> refused = 0;
-  for (int thread = 0; thread < 8; ++thread) {
-    threads.emplace_back([&] {
-      for (int i = 0; i < 10; ++i) {
-        if (put("shared " + std::to_string(i)) == Put::other_bytes) ++refused;
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(refused, 0);
+  in_threads(8, [&](int) {
+    for (int i = 0; i < 10; ++i) EXPECT_NE(put("shared " + std::to_string(i)), Put::other_bytes);
+  });
   EXPECT_EQ(all_unused_since(now + 1).size(), 10u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
-                         testing::Values(AssetStoreKind{"Files",
-                                                        [](const std::string& directory, Clock clock) {
-                                                          return std::make_shared<FileAssetStore>(directory,
-                                                                                                  std::move(clock));
-                                                        }},
+                         testing::Values(AssetStoreKind{"Files", make_asset_files},
                                          AssetStoreKind{"SharedDirectory", make_shared_asset_directory},
                                          AssetStoreKind{"S3", make_asset_bucket}),
                          [](const auto& kind) { return kind.param.name; });
@@ -277,9 +227,8 @@ TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteF
   ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
   std::ofstream(uploads + "/tmp/17") << "half";
   FileAssetStore store(uploads, [] { return 9'000; });
-  const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
-  EXPECT_EQ(store.unused_since(part, 5'000), std::vector<std::string>{});
-  EXPECT_EQ(store.unused_since(part, 5'001), std::vector<std::string>{sha256});
+  EXPECT_EQ(store.unused_since(part_of(sha256), 5'000), std::vector<std::string>{});
+  EXPECT_EQ(store.unused_since(part_of(sha256), 5'001), std::vector<std::string>{sha256});
   EXPECT_TRUE(std::filesystem::is_empty(uploads + "/tmp"));
   EXPECT_TRUE(std::filesystem::exists(uploads + "/" + asset_path(sha256)));
 }
@@ -290,25 +239,15 @@ TEST(FileAssetStore, KeepsALastUseThatIsMoreThan63BitsOfNanosecondsAfter1970) {
   FileAssetStore store(directory.path(), [] { return year_2400; });
   const std::string sha256 = tracer::sha256_hex("abc");
   ASSERT_EQ(store.put(sha256, reading("abc")), Put::stored);
-  EXPECT_EQ(store.unused_since(std::stoi(sha256.substr(0, 2), nullptr, 16), year_2020), std::vector<std::string>{});
-}
-
-TEST(FileAssetStore, DeletesTemporaryFilesAfterAFailedUpload) {
-  const TemporaryDirectory directory;
-  FileAssetStore store(directory.path(), [] { return 1; });
-  const std::string bytes = "abc";
-  store.put(tracer::sha256_hex("other"), reading(bytes));
-  const auto fails = [](std::uint64_t, char*, std::size_t) -> std::size_t { throw std::runtime_error("gone"); };
-  EXPECT_THROW(store.put(tracer::sha256_hex("other"), fails), std::runtime_error);
-  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
+  EXPECT_EQ(store.unused_since(part_of(sha256), year_2020), std::vector<std::string>{});
 }
 
 TEST(AssetStoreBound, RejectsPutsAboveItUntilAssetsAreRemoved) {
   const TemporaryDirectory directory;
   const auto clock = [] { return 1; };
-  for (const std::shared_ptr<AssetStore>& store :
-       {std::shared_ptr<AssetStore>(std::make_shared<FileAssetStore>(directory.path(), clock, 10)),
-        make_shared(std::make_unique<BucketUnderTest>("assets"), clock, 10)}) {
+  for (const std::shared_ptr<AssetStore>& store : std::initializer_list<std::shared_ptr<AssetStore>>{
+           std::make_shared<FileAssetStore>(directory.path(), clock, 10),
+           make_shared_store<SharedAssetStore>(std::make_unique<BucketUnderTest>("assets"), clock, 10)}) {
     const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
     EXPECT_EQ(put("fivef"), Put::quota_exceeded);
@@ -334,32 +273,23 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
   FileAssetStore store(
       directory.path(), [] { return 1; }, 1000);
   EXPECT_EQ(store.bytes(), 100u);
-  std::vector<std::thread> threads;
-  std::atomic<int> stored = 0;
-  for (int thread = 0; thread < 4; ++thread) {
-    threads.emplace_back([&, thread] {
-      for (int i = 0; i < 5; ++i) {
-        const std::string bytes(100, static_cast<char>('b' + 5 * thread + i)), same(50, static_cast<char>('A' + i));
-        if (store.put(tracer::sha256_hex(bytes), reading(bytes)) == Put::stored) ++stored;
-        store.put(tracer::sha256_hex(same), reading(same));  // all threads these: counted once
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  std::uint64_t on_the_disk = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path())) {
-    if (entry.is_regular_file()) on_the_disk += entry.file_size();
-  }
+  in_threads(4, [&](int thread) {
+    for (int i = 0; i < 5; ++i) {
+      const std::string bytes(100, static_cast<char>('b' + 5 * thread + i)), same(50, static_cast<char>('A' + i));
+      store.put(tracer::sha256_hex(bytes), reading(bytes));
+      store.put(tracer::sha256_hex(same), reading(same));  // all threads these: counted once
+    }
+  });
+  const std::uintmax_t on_the_disk = bytes_in(directory.path());
   EXPECT_EQ(store.bytes(), on_the_disk);
   EXPECT_LE(on_the_disk, 1000u);
   EXPECT_GE(on_the_disk, 900u) << "nothing was refused that had room";
 }
 
 TEST(AssetCollector, CollectsFromItsStartAndStopsAtOnce) {
-  const TemporaryDirectory jobs_directory;
-  TestStore jobs(jobs_directory.path(), {.synchronous = false});
+  TemporaryStores jobs;
   std::atomic<std::int64_t> now = 1'000;
-  FileAssetStore assets(jobs_directory.path() + "/uploads", [&] { return now.load(); });
+  FileAssetStore assets(jobs.directory.path() + "/uploads", [&] { return now.load(); });
   const std::string bytes = "abc";
   assets.put(tracer::sha256_hex(bytes), reading(bytes));
   now = 10'000;
@@ -368,7 +298,7 @@ TEST(AssetCollector, CollectsFromItsStartAndStopsAtOnce) {
     logged = logged || event == "assets_collected";
   };
   const auto collector =
-      collect_assets(assets, jobs.all().maintenance, [&] { return now.load(); }, log,
+      collect_assets(assets, jobs.store.all().maintenance, [&] { return now.load(); }, log,
                      {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
   while (!logged) std::this_thread::yield();
   EXPECT_FALSE(assets.use(tracer::sha256_hex(bytes)));

@@ -3,7 +3,6 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
-using namespace storage::sqlite;
 
 namespace {
 
@@ -78,10 +77,7 @@ TEST_P(JobStoreConformance, ListsBatchesNewestFirstInPages) {
 TEST_P(JobStoreConformance, RemovesTheEndedJobsOfABatchAndTheBatchWithTheLast) {
   store().insert(batch_of(4), now);
   const std::string sha256(64, 'a');
-  for (int i = 0; i < 3; ++i) {
-    const Claim claimed = claim();
-    store().succeed(claimed.job.id, claimed.fence, now, "{}", {{"image.png", "image/png", sha256, 5}});
-  }
+  for (int i = 0; i < 3; ++i) succeed_next({{"image.png", "image/png", sha256, 5}});
   const std::vector<JobSummary> removed = store().remove_ended(batch_id, 2).jobs;
   ASSERT_EQ(removed.size(), 2u);
   EXPECT_EQ((std::pair{removed[0].id, removed[1].id}), (std::pair{id_of(0), id_of(1)}));
@@ -139,8 +135,7 @@ TEST_P(JobStoreConformance, InsertsNothingOfABatchUnderAUsedKey) {
 TEST_P(JobStoreConformance, CancellingABatchCancelsItsJobsThatHaveNotEnded) {
   const std::string other = submit([](Job& job) { job.owner = "ann", job.priority = 0; });
   store().insert(batch_of(3), now);
-  const Claim done = claim();
-  store().succeed(done.job.id, done.fence, now, "{}", {});
+  succeed_next();
   const Claim running = claim();
   const BatchCancel changed = store().cancel_batch(batch_id, now + 5);
   EXPECT_EQ(changed.cancelled, std::vector<std::string>{id_of(2)});
@@ -154,16 +149,15 @@ TEST_P(JobStoreConformance, CancellingABatchCancelsItsJobsThatHaveNotEnded) {
 
 TEST_P(JobStoreConformance, RetryingABatchQueuesItsFailedAndCancelledJobs) {
   store().insert(batch_of(3), now);
-  const Claim done = claim(), failed = claim();
-  store().succeed(done.job.id, done.fence, now, "{}", {});
-  store().fail(failed.job.id, failed.fence, now, {"internal", "x", {}});
+  succeed_next();
+  const std::string failed = fail_next().id;
   store().cancel_batch(batch_id, now);
   const BatchRetry retried = store().retry_batch(batch_id, now);
   ASSERT_EQ(retried.jobs.size(), 2u);
   EXPECT_NE(retried.jobs[0], retried.jobs[1]);
   EXPECT_FALSE(retried.suspects);
   EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 2}, {JobState::succeeded, 1}}));
-  EXPECT_EQ(find(failed.job.id).problem, std::nullopt);
+  EXPECT_EQ(find(failed).problem, std::nullopt);
   EXPECT_TRUE(store().retry_batch(batch_id, now).jobs.empty());
   const Claim suspect = claim();
   store().release(suspect.job.id, suspect.fence, now, {.counts = true, .suspect = true});
@@ -176,8 +170,7 @@ TEST_P(JobStoreConformance, ListsFailingBatches) {
   EXPECT_TRUE(store().failing_batches().empty());
   for (int i = 0; i < 2; ++i) {
     EXPECT_TRUE(store().failing_batches().empty());
-    const Claim claimed = claim();
-    store().fail(claimed.job.id, claimed.fence, now, {"internal", "x", {}});
+    fail_next();
   }
   EXPECT_EQ(store().failing_batches(), std::vector<std::string>{batch_id});
   store().cancel_batch(batch_id, now);

@@ -45,16 +45,6 @@ class FileSizeLimit {
   void (*before_handler_)(int) = nullptr;
 };
 
-std::optional<StoreFailure::Kind> failure_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const StoreFailure& failure) {
-    EXPECT_FALSE(std::string(failure.what()).empty());
-    return failure.kind;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 TEST(SqliteStores, StoresNothingOnAFullDiskAndRecoversWithSpace) {
@@ -63,7 +53,7 @@ TEST(SqliteStores, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   store.submit(job_named("before"), "before");
   {
     const FileSizeLimit full(1 << 20);
-    EXPECT_EQ(failure_of([&] { store.submit(job_named("large"), std::string(4 << 20, 'x')); }),
+    EXPECT_EQ(failure_of([&] { store.submit(job_named("large"), std::string(4 << 20, 'x')); }).kind,
               StoreFailure::Kind::full);
     EXPECT_FALSE(store.find("large"));
     EXPECT_TRUE(store.find("before"));
@@ -82,7 +72,7 @@ TEST(SqliteStores, KeepsAcknowledgedJobsWhileTheDiskFills) {
     const FileSizeLimit full(3 << 20);
     for (int i = 0; i < 100; ++i) {
       const std::string id = "job-" + std::to_string(i);
-      const auto failure = failure_of([&] { store.submit(job_named(id), std::string(100'000, 'x')); });
+      const auto failure = failure_of([&] { store.submit(job_named(id), std::string(100'000, 'x')); }).kind;
       if (!failure) acknowledged.push_back(id);
       if (failure) ++refused;
     }
@@ -99,22 +89,14 @@ TEST(SqliteStores, KeepsOtherWritesOfAGroupWhenOneDoesNotFit) {
   TestStore store(directory.path());
   for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
   const FileSizeLimit full(8 << 20);
-  std::atomic<int> small_refused = 0, large_accepted = 0;
-  std::vector<std::thread> threads;
-  for (int thread = 0; thread < 8; ++thread) {
-    threads.emplace_back([&, thread] {
-      for (int i = 0; i < 10; ++i) {
-        const std::string id = std::to_string(thread) + "-" + std::to_string(i);
-        const bool large = thread == 0;
-        const auto failure = failure_of([&] { store.submit(job_named(id), std::string(large ? 10 << 20 : 10, 'x')); });
-        if (failure && !large) ++small_refused;
-        if (!failure && large) ++large_accepted;
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(small_refused, 0);
-  EXPECT_EQ(large_accepted, 0);
+  in_threads(8, [&](int thread) {
+    for (int i = 0; i < 10; ++i) {
+      const std::string id = std::to_string(thread) + "-" + std::to_string(i);
+      const bool large = thread == 0;
+      const Failure failure = failure_of([&] { store.submit(job_named(id), std::string(large ? 10 << 20 : 10, 'x')); });
+      EXPECT_EQ(failure.kind.has_value(), large) << id << ": " << failure.what;
+    }
+  });
 }
 
 TEST(FileArtifactStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
@@ -123,10 +105,10 @@ TEST(FileArtifactStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   const MemoryFile image(std::string(1 << 20, 'x'));
   {
     const FileSizeLimit full(1 << 19);
-    EXPECT_EQ(failure_of([&] { store.put(image.fd()); }), StoreFailure::Kind::full);
+    EXPECT_EQ(failure_of([&] { store.put(image.fd()); }).kind, StoreFailure::Kind::full);
   }
-  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   EXPECT_NE(store.open(store.put(image.fd()).sha256), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
 TEST(FileAssetStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
@@ -136,25 +118,20 @@ TEST(FileAssetStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   const std::string sha256 = tracer::sha256_hex(bytes);
   {
     const FileSizeLimit full(1 << 19);
-    EXPECT_EQ(failure_of([&] { store.put(sha256, reading(bytes)); }), StoreFailure::Kind::full);
+    EXPECT_EQ(failure_of([&] { store.put(sha256, reading(bytes)); }).kind, StoreFailure::Kind::full);
   }
-  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   EXPECT_FALSE(store.use(sha256));
   EXPECT_EQ(store.put(sha256, reading(bytes)), AssetStore::Put::stored);
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
 TEST(SqliteStores, RejectsADirectoryThatIsInUse) {
   const TemporaryDirectory directory;
   const TestStore first(directory.path());
-  try {
-    TestStore second(directory.path());
-    FAIL() << "two stores share a directory";
-  } catch (const StoreFailure& failure) {
-    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
-    const std::string what = failure.what();
-    EXPECT_NE(what.find(directory.path()), std::string::npos) << what;
-    EXPECT_NE(what.find("in use by process " + std::to_string(getpid())), std::string::npos) << what;
-  }
+  const Failure failure = failure_of([&] { TestStore second(directory.path()); });
+  EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
+  EXPECT_NE(failure.what.find(directory.path()), std::string::npos) << failure.what;
+  EXPECT_NE(failure.what.find("in use by process " + std::to_string(getpid())), std::string::npos) << failure.what;
 }
 
 TEST(DirectoryLock, WaitsForADirectoryThatIsReleasedSoon) {
@@ -179,15 +156,9 @@ TEST(SqliteStores, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {
       file.seekp(63);
       file.put(version);
     }
-    try {
-      const TestStore store(directory.path());
-      FAIL() << "opened a file of a " << program;
-    } catch (const StoreFailure& failure) {
-      const std::string what = failure.what();
-      EXPECT_NE(what.find(program), std::string::npos) << what;
-      EXPECT_NE(what.find("version " + std::to_string(version)), std::string::npos) << what;
-      EXPECT_NE(what.find(path), std::string::npos) << what;
-    }
+    const std::string what = failure_of([&] { TestStore store(directory.path()); }).what;
+    for (const std::string& part : {std::string(program), "version " + std::to_string(version), path})
+      EXPECT_NE(what.find(part), std::string::npos) << part << " is not in: " << what;
   }
 }
 
@@ -202,7 +173,7 @@ TEST(SqliteStores, RejectsADatabaseOfAnotherProgramAndLeavesItUnchanged) {
     file.seekp(71).put('?');
   }
   const std::string before = support::read_file(path);
-  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable);
+  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }).kind, StoreFailure::Kind::unavailable);
   EXPECT_TRUE(support::read_file(path) == before);
   EXPECT_FALSE(std::filesystem::exists(path + "-wal"));
 }
@@ -217,8 +188,8 @@ TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
   for (const bool deleted : {false, true}) {
     std::filesystem::resize_file(path, 0);
     if (deleted) std::filesystem::remove(path);
-    EXPECT_EQ(failure_of([&] { storage::sqlite::check_files(directory.path()); }), StoreFailure::Kind::unavailable);
-    EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable) << deleted;
+    EXPECT_EQ(failure_of([&] { check_files(directory.path()); }).kind, StoreFailure::Kind::unavailable);
+    EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }).kind, StoreFailure::Kind::unavailable) << deleted;
   }
   std::filesystem::remove(directory.path() + "/aa/" + sha256);
   EXPECT_NO_THROW(storage::sqlite::check_files(directory.path()));
@@ -228,17 +199,16 @@ TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
 TEST(SqliteStores, RejectsAFileThatIsNoDatabase) {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() + "/whittle.db") << std::string(8192, 'x');
-  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable);
+  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }).kind, StoreFailure::Kind::unavailable);
 }
 
 TEST(SqliteStores, BoundsTheLogUnderSteadyReading) {
   const TemporaryDirectory directory;
   TestStore store(directory.path());
-  std::atomic<bool> stop = false;
-  std::vector<std::thread> readers;
+  std::vector<std::jthread> readers;
   for (int thread = 0; thread < 4; ++thread) {
-    readers.emplace_back([&] {
-      while (!stop) store.list({.state = {}, .labels = {}, .batch = {}, .text = "nothing"}, "", 50);
+    readers.emplace_back([&](const std::stop_token& stop) {
+      while (!stop.stop_requested()) store.list({.state = {}, .labels = {}, .batch = {}, .text = "nothing"}, "", 50);
     });
   }
   std::uintmax_t largest = 0;
@@ -246,7 +216,5 @@ TEST(SqliteStores, BoundsTheLogUnderSteadyReading) {
     store.submit(job_named("job-" + std::to_string(i)), std::string(500'000, 'x'));
     largest = std::max(largest, std::filesystem::file_size(directory.path() + "/whittle.db-wal"));
   }
-  stop = true;
-  for (std::thread& reader : readers) reader.join();
   EXPECT_LT(largest, 64u << 20) << "of 125 MB written";
 }

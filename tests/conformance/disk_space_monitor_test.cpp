@@ -92,11 +92,7 @@ TEST_F(DiskSpaceMonitorTest, DeletesTheBallastOfADeadDaemonSoThatTheStoreCanOpen
   disk();
   {
     TestStore store(path("data"));
-    Job job;
-    for (const char* id : {"cancelled", "removed", "succeeded"}) {
-      job.id = id;
-      store.submit(job, "{}");
-    }
+    for (const char* id : {"cancelled", "removed", "succeeded"}) store.submit(job_named(id), "{}");
   }
   fill_but(0);
   room.reset();

@@ -6,7 +6,6 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
-using namespace storage::sqlite;
 
 namespace {
 
@@ -241,15 +240,11 @@ TEST_P(JobStoreConformance, StoresNothingUnderAUsedKeyUntilItHasExpired) {
 
 TEST_P(JobStoreConformance, StoresOneOfManyConcurrentSubmissionsUnderOneKey) {
   std::atomic<int> stored = 0;
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 8; ++i) {
-    threads.emplace_back([&, i] {
-      Job job;
-      job.id = "0190a5b0-0000-7000-8000-00000000000" + std::to_string(i);
-      stored += store().insert({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  const auto nodes = this->nodes();
+  in_threads(8, [&](int thread) {
+    const Job job = job_named("0190a5b0-0000-7000-8000-00000000000" + std::to_string(thread));
+    stored += nodes[thread % 2]->insert({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
+  });
   EXPECT_EQ(stored, 1);
   EXPECT_EQ(store().count(JobState::queued), 1);
 }

@@ -1,7 +1,5 @@
 #include "tests/conformance/job_store_conformance.h"
 
-#include <cstdio>
-
 #include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/test_store.h"
 #include "tests/support/postgres_server.h"
@@ -35,19 +33,19 @@ std::string migrated_database() {
 
 class Postgres final : public StoreUnderTest {
  public:
-  StoreCalls& store() override { return *calls_; }
-  void reopen() override {
-    stores_.reset();
-    stores_ = std::make_unique<storage::postgres::PostgresStores>(uri_);
-    calls_.emplace(stores_->all());
-  }
+  StoreCalls& store() override { return node_->calls; }
+  StoreCalls& other_node() override { return (other_ ? *other_ : other_.emplace(uri_)).calls; }
+  void reopen() override { node_.emplace(uri_); }
   [[nodiscard]] bool is_shared() const override { return true; }
 
  private:
+  struct Node {
+    explicit Node(const std::string& uri) : stores(uri) {}
+    storage::postgres::PostgresStores stores;
+    StoreCalls calls{stores.all()};
+  };
   const std::string uri_ = migrated_database();
-  std::unique_ptr<storage::postgres::PostgresStores> stores_ =
-      std::make_unique<storage::postgres::PostgresStores>(uri_);
-  std::optional<StoreCalls> calls_{stores_->all()};
+  std::optional<Node> node_{uri_}, other_;
 };
 
 }  // namespace
@@ -58,10 +56,7 @@ std::vector<StoreKind> store_kinds() {
 }
 
 queue::Job JobStoreConformance::new_job() {
-  queue::Job job;
-  std::array<char, 40> id{};
-  std::snprintf(id.data(), id.size(), "0190a5b0-0000-7000-8000-%012d", ++submitted_);
-  job.id = id.data();
+  queue::Job job = job_named(numbered_id(++submitted_));
   job.created_at = now;
   return job;
 }
@@ -77,6 +72,18 @@ queue::Claim JobStoreConformance::claim(bool alone) {
   std::optional<queue::Claim> claim = store().claim("boot", now, lease_end, alone);
   if (!claim) throw std::runtime_error("nothing to claim");
   return *std::move(claim);
+}
+
+queue::Job JobStoreConformance::succeed_next(const std::vector<queue::Artifact>& artifacts) {
+  const queue::Claim next = claim();
+  EXPECT_TRUE(store().succeed(next.job.id, next.fence, now, "{}", artifacts));
+  return next.job;
+}
+
+queue::Job JobStoreConformance::fail_next() {
+  const queue::Claim next = claim();
+  EXPECT_TRUE(store().fail(next.job.id, next.fence, now, {"internal", "x", {}}));
+  return next.job;
 }
 
 queue::Job JobStoreConformance::find(const std::string& id) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
+#include "tests/support/threads.h"
 
 namespace queue {
 
@@ -29,6 +31,8 @@ class StoreUnderTest {
  public:
   virtual ~StoreUnderTest() = default;
   virtual StoreCalls& store() = 0;
+  /// As another process on the same data, where the store permits it.
+  virtual StoreCalls& other_node() { return store(); }
   /// As a daemon that ends and starts again.
   virtual void reopen() = 0;
   /// Several processes may use it at once.
@@ -44,6 +48,7 @@ std::vector<StoreKind> store_kinds();
 class JobStoreConformance : public testing::TestWithParam<StoreKind> {
  protected:
   StoreCalls& store() { return under_test_->store(); }
+  std::array<StoreCalls*, 2> nodes() { return {&store(), &under_test_->other_node()}; }
   void reopen() { under_test_->reopen(); }
   [[nodiscard]] bool is_shared() const { return under_test_->is_shared(); }
 
@@ -51,6 +56,9 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
   /// Submits a job with defaults except for `change`; returns its id.
   std::string submit(const std::function<void(queue::Job&)>& change = {}, const std::string& document = "{}");
   queue::Claim claim(bool alone = false);  ///< under boot id "boot" at time `now`
+  /// Claims the next job and ends it; returns it as claimed.
+  queue::Job succeed_next(const std::vector<queue::Artifact>& artifacts = {});
+  queue::Job fail_next();
   queue::Job find(const std::string& id);
   std::vector<std::string> list(const queue::JobFilter& filter = {}, int limit = 100);
 
@@ -60,6 +68,8 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
     std::int64_t fence = 0;
   };
   Placed place(queue::JobState state);
+  /// Every call that ends the queued job of an id, by name. All other jobs must have ended.
+  std::vector<std::pair<std::string, std::function<void(const std::string& id)>>> ends();
 
   std::int64_t now = 1'000'000;
   const std::int64_t lease_end = 5'000'000;  ///< end of the lease of every claim

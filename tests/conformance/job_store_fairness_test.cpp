@@ -52,11 +52,7 @@ TEST_P(JobStoreConformance, WeightsTheTurnsOfOwners) {
   const Owner heavy{"heavy", 3};
   for (int i = 0; i < 40; ++i) submit(ann), submit(heavy);
   std::map<std::string, int> turns;
-  for (int i = 0; i < 40; ++i) {
-    const Claim claimed = claim();
-    ++turns[claimed.job.owner];
-    store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
-  }
+  for (int i = 0; i < 40; ++i) ++turns[succeed_next().owner];
   EXPECT_EQ(turns, (std::map<std::string, int>{{"ann", 10}, {"heavy", 30}}));
 }
 
@@ -70,23 +66,16 @@ TEST_P(JobStoreConformance, WeightsTheRunningJobsOfOwners) {
 
 TEST_P(JobStoreConformance, IdleOwnersGetNoCredit) {
   for (int i = 0; i < 30; ++i) submit(ann);
-  const auto run = [&] {
-    const Claim claimed = claim();
-    store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
-    return claimed.job.owner;
-  };
-  for (int i = 0; i < 20; ++i) run();
+  for (int i = 0; i < 20; ++i) succeed_next();
   for (int i = 0; i < 10; ++i) submit(bob);
   std::string owners;
-  for (int i = 0; i < 6; ++i) owners += run() + " ";
+  for (int i = 0; i < 6; ++i) owners += succeed_next().owner + " ";
   EXPECT_TRUE(owners == "bob ann bob ann bob ann " || owners == "ann bob ann bob ann bob ") << owners;
 }
 
 TEST_P(JobStoreConformance, TurnsSurviveARestart) {
   submit(ann), submit(ann), submit(bob);
-  const Claim claimed = claim();
-  EXPECT_EQ(claimed.job.owner, "ann");
-  store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
+  EXPECT_EQ(succeed_next().owner, "ann");
   reopen();
   EXPECT_EQ(claim().job.owner, "bob");
 }
@@ -135,18 +124,14 @@ TEST_P(JobStoreConformance, ReportsPositionsAmongOwners) {
     ids.push_back(submit([&](Job& job) { heavy(job), job.priority = 10 * i; }));
     ids.push_back(submit([&](Job& job) { eve(job), job.priority = 100 - i; }));
     if (i % 2 != 0) continue;
-    const Claim claimed = claim();  // owners have different numbers of turns behind them
-    store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
-    std::erase(ids, claimed.job.id);
+    std::erase(ids, succeed_next().id);  // owners have different numbers of turns behind them
   }
   std::map<std::int64_t, std::string> expected;
   for (const std::string& id : ids) expected[store().queue_position(id, 100).value()] = id;
   ASSERT_EQ(expected.size(), ids.size()) << "each position occurs once";
   for (const auto& [position, id] : expected) {
     EXPECT_EQ(store().queue_position(id, 5), std::min<std::int64_t>(store().queue_position(id, 100).value(), 5));
-    const Claim claimed = claim();
-    EXPECT_EQ(claimed.job.id, id) << position;
-    store().succeed(claimed.job.id, claimed.fence, now, "{}", {});
+    EXPECT_EQ(succeed_next().id, id) << position;
   }
 }
 

@@ -3,13 +3,34 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
-using namespace storage::sqlite;
 
 namespace {
 
 constexpr std::int64_t kept_ms = 1000;
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::function<void(const std::string& id)>>> JobStoreConformance::ends() {
+  const auto claim_and_cancel = [this](const std::string& id) {
+    const Claim claimed = claim();
+    store().cancel(id, now);
+    return claimed.fence;
+  };
+  std::vector<std::pair<std::string, std::function<void(const std::string& id)>>> all = {
+      {"succeed", [this](auto&) { succeed_next(); }},
+      {"fail", [this](auto&) { fail_next(); }},
+      {"cancel", [this](auto& id) { store().cancel(id, now); }},
+      {"finish_cancel", [this](auto& id) { store().finish_cancel(id, claim().fence, now); }},
+      {"release when cancelled", [=, this](auto& id) { store().release(id, claim_and_cancel(id), now, {}); }},
+      {"recover when cancelled",
+       [=, this](auto& id) {
+         claim_and_cancel(id);
+         store().recover("other boot", now);
+       }},
+  };
+  if (is_shared()) all.pop_back();
+  return all;
+}
 
 TEST_P(JobStoreConformance, OneMinuteOfWaitingEqualsOnePointOfPriority) {
   const std::string early_low = submit([](Job& job) { job.priority = 40; });
@@ -111,30 +132,7 @@ TEST_P(JobStoreConformance, RunsMaintenanceInStepsAndReportsMore) {
 }
 
 TEST_P(JobStoreConformance, ComputesTheExpiryFromTheEnd) {
-  using End = std::function<void(const std::string&)>;
-  std::vector<std::pair<std::string, End>> ends = {
-      {"succeed", [&](auto& id) { store().succeed(id, claim().fence, now, "{}", {}); }},
-      {"fail",
-       [&](auto& id) {
-         store().fail(id, claim().fence, now, {"internal", "x", {}});
-       }},
-      {"cancel", [&](auto& id) { store().cancel(id, now); }},
-      {"finish_cancel", [&](auto& id) { store().finish_cancel(id, claim().fence, now); }},
-      {"release when cancelled",
-       [&](auto& id) {
-         const Claim claimed = claim();
-         store().cancel(id, now);
-         store().release(id, claimed.fence, now, {});
-       }},
-      {"recover when cancelled",
-       [&](auto& id) {
-         claim();
-         store().cancel(id, now);
-         store().recover("other boot", now);
-       }},
-  };
-  if (is_shared()) ends.pop_back();
-  for (const auto& [name, end] : ends) {
+  for (const auto& [name, end] : ends()) {
     const std::string id = submit([](Job& job) { job.expires_in_s = 60; });
     end(id);
     EXPECT_EQ(find(id).expires_at, now + 60'000) << name;
@@ -165,27 +163,15 @@ TEST_P(JobStoreConformance, DeletesDocumentAndImagesOfAnExpiredJobAndLaterItsRow
 }
 
 TEST_P(JobStoreConformance, EndsNoJobBeforeItsStartWhenTheClockIsSetBack) {
-  const std::int64_t before = now - 5000;
-  const auto submit_now = [&](std::optional<std::int64_t> deadline = {}) {
-    return submit([&](Job& job) { job.created_at = now, job.deadline = deadline; });
-  };
-  const auto claim_before = [&] { return store().claim("boot", before, lease_end, false).value(); };
-  const std::string succeeded = submit_now();
-  store().succeed(succeeded, claim_before().fence, before, "{}", {});
-  const std::string failed = submit_now();
-  store().fail(failed, claim_before().fence, before, {});
-  const std::string stopped = submit_now();
-  const Claim claimed = claim_before();
-  store().cancel(stopped, before);
-  store().release(stopped, claimed.fence, before, {});
-  const std::string cancelled = submit_now(), overdue = submit_now(before);
-  store().cancel(cancelled, before);
-  store().run_maintenance(before, kept_ms, 10);
-  for (const std::string& id : {succeeded, failed, stopped, cancelled, overdue}) {
+  auto all = ends();
+  all.emplace_back("deadline", [&](auto&) { store().run_maintenance(now + 1, kept_ms, 10); });
+  for (const auto& [name, end] : all) {
+    const std::string id = submit([&](Job& job) { job.created_at = now + 5000, job.deadline = now + 1; });
+    end(id);
     const Job job = find(id);
-    EXPECT_TRUE(ended(job.state));
-    EXPECT_GE(job.ended_at.value(), job.started_at.value_or(job.created_at));
-    EXPECT_GE(job.started_at.value_or(now), job.created_at);
+    EXPECT_TRUE(ended(job.state)) << name;
+    EXPECT_GE(job.ended_at.value(), job.started_at.value_or(job.created_at)) << name;
+    EXPECT_GE(job.started_at.value_or(job.created_at), job.created_at) << name;
   }
 }
 

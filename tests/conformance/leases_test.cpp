@@ -3,7 +3,6 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
-using namespace storage::sqlite;
 
 namespace {
 

@@ -12,19 +12,12 @@
 #include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/test_store.h"
 #include "tests/support/postgres_server.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 using storage::postgres::PostgresStores;
 
 namespace {
-
-Job job_of_event(int number) {
-  std::string digits = std::to_string(number);
-  Job job;
-  job.id = "0190a5b0-0000-7000-9000-" + std::string(12 - digits.size(), '0') + digits;
-  job.created_at = 1;
-  return job;
-}
 
 /// The messages of one topic.
 class Inbox {
@@ -60,29 +53,27 @@ class PostgresClusterTest : public testing::Test {
 TEST_F(PostgresClusterTest, EventsOfTransactionsThatEndInAnyOrderHaveNoGapsAndAreReadOnce) {
   constexpr int writers = 4, jobs_per_writer = 60;
   PostgresStores stores(uri), readers(uri);
-  std::atomic<int> running = writers;
-  std::vector<std::thread> threads;
-  for (int writer = 0; writer < writers; ++writer) {
-    threads.emplace_back([&, writer] {
+  std::atomic<bool> running = true;
+  const std::jthread writing([&] {
+    in_threads(writers, [&](int writer) {
       StoreCalls calls(stores.all());
       for (int i = 0; i < jobs_per_writer; ++i) {
-        const Job job = job_of_event(writer * 1000 + i);
+        const Job job = job_named(numbered_id(writer * 1000 + i));
         calls.submit(job, "{}");
         calls.cancel(job.id, 2);
         stores.cluster().number_events();
       }
-      --running;
     });
-  }
+    running = false;
+  });
   std::vector<JobEvent> seen;
   for (bool is_last = false; !is_last;) {
-    is_last = running == 0;
+    is_last = !running;
     if (is_last) readers.cluster().number_events();
     for (const JobEvent& event : readers.cluster().events_after(static_cast<std::int64_t>(seen.size()), 50))
       seen.push_back(event);
     if (is_last && readers.cluster().event_range().last != static_cast<std::int64_t>(seen.size())) is_last = false;
   }
-  for (std::thread& thread : threads) thread.join();
   ASSERT_EQ(seen.size(), std::size_t{2 * writers * jobs_per_writer});
   std::map<std::string, std::string> states;
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -110,7 +101,7 @@ TEST_F(PostgresClusterTest, KeepsTheLatestEvents) {
 
 TEST_F(PostgresClusterTest, OneCallerNumbersEventsAtATime) {
   const PostgresStores stores(uri);
-  StoreCalls(stores.all()).submit(job_of_event(1), "{}");
+  StoreCalls(stores.all()).submit(job_named(numbered_id(1)), "{}");
   const storage::postgres::PostgresStores other(uri);
   other.transactions().write([&](storage::sql::Database& database) {
     storage::sql::Query numbered = database.query("SELECT number_events()");
@@ -126,7 +117,7 @@ TEST_F(PostgresClusterTest, OneCallerNumbersEventsAtATime) {
 TEST_F(PostgresClusterTest, AnnouncesChangesOfTheOwnerAndRemovals) {
   const PostgresStores stores(uri);
   StoreCalls calls(stores.all());
-  const Job job = job_of_event(1);
+  const Job job = job_named(numbered_id(1));
   calls.submit(job, "{}");
   stores.all().jobs.change(job.id, {.priority = {}, .name = "renamed", .labels = {}, .expires_at = {}}, {});
   calls.cancel(job.id, 2);
@@ -175,15 +166,15 @@ TEST_F(PostgresClusterTest, ReportsNodesAndTheirDuties) {
   StoreCalls calls(stores.all());
   Node node{.id = "boot", .name = "machine", .role = "all", .version = "1", .slots = 2, .running = 1};
   EXPECT_FALSE(stores.cluster().report_node(node).suspects_wait);
-  calls.submit(job_of_event(1), "{}");
+  calls.submit(job_named(numbered_id(1)), "{}");
   ASSERT_TRUE(calls.claim("boot", 1, 1'000'000, false));
-  calls.cancel(job_of_event(1).id, 2);
-  Job suspect = job_of_event(2);
+  calls.cancel(numbered_id(1), 2);
+  Job suspect = job_named(numbered_id(2));
   suspect.suspect = true;
   calls.submit(suspect, "{}");
   node.running = 0;
   const ClusterStore::Duties duties = stores.cluster().report_node(node);
-  EXPECT_EQ(duties.cancelled, std::vector{job_of_event(1).id});
+  EXPECT_EQ(duties.cancelled, std::vector{numbered_id(1)});
   EXPECT_TRUE(duties.suspects_wait);
   server.sql(uri, "INSERT INTO nodes VALUES ('old', 'gone', 'all', '1', 1, 0, 1, 1)");
   stores.cluster().report_node(node);

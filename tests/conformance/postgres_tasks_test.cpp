@@ -18,9 +18,7 @@ class TaskStoreTest : public testing::Test {
  protected:
   TaskStoreTest() {
     StoreCalls calls(first.all());
-    Job job;
-    job.id = job_id;
-    calls.submit(job, "{}");
+    calls.submit(job_named(job_id), "{}");
     fence = calls.claim("boot", 1, 1'000'000'000'000'000, false)->fence;
   }
 
@@ -37,7 +35,7 @@ class TaskStoreTest : public testing::Test {
   PostgresStores first{uri, {.node = "one", .build = "b"}}, second{uri, {.node = "two", .build = "b"}},
       third{uri, {.node = "three", .build = "other"}};
   TaskStore &one = first.tasks(), &two = second.tasks();
-  const std::string job_id = "0190a5b0-0000-7000-9000-000000000001";
+  const std::string job_id = numbered_id(1);
   std::int64_t fence = 0;
 };
 

@@ -7,35 +7,19 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstring>
-#include <optional>
-#include <set>
 #include <thread>
 
 #include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 #include "tests/support/postgres_server.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 using storage::postgres::PostgresStores;
 
 namespace {
-
-constexpr std::int64_t end_of_lease = 1'000'000;
-
-std::string numbered_id(int number) {
-  std::string digits = std::to_string(number);
-  return "0190a5b0-0000-7000-8000-" + std::string(12 - digits.size(), '0') + digits;
-}
-
-Job new_job(const std::string& id) {
-  Job job;
-  job.id = id;
-  job.created_at = 1;
-  return job;
-}
 
 /// Passes one connection at a time from a unix socket to that of the server, and can cut the next commit.
 class Proxy {
@@ -122,36 +106,11 @@ class PostgresStoresTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(PostgresStoresTest, NodesThatClaimAtOnceGetEveryJobOnce) {
-  constexpr int jobs = 200, threads_per_node = 4;
-  PostgresStores first(uri), second(uri);
-  std::vector<StoreCalls> nodes{StoreCalls(first.all()), StoreCalls(second.all())};
-  for (int i = 0; i < jobs; ++i) nodes[0].submit(new_job(numbered_id(i)), "{}");
-  std::mutex mutex;
-  std::multiset<std::string> claimed;
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 2 * threads_per_node; ++i) {
-    threads.emplace_back([&, i] {
-      StoreCalls& node = nodes[static_cast<std::size_t>(i % 2)];
-      while (const auto claim = node.claim("boot" + std::to_string(i), 1, end_of_lease, false)) {
-        EXPECT_TRUE(node.succeed(claim->job.id, claim->fence, 2, "{}", {}));
-        const std::lock_guard lock(mutex);
-        claimed.insert(claim->job.id);
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(claimed.size(), std::size_t{jobs});
-  EXPECT_EQ(std::set<std::string>(claimed.begin(), claimed.end()).size(), std::size_t{jobs});
-  EXPECT_EQ(nodes[1].count(JobState::succeeded), jobs);
-  EXPECT_EQ(nodes[1].count(JobState::queued), 0);
-}
-
 TEST_F(PostgresStoresTest, CountsStayExactWhileTheyAreAddedUp) {
   PostgresStores stores(uri);
   StoreCalls calls(stores.all());
   for (int i = 0; i < 150; ++i) {
-    calls.submit(new_job(numbered_id(i)), "{}");
+    calls.submit(job_named(numbered_id(i)), "{}");
     if (i % 3 == 0) calls.cancel(numbered_id(i), 2);
     ASSERT_EQ(calls.count(JobState::queued), i + 1 - (i / 3 + 1)) << i;
     ASSERT_EQ(calls.owner_usage("").queued_jobs, calls.count(JobState::queued));
@@ -160,29 +119,11 @@ TEST_F(PostgresStoresTest, CountsStayExactWhileTheyAreAddedUp) {
   EXPECT_NE(server.sql(uri, "SELECT count(*) FROM counts"), "0") << "they were added up meanwhile";
 }
 
-TEST_F(PostgresStoresTest, ALateResultOfANodeThatLostItsLeaseIsRefused) {
-  PostgresStores first(uri), second(uri);
-  StoreCalls lost(first.all()), other(second.all());
-  lost.submit(new_job(numbered_id(1)), "{}");
-  const Claim stale = lost.claim("lost", 1, 100, false).value();
-  EXPECT_EQ(other.recover("other", 50), 0);
-  EXPECT_EQ(other.find(numbered_id(1))->state, JobState::running) << "its lease holds";
-  EXPECT_EQ(other.run_maintenance(100, 1000, 10).abandoned, std::vector{numbered_id(1)});
-  const Claim again = other.claim("other", 101, 200, false).value();
-  EXPECT_FALSE(lost.succeed(numbered_id(1), stale.fence, 102, "late", {}));
-  EXPECT_TRUE(other.succeed(numbered_id(1), again.fence, 103, "again", {}));
-  EXPECT_EQ(lost.find(numbered_id(1))->report, "again");
-}
-
 TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
-  std::vector<std::thread> nodes;
-  for (int i = 0; i < 4; ++i) {
-    nodes.emplace_back([&, i] {
-      PostgresStores stores(uri);
-      StoreCalls(stores.all()).submit(new_job(numbered_id(i)), "{}");
-    });
-  }
-  for (std::thread& node : nodes) node.join();
+  in_threads(4, [&](int node) {
+    PostgresStores stores(uri);
+    StoreCalls(stores.all()).submit(job_named(numbered_id(node)), "{}");
+  });
   EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM whittle_schema"), "1");
   EXPECT_EQ(server.sql(uri, "SELECT count(*) FROM jobs"), "4");
 }
@@ -190,7 +131,7 @@ TEST_F(PostgresStoresTest, NodesThatStartAtOnceCreateTheTablesOnce) {
 TEST_F(PostgresStoresTest, NodesThatStartAtOnceMigrateAnOlderSchemaOnce) {
   {
     PostgresStores older(uri);
-    StoreCalls(older.all()).submit(new_job(numbered_id(1)), "{}");
+    StoreCalls(older.all()).submit(job_named(numbered_id(1)), "{}");
     older.cluster().number_events();
   }
   server.sql(uri,
@@ -200,14 +141,10 @@ TEST_F(PostgresStoresTest, NodesThatStartAtOnceMigrateAnOlderSchemaOnce) {
              " CREATE FUNCTION note() RETURNS TRIGGER LANGUAGE plpgsql AS"
              " 'BEGIN INSERT INTO migrations VALUES (new.version); RETURN NULL; END';"
              " CREATE TRIGGER note AFTER UPDATE ON whittle_schema FOR EACH ROW EXECUTE FUNCTION note()");
-  std::vector<std::thread> nodes;
-  for (int i = 2; i < 6; ++i) {
-    nodes.emplace_back([&, i] {
-      PostgresStores stores(uri);
-      StoreCalls(stores.all()).submit(new_job(numbered_id(i)), "{}");
-    });
-  }
-  for (std::thread& node : nodes) node.join();
+  in_threads(4, [&](int node) {
+    PostgresStores stores(uri);
+    StoreCalls(stores.all()).submit(job_named(numbered_id(2 + node)), "{}");
+  });
   EXPECT_EQ(server.sql(uri, "SELECT string_agg(version::text, ' ') FROM migrations"), "2");
   EXPECT_EQ(server.sql(uri, "SELECT version FROM whittle_schema"), "2");
   PostgresStores stores(uri);
@@ -232,14 +169,14 @@ TEST_F(PostgresStoresTest, RefusesTheDatabaseOfAnotherProgram) {
 TEST_F(PostgresStoresTest, ReplacesConnectionsThatTheServerEnds) {
   PostgresStores stores(uri);
   StoreCalls calls(stores.all());
-  calls.submit(new_job(numbered_id(1)), "{}");
+  calls.submit(job_named(numbered_id(1)), "{}");
   const std::string end =
       "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()"
       " AND datname = current_database()";
   server.sql(uri, end);
   EXPECT_TRUE(calls.find(numbered_id(1)));
   server.sql(uri, end);
-  EXPECT_NO_THROW(calls.submit(new_job(numbered_id(2)), "{}"));
+  EXPECT_NO_THROW(calls.submit(job_named(numbered_id(2)), "{}"));
   EXPECT_EQ(calls.count(JobState::queued), 2);
 }
 
@@ -248,26 +185,13 @@ TEST_F(PostgresStoresTest, ReportsAServerThatIsDownAndContinuesWithTheNextOne) {
   const std::string own_uri = own.new_database();
   PostgresStores stores(own_uri);
   StoreCalls calls(stores.all());
-  calls.submit(new_job(numbered_id(1)), "{}");
+  calls.submit(job_named(numbered_id(1)), "{}");
   own.stop();
-  try {
-    calls.submit(new_job(numbered_id(2)), "{}");
-    ADD_FAILURE() << "the server is down";
-  } catch (const StoreFailure& failure) {
-    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
-  }
+  const auto submit = [&] { calls.submit(job_named(numbered_id(2)), "{}"); };
+  EXPECT_EQ(failure_of(submit).kind, StoreFailure::Kind::unavailable);
   EXPECT_THROW(calls.find(numbered_id(1)), StoreFailure);
   own.start();
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  for (bool submitted = false; !submitted;) {
-    try {
-      calls.submit(new_job(numbered_id(2)), "{}");
-      submitted = true;
-    } catch (const StoreFailure&) {
-      ASSERT_LT(std::chrono::steady_clock::now(), end) << "the server is up";
-      usleep(50'000);
-    }
-  }
+  EXPECT_TRUE(eventually([&] { return !failure_of(submit).kind; }));
   EXPECT_EQ(calls.count(JobState::queued), 2);
 }
 
@@ -276,12 +200,12 @@ TEST_F(PostgresStoresTest, LearnsTheOutcomeOfACommitWhoseAnswerWasLost) {
   Proxy proxy(uri.substr(host));
   PostgresStores stores(uri.substr(0, host) + proxy.directory(), {.connections = 1});
   StoreCalls calls(stores.all());
-  calls.submit(new_job(numbered_id(1)), "{}");
+  calls.submit(job_named(numbered_id(1)), "{}");
   proxy.next_commit = Proxy::Cut::answer;
-  calls.submit(new_job(numbered_id(2)), "{}");
+  calls.submit(job_named(numbered_id(2)), "{}");
   proxy.next_commit = Proxy::Cut::request;
-  calls.submit(new_job(numbered_id(3)), "{}");
-  const Claim claim = calls.claim("boot", 1, end_of_lease, false).value();
+  calls.submit(job_named(numbered_id(3)), "{}");
+  const Claim claim = calls.claim("boot", 1, 1'000'000, false).value();
   proxy.next_commit = Proxy::Cut::answer;
   EXPECT_TRUE(calls.succeed(claim.job.id, claim.fence, 2, "{}", {})) << "the first attempt was the successful one";
   EXPECT_EQ(proxy.cuts, 3);
@@ -295,7 +219,7 @@ TEST_F(PostgresStoresTest, DoesNotTakeAnotherTransactionOfTheSameIdForItsOwn) {
   const std::string own_uri = own.new_database();
   PostgresStores stores(own_uri);
   StoreCalls calls(stores.all());
-  calls.submit(new_job(numbered_id(1)), "{}");
+  calls.submit(job_named(numbered_id(1)), "{}");
   own.sql(own_uri, "ALTER SYSTEM SET wal_writer_delay = '10s'");
   own.sql(own_uri, "SELECT pg_reload_conf()");
   own.sql(own_uri,
@@ -307,14 +231,8 @@ TEST_F(PostgresStoresTest, DoesNotTakeAnotherTransactionOfTheSameIdForItsOwn) {
           "CREATE CONSTRAINT TRIGGER wait_in_commit AFTER INSERT ON jobs DEFERRABLE INITIALLY DEFERRED FOR EACH ROW"
           " WHEN (new.id = '" +
               numbered_id(2) + "') EXECUTE FUNCTION wait_in_commit()");
-  std::optional<StoreFailure::Kind> failure;
-  std::thread submitting([&] {
-    try {
-      calls.submit(new_job(numbered_id(2)), "{}");
-    } catch (const StoreFailure& thrown) {
-      failure = thrown.kind;
-    }
-  });
+  Failure failure;
+  std::thread submitting([&] { failure = failure_of([&] { calls.submit(job_named(numbered_id(2)), "{}"); }); });
   const std::string commit = "SELECT backend_xid FROM pg_stat_activity WHERE wait_event = 'PgSleep'";
   std::string id;
   while ((id = own.sql(own_uri, commit)).empty()) usleep(10'000);
@@ -322,9 +240,9 @@ TEST_F(PostgresStoresTest, DoesNotTakeAnotherTransactionOfTheSameIdForItsOwn) {
   own.start();
   own.sql(own_uri, "DO $$ BEGIN WHILE pg_current_xact_id() < '" + id + "'::xid8 LOOP COMMIT; END LOOP; END $$");
   submitting.join();
-  EXPECT_EQ(failure.has_value(), calls.count(JobState::queued) == 1) << "an acknowledged job is stored";
-  if (failure) {
-    EXPECT_EQ(*failure, StoreFailure::Kind::unknown);
+  EXPECT_EQ(failure.kind.has_value(), calls.count(JobState::queued) == 1) << "an acknowledged job is stored";
+  if (failure.kind) {
+    EXPECT_EQ(failure.kind, StoreFailure::Kind::unknown);
   }
 }
 
@@ -336,7 +254,7 @@ TEST_F(PostgresStoresTest, TheLastJobsOfABatchRemovedAtOnceLeaveNothing) {
                       right = numbered_id(2 * round + 1);
     InsertRequest request;
     for (const std::string& id : {left, right}) {
-      Job job = new_job(id);
+      Job job = job_named(id);
       job.batch = batch;
       request.jobs.push_back({job, "[]"});
     }

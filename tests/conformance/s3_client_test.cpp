@@ -15,10 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/queue/job_store.h"
-#include "tests/conformance/temporary_directory.h"
-#include "tests/queue/eventually.h"
+#include "tests/conformance/test_store.h"
 #include "tests/support/s3_server.h"
+#include "tests/support/threads.h"
 #include "tracer/sha256.h"
 
 using namespace storage::s3;
@@ -31,29 +30,20 @@ std::string pattern(std::size_t size) {
   return bytes;
 }
 
-S3Client::ReadAt reading_from(std::string bytes) {
-  return [bytes = std::move(bytes)](std::uint64_t offset, char* into, std::size_t size) {
-    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
-  };
-}
-
 class S3ClientTest : public testing::Test {
  protected:
-  void put(const std::string& key, const std::string& bytes) { client.put(key, bytes.size(), reading_from(bytes)); }
+  void put(const std::string& key, const std::string& bytes) { client.put(key, bytes.size(), reading(bytes)); }
   std::string get(const std::string& key, std::uint64_t offset = 0, std::size_t size = 64u << 20) {
     const auto piece = client.get(key, offset, size);
     return piece ? piece->bytes : "(none)";
   }
-  /// The failure of a function.
-  template <class Function>
-  std::string failure(const Function& function) {
-    try {
-      function();
-    } catch (const queue::StoreFailure& caught) {
-      EXPECT_EQ(caught.kind, queue::StoreFailure::Kind::unavailable);
-      return caught.what();
-    }
-    return "(none)";
+  /// That of a store which is unavailable; "(none)" without one.
+  template <class Call>
+  std::string failure(const Call& call) {
+    const Failure found = failure_of(call);
+    if (!found.kind) return "(none)";
+    EXPECT_EQ(found.kind, queue::StoreFailure::Kind::unavailable);
+    return found.what;
   }
 
   S3Server& server = S3Server::shared();
@@ -166,12 +156,7 @@ TEST_F(S3ClientTest, DeletesOldUploadsThatWereNotEnded) {
 
 TEST_F(S3ClientTest, ReportsAQuotaThatIsUsedUpAsFull) {
   server.command("status 507 1");
-  try {
-    put("key", "abc");
-    FAIL();
-  } catch (const queue::StoreFailure& caught) {
-    EXPECT_EQ(caught.kind, queue::StoreFailure::Kind::full) << caught.what();
-  }
+  EXPECT_EQ(failure_of([&] { put("key", "abc"); }).kind, queue::StoreFailure::Kind::full);
 }
 
 TEST_F(S3ClientTest, ReportsWhatTheStoreRefuses) {
@@ -199,7 +184,7 @@ TEST_F(S3ClientTest, ReadsCredentialsFromAFileAtEachRequest) {
   EXPECT_NE(failure([&] { other.check(); }).find("status 403, SignatureDoesNotMatch"), std::string::npos);
   write("whittle/secret+");
   EXPECT_EQ(failure([&] { other.check(); }), "(none)");
-  EXPECT_NO_THROW(other.put("key", 3, reading_from("abc")));
+  EXPECT_NO_THROW(other.put("key", 3, reading("abc")));
   std::ofstream(settings.credentials_file) << "[default]\naws_access_key_id = whittle-key\n";
   EXPECT_NE(failure([&] { other.check(); }).find("has no aws_access_key_id or no aws_secret"), std::string::npos);
 }
@@ -256,19 +241,13 @@ TEST_F(S3ClientTest, NamesTheBucketInTheHostOrThePath) {
 }
 
 TEST_F(S3ClientTest, ServesManyThreads) {
-  std::vector<std::thread> threads;
-  std::atomic<int> wrong = 0;
-  for (int thread = 0; thread < 8; ++thread) {
-    threads.emplace_back([&, thread] {
-      for (int i = 0; i < 20; ++i) {
-        const std::string key = std::to_string(thread) + "/" + std::to_string(i), bytes = pattern(1000 + i);
-        put(key, bytes);
-        if (get(key) != bytes) ++wrong;
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(wrong, 0);
+  in_threads(8, [&](int thread) {
+    for (int i = 0; i < 20; ++i) {
+      const std::string key = std::to_string(thread) + "/" + std::to_string(i), bytes = pattern(1000 + i);
+      put(key, bytes);
+      EXPECT_TRUE(get(key) == bytes) << key;
+    }
+  });
 }
 
 TEST(S3Location, ReadsTheUriOfABucket) {

@@ -1,8 +1,6 @@
 /// Stores that several nodes share: what one node removes while another one needs it, damage, and what is collected;
 /// and the cache of a node.
 
-#include "server/storage/objects/shared_stores.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,13 +14,9 @@
 #include <vector>
 
 #include "server/storage/objects/asset_cache.h"
-#include "server/storage/objects/directory_objects.h"
-#include "server/storage/postgres/postgres_stores.h"
 #include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
-#include "tests/support/postgres_server.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
@@ -33,46 +27,22 @@ namespace {
 
 constexpr std::int64_t day = 24 * 3600 * 1000;
 
-std::string read_all(const ArtifactReader& reader) {
-  std::string bytes(reader.size_bytes(), '?');
-  for (std::size_t done = 0; done < bytes.size();) {
-    const std::size_t count =
-        reader.read(done, bytes.data() + done, std::min<std::size_t>(100'000, bytes.size() - done));
-    if (count == 0) break;
-    done += count;
-  }
-  return bytes;
-}
-
 /// A node: its own connections to one database and one directory.
-struct Node {
+struct Node : SharedNode<SharedArtifactStore> {
   Node(const std::string& database, const std::string& directory, const std::atomic<std::int64_t>& now)
-      : rows(database, {.connections = 2}),
-        stored(objects_in_directory(directory)),
-        index(rows.transactions(), ObjectIndex::Kind::artifact),
-        store(objects, index, [&now] { return now.load(); }) {}
+      : SharedNode(database, objects_in_directory(directory), [&now] { return now.load(); }) {}
   std::string put(const std::string& bytes) { return store.put(MemoryFile(bytes).fd()).sha256; }
-
-  storage::postgres::PostgresStores rows;
-  std::unique_ptr<ObjectStore> stored;
-  ObjectStore& objects = *stored;
-  ObjectIndex index;
-  SharedArtifactStore store;
 };
 
 class SharedStores : public testing::Test {
  protected:
   /// Stores a succeeded job that names an artifact.
   void name_in_a_job(const std::string& sha256) {
-    PostgresServer::shared().sql(
-        database,
-        "INSERT INTO jobs (id, kind, owner, weight, name, batch_index, variation, state, created_at, moved_at, attempt,"
-        " max_attempts, priority, rank, keep, cancel_requested, suspect, width, height, formats, accuracy, large, work,"
-        " use_cache, revision) VALUES ('" +
-            sha256 +
-            "', 'render', '', 1, '', 0, '', 'succeeded', 1, 1, 1, 1, 0, 0, 1, 0, 0, 1, 1, 'png', '', 0, 1, 0, 1);"
-            " INSERT INTO artifacts VALUES ('" +
-            sha256 + "', 0, '', 'image.png', 'image/png', '" + sha256 + "', 3)");
+    Job job = job_named(sha256);
+    job.state = JobState::succeeded;
+    job.started_at = job.ended_at = now;
+    job.artifacts = {{"image.png", "image/png", sha256, 3}};
+    StoreCalls(a.rows.all()).submit(job, "{}");
   }
 
   int collect_all(SharedArtifactStore& store) {
@@ -90,11 +60,7 @@ class SharedStores : public testing::Test {
 
 }  // namespace
 
-TEST_F(SharedStores, ANodeFindsWhatAnotherOneHasStored) {
-  const std::string sha256 = a.put("abc");
-  ASSERT_NE(b.store.open(sha256), nullptr);
-  EXPECT_EQ(read_all(*b.store.open(sha256)), "abc");
-}
+TEST_F(SharedStores, ANodeFindsWhatAnotherOneHasStored) { EXPECT_EQ(bytes_of(b.store.open(a.put("abc"))), "abc"); }
 
 TEST_F(SharedStores, KeepsWhatWasStoredOrKeptWithinADay) {
   const std::string sha256 = a.put("abc");
@@ -132,32 +98,27 @@ TEST_F(SharedStores, CollectsWhatNoJobNamesAfterADay) {
 
 TEST_F(SharedStores, AnArtifactThatIsStoredWhileAnotherNodeRemovesItExistsAfterwards) {
   const std::string bytes = "abc", sha256 = a.put(bytes);
-  std::atomic<bool> stop = false;
-  std::atomic<int> missing = 0;
-  std::thread remover([&] {
-    while (!stop) {
-      b.index.remove_unused_since(sha256, now - 1000, [&] { b.objects.remove(sha256); });
+  const std::jthread remover([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      b.index.remove_unused_since(sha256, now - 1000, [&] { b.objects->remove(sha256); });
     }
   });
   for (int i = 0; i < 100; ++i) {
     now += 10'000;  // what was stored before may be removed
     a.put(bytes);
-    if (!a.store.open(sha256)) ++missing;
+    EXPECT_NE(a.store.open(sha256), nullptr) << i;
   }
-  stop = true;
-  remover.join();
-  EXPECT_EQ(missing, 0);
 }
 
 TEST_F(SharedStores, CollectsObjectsThatTheDatabaseDoesNotHave) {
   const std::string bytes = "lost", sha256 = tracer::sha256_hex(bytes);
-  a.objects.put(sha256, bytes.size(), reading(bytes));
+  a.objects->put(sha256, bytes.size(), reading(bytes));
   const std::string known = a.put("known");
   name_in_a_job(known);
   std::string after;
   int calls = 0;
   do {
-    after = adopt_objects(a.objects, a.index, after, now);
+    after = adopt_objects(*a.objects, a.index, after, now);
     ++calls;
   } while (!after.empty());
   EXPECT_EQ(calls, 3) << "two parts and the end";
@@ -180,21 +141,14 @@ TEST_F(SharedStores, FindsAndReplacesChangedBytes) {
       ASSERT_NE(reader, nullptr);
       std::string begin(1000, '?');
       EXPECT_EQ(reader->read(0, begin.data(), begin.size()), begin.size()) << "the whole is not known yet";
-      for (int i = 0; i < 2; ++i) {
-        try {
-          read_all(*reader);
-          FAIL() << "the last bytes were read";
-        } catch (const StoreFailure& failure) {
-          EXPECT_EQ(failure.kind, StoreFailure::Kind::damaged);
-        }
-      }
+      for (int i = 0; i < 2; ++i)
+        EXPECT_EQ(failure_of([&] { bytes_of(reader); }).kind, StoreFailure::Kind::damaged) << "at the last bytes";
     }
     EXPECT_EQ(b.store.open(sha256), nullptr);
     EXPECT_NE(b.store.open(sha256, /*verified=*/false), nullptr);
     a.put(bytes);
     b.put(bytes);
-    ASSERT_NE(b.store.open(sha256), nullptr);
-    EXPECT_TRUE(read_all(*b.store.open(sha256)) == bytes);
+    EXPECT_TRUE(bytes_of(b.store.open(sha256)) == bytes);
   }
 }
 
@@ -235,19 +189,17 @@ TEST(BucketObjects, DeletesUploadsThatAKilledNodeHasLeft) {
 }
 
 TEST(BucketObjects, VerifiesLargeObjectsWhileTheyAreRead) {
-  const std::atomic<std::int64_t> now = 1;
-  storage::postgres::PostgresStores rows(PostgresServer::shared().new_database(), {.connections = 2});
-  BucketUnderTest objects("artifacts");
-  ObjectIndex index(rows.transactions(), ObjectIndex::Kind::artifact);
-  SharedArtifactStore store(objects, index, [&now] { return now.load(); });
-  const std::string bytes(3'000'000, 'y'), sha256 = store.put(MemoryFile(bytes).fd()).sha256;
-  EXPECT_TRUE(read_all(*store.open(sha256)) == bytes);
-  S3Server::shared().command("corrupt " + objects.prefix() + "artifacts/" + asset_path(sha256));
-  const auto reader = store.open(sha256);
-  EXPECT_THROW(read_all(*reader), StoreFailure);
-  EXPECT_EQ(store.open(sha256), nullptr);
-  store.put(MemoryFile(bytes).fd());
-  EXPECT_TRUE(read_all(*store.open(sha256)) == bytes);
+  auto bucket = std::make_unique<BucketUnderTest>("artifacts");
+  const std::string prefix = bucket->prefix() + "artifacts/";
+  const auto store = make_shared_store<SharedArtifactStore>(std::move(bucket), [] { return 1; });
+  const std::string bytes(3'000'000, 'y'), sha256 = store->put(MemoryFile(bytes).fd()).sha256;
+  EXPECT_TRUE(bytes_of(store->open(sha256)) == bytes);
+  S3Server::shared().command("corrupt " + prefix + asset_path(sha256));
+  const auto reader = store->open(sha256);
+  EXPECT_THROW(bytes_of(reader), StoreFailure);
+  EXPECT_EQ(store->open(sha256), nullptr);
+  store->put(MemoryFile(bytes).fd());
+  EXPECT_TRUE(bytes_of(store->open(sha256)) == bytes);
 }
 
 namespace {
@@ -278,14 +230,6 @@ std::string content(const support::Descriptor& file) {
   std::string bytes(1000, '?');
   const ssize_t size = file ? pread(file.get(), bytes.data(), bytes.size(), 0) : -1;
   bytes.resize(size < 0 ? 0 : static_cast<std::size_t>(size));
-  return bytes;
-}
-
-std::uintmax_t bytes_in(const std::string& directory) {
-  std::uintmax_t bytes = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
-    if (entry.is_regular_file()) bytes += entry.file_size();
-  }
   return bytes;
 }
 

@@ -88,27 +88,20 @@ TEST(SqliteStores, SyncsClaimsAndWritesThatAreNotDurableWithTheNextDurableWrite)
 }
 
 TEST(SmallArtifactStore, SyncsSmallArtifactsWithTheNextDurableWriteOnly) {
-  const TemporaryDirectory directory;
-  TestStore store(directory.path());
-  FileArtifactStore files(directory.path());
-  SmallArtifactStore artifacts(store.sqlite(), files);
-  const std::string large(100'000, 'x');
+  TemporaryStores synced{.settings = {}};
   const int before = sync_count;
-  artifacts.sync(artifacts.put(MemoryFile("abc").fd()).sha256);
+  synced.artifacts.sync(synced.artifacts.put(MemoryFile("abc").fd()).sha256);
   EXPECT_EQ(sync_count, before);
-  store.probe();
+  synced.store.probe();
   EXPECT_EQ(sync_count, before + 1);
-  artifacts.put(MemoryFile(large).fd());
+  synced.artifacts.put(MemoryFile(std::string(100'000, 'x')).fd());
   EXPECT_EQ(sync_count, before + 3) << "file and directory";
 }
 
 TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
-  const TemporaryDirectory directory;
-  TestStore store(directory.path());
-  FileArtifactStore files(directory.path());
-  SmallArtifactStore artifacts(store.sqlite(), files);
+  TemporaryStores synced{.settings = {}};
   IdSource ids(system_clock(), system_random());
-  Queue queue(store.all(), artifacts, ids, system_clock(), no_log(), {});
+  Queue queue(synced.store.all(), synced.artifacts, ids, system_clock(), no_log(), {});
   const MemoryFile small("abc"), large(std::string(100'000, 'x'));
   const int before = sync_count;
   for (int i = 0; i < 20; ++i) {  // fewer than fill the log, whose checkpoint syncs
@@ -156,12 +149,7 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
            },
            [&] { artifacts.put(MemoryFile("def").fd()); },
            [&] { uploads.put(kept, [](std::uint64_t, char*, std::size_t) -> std::size_t { return 0; }); }}) {
-    try {
-      write();
-      ADD_FAILURE() << "a write after the disk broke";
-    } catch (const StoreFailure& failure) {
-      EXPECT_EQ(failure.kind, StoreFailure::Kind::broken);
-    }
+    EXPECT_EQ(failure_of(write).kind, StoreFailure::Kind::broken);
   }
   EXPECT_EQ(sync_count, syncs);
   EXPECT_EQ(reported.size(), 1u);

@@ -22,3 +22,12 @@ class TemporaryDirectory {
  private:
   std::string path_;
 };
+
+/// Size of all files below a directory.
+inline std::uintmax_t bytes_in(const std::string& directory) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}

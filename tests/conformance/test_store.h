@@ -1,7 +1,9 @@
 #pragma once
 /// The calls of all stores of a directory under one name, and the stores of a temporary directory, for tests.
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -109,10 +111,46 @@ class TestStore : public StoreCalls {
   std::unique_ptr<storage::sqlite::SqliteStores> sqlite_;
 };
 
+inline std::string numbered_id(int number) {
+  const std::string digits = std::to_string(number);
+  return "0190a5b0-0000-7000-8000-" + std::string(12 - digits.size(), '0') + digits;
+}
+
 inline queue::Job job_named(const std::string& id) {
   queue::Job job;
   job.id = id;
   return job;
+}
+
+struct Failure {
+  std::optional<queue::StoreFailure::Kind> kind;  ///< none: the call returned
+  std::string what;
+};
+
+template <class Call>
+Failure failure_of(const Call& call) {
+  try {
+    call();
+  } catch (const queue::StoreFailure& failure) {
+    return {failure.kind, failure.what()};
+  }
+  return {};
+}
+
+/// All bytes, read in steps; none without a reader.
+inline std::optional<std::string> bytes_of(const std::unique_ptr<queue::ArtifactReader>& reader) {
+  if (reader == nullptr) return std::nullopt;
+  std::string bytes(reader->size_bytes(), '?');
+  for (std::size_t done = 0, count = 1; done < bytes.size() && count > 0; done += count)
+    count = reader->read(done, bytes.data() + done, std::min<std::size_t>(100'000, bytes.size() - done));
+  return bytes;
+}
+
+/// Bytes that differ everywhere, more than any store keeps as a row.
+inline std::string large_bytes() {
+  std::string bytes;
+  for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
+  return bytes;
 }
 
 /// Reads bytes that outlive it.
@@ -122,10 +160,11 @@ inline queue::AssetStore::Read reading(const std::string& bytes) {
   };
 }
 
-/// Stores of one test in a temporary directory, without syncs of the database.
+/// Stores of one test in a temporary directory, without syncs of the database by default.
 struct TemporaryStores {
-  TemporaryDirectory directory;
-  TestStore store{directory.path(), {.synchronous = false}};
+  storage::sqlite::SqliteSettings settings{.synchronous = false};
+  TemporaryDirectory directory{};
+  TestStore store{directory.path(), settings};
   storage::files::FileArtifactStore large_artifacts{directory.path()};
   storage::sqlite::SmallArtifactStore artifacts{store.sqlite(), large_artifacts};
 };

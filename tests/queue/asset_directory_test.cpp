@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 
 #include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_directory.h"
 
 using worker::AssetDirectory;
 
@@ -21,14 +21,10 @@ namespace fs = std::filesystem;
 class AssetDirectoryTest : public testing::Test {
  protected:
   AssetDirectoryTest() {
-    std::string pattern = testing::TempDir() + "whittle-assets-XXXXXX";
-    outside = mkdtemp(pattern.data());
-    inside = outside / "inside";
     fs::create_directories(inside / "deep");
     write(outside / "secret", "secret");
     write(inside / "file", "content");
   }
-  ~AssetDirectoryTest() override { fs::remove_all(outside); }
 
   static void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
@@ -41,7 +37,8 @@ class AssetDirectoryTest : public testing::Test {
     return file ? text_of(*file) : file.error();
   }
 
-  fs::path outside, inside;
+  const TemporaryDirectory directory;
+  const fs::path outside = directory.path(), inside = outside / "inside";
 };
 
 }  // namespace

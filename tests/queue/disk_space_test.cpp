@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/queue/queue_fixture.h"
 #include "tests/queue/supervised.h"
 
 using namespace queue;
@@ -66,7 +65,7 @@ TEST_F(DiskSpaceTest, ReadinessReportsTheMissingSpace) {
 
 TEST_F(SupervisorTest, ClaimsQueuedJobsOnceTheDiskHasSpace) {
   std::atomic<State> state_of_disk = State::none;
-  Queue limited(store.all(), artifacts, ids, system_clock(), log.log(), {.disk_space = [&] {
+  Queue limited(store.all(), temporary.artifacts, ids, system_clock(), log.log(), {.disk_space = [&] {
                   return DiskSpace{state_of_disk, 0, 1};
                 }});
   const std::string queued = submit("");

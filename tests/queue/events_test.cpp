@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <set>
-#include <thread>
 
 #include "server/queue/job_store.h"
+#include "tests/support/threads.h"
 
 namespace {
 
@@ -157,18 +157,14 @@ TEST(Events, DeliversEachEventOnceBetweenThreads) {
   const auto listener = events.listen({}, {});
   std::atomic<bool> woken = false;
   listener->on_news([&] { woken = true; });
-  {
-    std::vector<std::jthread> threads;
-    for (int teller = 0; teller < publishers; ++teller) {
-      threads.emplace_back([&, id = std::to_string(teller)] {
-        for (int i = 0; i < each; ++i) {
-          const auto passing = events.listen(id, {});
-          events.on_state_changed(id, JobState::queued);
-          if (passing->take(1000).text.starts_with(id + ":queued#")) ++received;
-        }
-      });
+  in_threads(publishers, [&](int publisher) {
+    const std::string id = std::to_string(publisher);
+    for (int i = 0; i < each; ++i) {
+      const auto passing = events.listen(id, {});
+      events.on_state_changed(id, JobState::queued);
+      if (passing->take(1000).text.starts_with(id + ":queued#")) ++received;
     }
-  }
+  });
   EXPECT_EQ(received, publishers * each);
   EXPECT_EQ(events.listeners(), 1U);
   EXPECT_TRUE(woken);

@@ -13,13 +13,9 @@
 ///   fail_unless FILE CODE   answers Failed unless FILE exists; creates it first
 ///   fill BYTES FILE     allocates memory, and waits as wait FILE
 ///   garbage             sends bytes that are not a message
-///   large_garbage       sends a truncated message
-///   unsealed            sends an image that is not in sealed memory
 ///   stale               sends a Finished with the fence before this one
-///   silent              stops the heartbeat and never ends
 ///   print COUNT TEXT    writes that many numbered lines to its standard error
 ///   badname             sends an image whose name contains a line break
-///   deep                sends a report that is nested 100,000 deep
 ///   descriptors         sends a message with more descriptors than any has
 ///
 /// An image task gets the result "image". One of the kind "unless FILE" gets none unless FILE exists, and creates it.
@@ -52,8 +48,6 @@
 using namespace worker;
 
 namespace {
-
-std::atomic<bool> beating = true;
 
 void send_message(Message message) {
   const Packet packet = pack(std::move(message));
@@ -88,15 +82,10 @@ void crash() {
   raise(SIGSEGV);
 }
 
-std::vector<Image> one_image(const std::string& name, Descriptor bytes) {
+std::vector<Image> one_image(const std::string& name, const std::string& bytes) {
   std::vector<Image> images;
-  images.push_back({name, "image/png", std::move(bytes)});
+  images.push_back({name, "image/png", sealed_memory(bytes)});
   return images;
-}
-
-Descriptor unsealed_file() {
-  Descriptor file(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
-  return file;
 }
 
 /// False after the answer of the job.
@@ -105,10 +94,11 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
   std::string command, argument;
   words >> command;
   std::getline(words >> std::ws, argument);
+  std::istringstream arguments(argument);
   const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
   if (command == "finish" || command == "finish_and_crash") {
     const std::string report = R"({"text":")" + argument + R"("})";
-    send_message(Finished{job.job_id, job.fence, report, one_image("image.png", sealed_memory(argument))});
+    send_message(Finished{job.job_id, job.fence, report, one_image("image.png", argument)});
     if (command == "finish_and_crash") crash();
     return false;
   }
@@ -117,9 +107,8 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     return false;
   }
   if (command == "progress") {
-    std::istringstream numbers(argument);
     Progress progress{job.job_id, 0, 0};
-    numbers >> progress.tiles_done >> progress.tiles_total;
+    arguments >> progress.tiles_done >> progress.tiles_total;
     send_message(progress);
   }
   if (command == "wait" || command == "hang") {
@@ -130,7 +119,6 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     }
   }
   if (command == "show") {
-    std::istringstream arguments(argument);
     int ms = 0;
     std::string file;
     arguments >> ms >> file;
@@ -146,7 +134,6 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     crash();
   }
   if (command == "fail_unless") {
-    std::istringstream arguments(argument);
     std::string file, code;
     arguments >> file >> code;
     if (!exists(file)) {
@@ -155,7 +142,6 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     }
   }
   if (command == "fill") {
-    std::istringstream arguments(argument);
     std::size_t bytes = 0;
     std::string file;
     arguments >> bytes >> file;
@@ -163,35 +149,15 @@ bool execute(const std::string& line, const Assign& job, const std::atomic<bool>
     return execute("wait " + file, job, cancelled);
   }
   if (command == "garbage") send_raw("this is not a message, and long enough to have a header");
-  if (command == "large_garbage") {
-    Packet packet = pack(Failed{job.job_id, job.fence, {std::string(100, 'x'), "", {}}});
-    packet.bytes.resize(packet.bytes.size() - 50);
-    send_raw(packet.bytes);
-  }
-  if (command == "unsealed") {
-    send_message(Finished{job.job_id, job.fence, "{}", one_image("image.png", unsealed_file())});
-  }
-  if (command == "badname") {
-    send_message(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", sealed_memory("x"))});
-  }
-  if (command == "deep") {
-    const std::string report = R"({"a":)" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
-    send_message(Finished{job.job_id, job.fence, report, one_image("image.png", sealed_memory("x"))});
-  }
+  if (command == "badname") send_message(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", "x")});
   if (command == "descriptors") send_with_descriptors(pack(Heartbeat{}).bytes, 17);
   if (command == "print") {
-    std::istringstream arguments(argument);
     int count = 0;
     std::string text;
     std::getline(arguments >> count >> std::ws, text);
     for (int i = 0; i < count; ++i) std::fprintf(stderr, "%d %s\n", i, text.c_str());
   }
-  if (command == "stale")
-    send_message(Finished{job.job_id, job.fence - 1, "{}", one_image("image.png", sealed_memory("x"))});
-  if (command == "silent") {
-    beating = false;
-    for (;;) pause();
-  }
+  if (command == "stale") send_message(Finished{job.job_id, job.fence - 1, "{}", one_image("image.png", "x")});
   return true;
 }
 
@@ -224,7 +190,7 @@ int main() {
   send_message(Ready{"fake"});
   std::thread([] {
     while (true) {
-      if (beating) send_message(Heartbeat{});
+      send_message(Heartbeat{});
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   }).detach();

@@ -1,12 +1,11 @@
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cctype>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include "server/queue/clock.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 
@@ -49,16 +48,12 @@ TEST(IdSource, GivesNoIdTwiceToAnyThread) {
   IdSource ids(system_clock(), system_random());
   std::mutex mutex;
   std::set<std::string> all;
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 4; ++i) {
-    threads.emplace_back([&] {
-      for (int k = 0; k < 1000; ++k) {
-        const std::string id = ids.next();
-        const std::lock_guard lock(mutex);
-        all.insert(id);
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  in_threads(4, [&](int) {
+    for (int i = 0; i < 1000; ++i) {
+      const std::string id = ids.next();
+      const std::lock_guard lock(mutex);
+      all.insert(id);
+    }
+  });
   EXPECT_EQ(all.size(), 4000u);
 }

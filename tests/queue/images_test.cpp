@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include "tests/queue/queue_fixture.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 
@@ -33,16 +32,14 @@ TEST_F(ImagesTest, KeepsImagesUntilTheLastJobThatNamesThemIsRemoved) {
 }
 
 TEST_F(ImagesTest, DeletesTheImagesOfALateResult) {
-  const std::string id = submit();
-  const Claim late = *queue.lifecycle.claim();
-  queue.lifecycle.release(id, late.fence, {});
+  const Claim late = submit_and_claim();
+  queue.lifecycle.release(late.job.id, late.fence, {});
   EXPECT_FALSE(succeed(late, "abc"));
   EXPECT_EQ(open_abc(), nullptr);
 }
 
 TEST_F(ImagesTest, DeletesTheImagesOfAResultThatCouldNotBeStored) {
-  const std::string id = submit();
-  const Claim claim = *queue.lifecycle.claim();
+  const Claim claim = submit_and_claim();
   hooks.failing = "succeed";
   EXPECT_THROW(succeed(claim, "abc"), StoreFailure);
   EXPECT_EQ(open_abc(), nullptr);
@@ -61,7 +58,7 @@ TEST_F(ImagesTest, DeletesTheImageOfAJobThatIsRemovedWhileItsEndIsReported) {
 TEST_F(ImagesTest, RemovalKeepsTheImageOfAJobThatFinishesWithTheSameBytes) {
   std::atomic<bool> stop = false;
   std::atomic<int> missing = 0, checked = 0;
-  const auto finish_and_remove = [&] {
+  in_threads(4, [&](int) {
     while (!stop) {
       if (!queue.submission.submit({.document = "{}"})) continue;
       const auto claim = queue.lifecycle.claim();
@@ -70,10 +67,7 @@ TEST_F(ImagesTest, RemovalKeepsTheImageOfAJobThatFinishesWithTheSameBytes) {
       queue.lifecycle.remove(claim->job.id);
       if (++checked >= 500) stop = true;
     }
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 4; ++i) threads.emplace_back(finish_and_remove);
-  for (std::thread& thread : threads) thread.join();
+  });
   EXPECT_EQ(missing, 0);
   EXPECT_EQ(open_abc(), nullptr) << "the last one took it along";
 }

@@ -27,16 +27,14 @@ class QueueObserverTest : public QueueFixture {
 
 TEST_F(QueueObserverTest, ReportsEveryTransition) {
   queue.notifications.observe(&observer);
-  submit();
-  Claim claim = *queue.lifecycle.claim();
+  Claim claim = submit_and_claim();
   queue.lifecycle.set_progress(claim.job.id, 0.5);
   queue.lifecycle.release(claim.job.id, claim.fence, {});
   claim = *queue.lifecycle.claim();
   EXPECT_TRUE(succeed(claim, "image"));
   queue.lifecycle.remove(claim.job.id);
   queue.lifecycle.cancel(submit());
-  submit();
-  claim = *queue.lifecycle.claim();
+  claim = submit_and_claim();
   queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "", {}});
   EXPECT_EQ(observer.calls,
             "queued running 0.500000 queued running succeeded settled removed queued cancelled settled queued running "
@@ -104,8 +102,7 @@ TEST_F(InterruptedQueueTest, CallsTheWaitersOfAReleasedJobThatWasDeletedMeanwhil
 }
 
 TEST_F(QueueObserverTest, ReportsTheCancelOfAReleasedJob) {
-  submit();
-  const Claim claim = *queue.lifecycle.claim();
+  const Claim claim = submit_and_claim();
   queue.lifecycle.cancel(claim.job.id);
   queue.notifications.observe(&observer);
   EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, {}));
@@ -113,8 +110,7 @@ TEST_F(QueueObserverTest, ReportsTheCancelOfAReleasedJob) {
 }
 
 TEST_F(QueueObserverTest, ReportsNothingForRejectedCalls) {
-  submit();
-  const Claim claim = *queue.lifecycle.claim();
+  const Claim claim = submit_and_claim();
   queue.notifications.observe(&observer);
   EXPECT_FALSE(queue.lifecycle.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
   EXPECT_FALSE(queue.lifecycle.finish_cancel(claim.job.id, claim.fence + 1));

@@ -1,6 +1,5 @@
 /// Leases: with a clock of the test, and with a supervisor whose job the store releases.
 
-#include "tests/queue/queue_fixture.h"
 #include "tests/queue/supervised.h"
 
 using namespace queue;
@@ -18,19 +17,15 @@ class LeaseTest : public QueueFixture {
 
 }  // namespace
 
-TEST_F(LeaseTest, KeepsAJobRunningWhileItsLeaseIsRenewed) {
-  const Claim claim = submit_and_claim();
+TEST_F(LeaseTest, QueuesAJobAgainOnceItsLeaseIsNotRenewedAndIgnoresItsLateResult) {
+  const Claim first = submit_and_claim();
+  queue.lifecycle.set_progress(first.job.id, 0.5);
   for (int round = 0; round < 10; ++round) {
     now += lease_ms - 1;
     queue.lifecycle.renew_leases();
     queue.lifecycle.run_maintenance();
-    ASSERT_EQ(state(claim.job.id), JobState::running) << "round " << round;
+    ASSERT_EQ(state(first.job.id), JobState::running) << "round " << round;
   }
-}
-
-TEST_F(LeaseTest, QueuesAJobAgainAfterItsLeaseAndIgnoresItsLateResult) {
-  const Claim first = submit_and_claim();
-  queue.lifecycle.set_progress(first.job.id, 0.5);
   const int wakes = runner.notifications;
   now += lease_ms;
   queue.lifecycle.run_maintenance();
@@ -50,17 +45,6 @@ TEST_F(LeaseTest, NotifiesTheRunnerOnceOfALostLease) {
   queue.lifecycle.renew_leases();
   queue.lifecycle.renew_leases();
   EXPECT_EQ(runner.lost_leases, (std::vector<Lease>{{claim.job.id, claim.fence}}));
-}
-
-TEST_F(LeaseTest, CallsWaitersOfAJobThatIsCancelledAtTheEndOfItsLease) {
-  const Claim claim = submit_and_claim();
-  bool ended = false;
-  queue.waiters.when_ended(claim.job.id, [&] { ended = true; });
-  queue.lifecycle.cancel(claim.job.id);
-  now += lease_ms;
-  queue.lifecycle.run_maintenance();
-  EXPECT_TRUE(ended);
-  EXPECT_EQ(state(claim.job.id), JobState::cancelled);
 }
 
 TEST_F(LeaseTest, CostOneWriteForAllRunningJobs) {
@@ -97,13 +81,9 @@ TEST_F(SupervisorTest, StopsAndRepeatsAJobWhoseLeaseWasLostAtNoCost) {
 }
 
 TEST_F(SupervisorTest, RenewsTheLeasesOfLongJobs) {
-  StoreHooks hooks;
-  HookedTransitions counted(store.all().transitions, hooks);
-  Queue renewed({store.all().jobs, store.all().statistics, counted, store.all().batches, store.all().maintenance},
-                artifacts, ids, system_clock(), log.log(), {});
-  const auto renewal = renew_leases(renewed.lifecycle, log.log(), std::chrono::milliseconds(1));
-  const worker::Supervisor over(renewed, settings(), log.log());
-  const std::string id = renewed.submission.submit({.document = "wait " + path("go")})->view.job.id;
+  const auto renewal = renew_leases(queue.lifecycle, log.log(), std::chrono::milliseconds(1));
+  start();
+  const std::string id = submit("wait " + path("go"));
   EXPECT_TRUE(eventually([&] { return hooks.renewals >= 3; }));
   create("go");
   EXPECT_TRUE(reaches(id, JobState::succeeded));

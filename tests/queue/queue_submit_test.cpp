@@ -5,10 +5,10 @@
 #include <atomic>
 #include <filesystem>
 #include <mutex>
-#include <thread>
 
 #include "server/queue/asset_store.h"
 #include "tests/queue/queue_fixture.h"
+#include "tests/support/threads.h"
 
 using namespace queue;
 
@@ -75,7 +75,8 @@ TEST_F(SubmitTest, FinishesAJobFromTheResultCacheWithReportAndImages) {
   EXPECT_EQ(hit.view.progress, 1);
   EXPECT_EQ(hit.view.job.report, "{}");
   EXPECT_NE(queue.queries.open(hit.view.job.artifacts.at(0)), nullptr);
-  EXPECT_EQ(store.count(JobState::queued), 1);
+  EXPECT_FALSE(queue.lifecycle.claim()) << "the second one ends with the result of the first";
+  EXPECT_EQ(store.count(JobState::succeeded), 3);
   EXPECT_FALSE(queue.submission.submit(submission("other"))->from_cache);
   EXPECT_FALSE(queue.submission.submit(submission(""))->from_cache);
 }
@@ -83,7 +84,7 @@ TEST_F(SubmitTest, FinishesAJobFromTheResultCacheWithReportAndImages) {
 TEST_F(SubmitTest, KeepsCachedImagesWhenTheirFirstJobIsRemoved) {
   std::atomic<int> hits = 0, missing = 0;
   std::atomic<bool> stop = false;
-  const auto work = [&] {
+  in_threads(4, [&](int) {
     while (!stop) {
       const auto submitted = queue.submission.submit(submission("key", ids.next()));
       if (!submitted) continue;
@@ -96,10 +97,7 @@ TEST_F(SubmitTest, KeepsCachedImagesWhenTheirFirstJobIsRemoved) {
       }
       queue.lifecycle.remove(job.id);
     }
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 4; ++i) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+  });
   EXPECT_EQ(missing, 0);
 }
 
@@ -182,15 +180,6 @@ TEST_F(SubmitTest, MakesAJobDurableOnRequest) {
   EXPECT_EQ(probes, 1);
 }
 
-TEST_F(SubmitTest, KeepsNoStateOfAJobThatWasNotStored) {
-  Submission waited_for = submission();
-  waited_for.durable = false;
-  hooks.failing = "insert";
-  EXPECT_THROW(queue.submission.submit(waited_for), StoreFailure);
-  hooks.failing.clear();
-  EXPECT_TRUE(queue.submission.submit(waited_for)) << "and its place in the bounds is free";
-}
-
 TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
   Submission first = submission("key");
   first.durable = false;
@@ -202,7 +191,7 @@ TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
 }
 
 TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
-  Queue files_only{stores, temporary.large_artifacts, ids, clock, no_log(), settings};
+  Queue files_only{stores, temporary.large_artifacts, ids, clock, no_log(), queue_settings};
   ASSERT_TRUE(files_only.submission.submit(submission("key")));
   const Claim claim = files_only.lifecycle.claim().value();
   const MemoryFile file("abc");
@@ -249,14 +238,6 @@ TEST_F(SubmitTest, RunsAFollowerIfTheJobBeforeItFails) {
   EXPECT_TRUE(queue.lifecycle.release(second, next->fence, {}));
   EXPECT_EQ(state(third), JobState::queued);
   EXPECT_EQ(queue.lifecycle.claim().value().job.id, second);
-}
-
-TEST_F(SubmitTest, EndsAWaitingJobWithTheResultOfAnEqualOne) {
-  const std::string first = queue.submission.submit(submission("k"))->view.job.id;
-  const std::string second = queue.submission.submit(submission("k"))->view.job.id;
-  EXPECT_TRUE(run_one("image"));
-  EXPECT_FALSE(queue.lifecycle.claim());
-  EXPECT_EQ(state(second), JobState::succeeded);
 }
 
 TEST_F(SubmitTest, RendersARefreshOrAJobWithADeadlineBesideAnEqualOne) {

@@ -15,7 +15,7 @@
 #include "server/worker/supervisor/file_server.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
-#include "tests/queue/eventually.h"
+#include "tests/support/threads.h"
 
 using worker::SceneFiles;
 

@@ -9,16 +9,17 @@ namespace {
 class SupervisorFairness : public SupervisorTest {
  protected:
   std::string submit_for(const std::string& owner, const std::string& document) {
-    queue::Submission submission;
-    submission.document = document;
-    submission.job.owner = owner;
-    return queue.submission.submit(std::move(submission))->view.job.id;
+    return submit_job(document, [&](queue::Job& job) { job.owner = owner; });
   }
   /// The default: one owner leaves a slot to the others.
   static worker::SupervisorSettings fair(int slots) {
     worker::SupervisorSettings result = settings(slots);
     result.owner_slots = 0;
     return result;
+  }
+  /// Jobs become large at once.
+  void start_with_small_jobs(int slots) {
+    start([](auto& with) { with.small_job_time = std::chrono::milliseconds(1); }, settings(slots));
   }
 };
 
@@ -53,18 +54,11 @@ TEST_F(SupervisorFairness, AnOwnerLeavesItsLimitDuringAClaimThatExcludesIt) {
   start(fair(2));
   submit_for("ann", "wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  transitions.after_limited_claim = [&] {
+  hooks.after_limited_claim = [&] {
     create("go");
     EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
   };
   EXPECT_TRUE(reaches(submit_for("ann", "finish next"), JobState::succeeded));
-}
-
-TEST_F(SupervisorFairness, OneOwnerHasAllSlotsWithoutALimit) {
-  start(settings(3));
-  for (int i = 0; i < 4; ++i) submit("wait " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
-  create("go");
 }
 
 TEST_F(SupervisorFairness, AnOwnerAtItsLimitContinuesWhenTheWorkerIsReplaced) {
@@ -76,9 +70,7 @@ TEST_F(SupervisorFairness, AnOwnerAtItsLimitContinuesWhenTheWorkerIsReplaced) {
 
 /// Three jobs that look small and do not end: two of them remain, as large ones.
 TEST_F(SupervisorFairness, JobsThatTakeLongLeaveASlotToSmallOnes) {
-  worker::SupervisorSettings with = settings(3);
-  with.small_job_time = std::chrono::milliseconds(1);
-  start(with);
+  start_with_small_jobs(3);
   std::vector<std::string> endless;
   for (int i = 0; i < 3; ++i) endless.push_back(submit("wait " + path("go")));
   ASSERT_TRUE(eventually([&] { return log.count("job_became_large") >= 3; }));
@@ -95,9 +87,7 @@ TEST_F(SupervisorFairness, JobsThatTakeLongLeaveASlotToSmallOnes) {
 }
 
 TEST_F(SupervisorFairness, AJobThatTakesLongKeepsASingleSlot) {
-  worker::SupervisorSettings with = settings(1);
-  with.small_job_time = std::chrono::milliseconds(1);
-  start(with);
+  start_with_small_jobs(1);
   const std::string first = submit("wait " + path("go")), second = submit("finish second");
   ASSERT_TRUE(reaches(first, JobState::running));
   create("go");
@@ -107,9 +97,7 @@ TEST_F(SupervisorFairness, AJobThatTakesLongKeepsASingleSlot) {
 }
 
 TEST_F(SupervisorFairness, AJobThatLeavesItsSlotCanBeCancelled) {
-  worker::SupervisorSettings with = settings(2);
-  with.small_job_time = std::chrono::milliseconds(1);
-  start(with);
+  start_with_small_jobs(2);
   std::vector<std::string> endless;
   for (int i = 0; i < 4; ++i) endless.push_back(submit("wait " + path("never")));
   ASSERT_TRUE(eventually([&] { return log.count("job_released") >= 2; }));

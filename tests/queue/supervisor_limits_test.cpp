@@ -42,19 +42,8 @@ TEST_F(SupervisorTest, RetriesTransientFailures) {
   EXPECT_EQ(log.count("attempt_failed"), 2);
 }
 
-TEST_F(SupervisorTest, FailsAfterTheLastAttempt) {
-  start();
-  const std::string id = submit("fail internal", 3);
-  ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_EQ(find(id).attempt, 3);
-  EXPECT_EQ(problem_code(id), "internal");
-}
-
 TEST_F(SupervisorTest, WaitsBeforeTheNextAttempt) {
-  auto patient = settings();
-  patient.retry.pause = std::chrono::hours(1);
-  patient.retry.pause_max = std::chrono::hours(1);
-  start(patient);
+  start([](auto& with) { with.retry.pause = with.retry.pause_max = std::chrono::hours(1); });
   const std::string id = submit("fail internal");
   ASSERT_TRUE(eventually([&] { return find(id).not_before.has_value(); }));
   EXPECT_EQ(state(id), JobState::queued);
@@ -62,9 +51,7 @@ TEST_F(SupervisorTest, WaitsBeforeTheNextAttempt) {
 }
 
 TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
-  auto impatient = settings();
-  impatient.wall_time = std::chrono::milliseconds(50);
-  start(impatient);
+  start([](auto& with) { with.wall_time = std::chrono::milliseconds(50); });
   const std::string id = submit("wait " + path("never"), 2);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
@@ -73,9 +60,7 @@ TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
 }
 
 TEST_F(SupervisorTest, ReplacesTheWorkerInEachAttemptOfAHangingJob) {
-  auto hurried = impatient();
-  hurried.wall_time = hurried.cancel_grace = std::chrono::milliseconds(50);
-  start(hurried);
+  start([](auto& with) { with.wall_time = with.cancel_grace = std::chrono::milliseconds(50); }, impatient());
   const std::string id = submit("hang " + path("never"), 2);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
@@ -92,9 +77,7 @@ TEST_F(SupervisorTest, StopsAJobAtItsDeadlineWithoutRetry) {
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAtNoCostOfOthers) {
-  auto hurried = impatient();
-  hurried.cancel_grace = std::chrono::milliseconds(50);
-  start(hurried);
+  start([](auto& with) { with.cancel_grace = std::chrono::milliseconds(50); }, impatient());
   const std::string innocent = submit("wait " + path("go"), 1);
   ASSERT_TRUE(reaches(innocent, JobState::running));
   const std::string hang = overrun("hang " + path("never"));
@@ -119,9 +102,7 @@ TEST_F(SupervisorTest, DelaysARetryUntilTheLastAttemptHasStopped) {
 }
 
 TEST_F(SupervisorTest, FailsTheJobThatUsesTooMuchMemory) {
-  auto small = settings();
-  small.job_memory_bytes = 64u << 20;
-  start(small);
+  start([](auto& with) { with.job_memory_bytes = 64u << 20; });
   const std::string innocent = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   const std::string greedy = submit("fill 400000000 " + path("never"), 2);

@@ -39,29 +39,15 @@ TEST_F(SupervisorTest, StoresReportAndImageOfAJob) {
   EXPECT_EQ(job.report, R"({"text":"hello"})");
   ASSERT_EQ(job.artifacts.size(), 1u);
   EXPECT_EQ(job.artifacts[0].name, "image.png");
-  const auto image = queue.queries.open(job.artifacts[0]);
-  ASSERT_NE(image, nullptr);
-  std::string bytes(image->size_bytes(), '?');
-  image->read(0, bytes.data(), bytes.size());
-  EXPECT_EQ(bytes, "hello");
+  EXPECT_EQ(bytes_of(queue.queries.open(job.artifacts[0])), "hello");
   EXPECT_EQ(job.attempt, 1);
-}
-
-TEST_F(SupervisorTest, RunsJobsThatWereQueuedBeforeItsStart) {
-  const std::string id = submit("");
-  start();
-  EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
 TEST_F(SupervisorTest, RunsHundredsOfJobsFromSeveralThreads) {
   start();
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 4; ++i) {
-    threads.emplace_back([&, i] {
-      for (int k = 0; k < 100; ++k) submit("finish " + std::to_string(i) + "-" + std::to_string(k % 10));
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  in_threads(4, [&](int thread) {
+    for (int i = 0; i < 100; ++i) submit("finish " + std::to_string(thread) + "-" + std::to_string(i % 10));
+  });
   EXPECT_TRUE(eventually([&] { return store.count(JobState::succeeded) == 400; }));
   EXPECT_EQ(log.count("job_assigned"), 400);
   EXPECT_EQ(log.count("worker_started"), 1);
@@ -96,15 +82,6 @@ TEST_F(SupervisorTest, RunsSmallJobsWhileLargeOnesRunAndWait) {
   for (const std::string& id : large) EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, RunsSmallJobsInEveryFreeSlot) {
-  start(settings(3));
-  for (int i = 0; i < 5; ++i) submit("wait " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
-  const std::string large = submit_large("finish large");
-  create("go");
-  EXPECT_TRUE(reaches(large, JobState::succeeded));
-}
-
 TEST_F(SupervisorTest, RunsLargeJobsInASingleSlot) {
   start(settings(1));
   const std::string large = submit_large("finish large"), small = submit("finish small");
@@ -128,17 +105,6 @@ TEST_F(SupervisorTest, ReportsProgress) {
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(queue.queries.find(id)->progress, 1);
-}
-
-TEST_F(SupervisorTest, CancelsARunningJobWithoutEndingTheWorker) {
-  start();
-  const std::string id = submit("wait " + path("never"));
-  ASSERT_TRUE(reaches(id, JobState::running));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  EXPECT_EQ(queue.lifecycle.cancel(id), queue::CancelOutcome::cancelling);
-  EXPECT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
-  EXPECT_EQ(log.count("worker_started"), 1);
 }
 
 TEST_F(SupervisorTest, CancelsAtAnyTimeBetweenClaimAndEnd) {
@@ -168,9 +134,7 @@ TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
 }
 
 TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobWhoseTimeIsOver) {
-  worker::SupervisorSettings hurried = impatient();
-  hurried.wall_time = hurried.cancel_answer = std::chrono::milliseconds(50);
-  start(hurried);
+  start([](auto& with) { with.wall_time = with.cancel_answer = std::chrono::milliseconds(50); }, impatient());
   const std::string id = submit("show 0 " + path("go"), 1);
   EXPECT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
@@ -180,9 +144,7 @@ TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobWhoseTimeIsOver) {
 }
 
 TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobThatDoesNotStop) {
-  worker::SupervisorSettings reporting = impatient();
-  reporting.cancel_answer = std::chrono::milliseconds(50);
-  start(reporting);
+  start([](auto& with) { with.cancel_answer = std::chrono::milliseconds(50); }, impatient());
   for (const char* const delay_ms : {"0", "200"}) {  // before and after the end is reported
     const std::string id = submit(std::string("show ") + delay_ms + " " + path("go"));
     ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
@@ -197,22 +159,7 @@ TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobThatDoesNotStop) {
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
-TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopItsOnlyJob) {
-  auto hurried = impatient();
-  hurried.cancel_grace = std::chrono::milliseconds(50);
-  start(hurried);
-  for (int round = 1; round <= 3; ++round) {
-    const std::string id = submit("hang " + path("never"));
-    ASSERT_TRUE(eventually([&] { return log.count("job_assigned") == 2 * round - 1; }));  // else it never begins
-    queue.lifecycle.cancel(id);
-    EXPECT_TRUE(reaches(id, JobState::cancelled));
-    EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == round; }));
-    EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
-    EXPECT_EQ(state(id), JobState::cancelled);
-  }
-}
-
-TEST_F(SupervisorTest, HasOneWorkerUntilItIsDrained) {
+TEST_F(SupervisorTest, HasOneWorkerUntilItsEnd) {
   start();
   ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
   const int first = supervisor->worker_pid();
@@ -221,7 +168,6 @@ TEST_F(SupervisorTest, HasOneWorkerUntilItIsDrained) {
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first && supervisor->worker_pid() != 0; }));
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
   EXPECT_EQ(children(), std::set<int>{supervisor->worker_pid()});
-  supervisor->drain(std::chrono::milliseconds(0));
   supervisor.reset();
   EXPECT_TRUE(children().empty());
 }
@@ -242,9 +188,7 @@ TEST_F(SupervisorTest, CountsNoAttemptOfOtherJobsForACrashOfACancelledOne) {
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAtNoCost) {
-  auto without_patience = impatient();
-  without_patience.cancel_grace = std::chrono::milliseconds(100);
-  start(without_patience);
+  start([](auto& with) { with.cancel_grace = std::chrono::milliseconds(100); }, impatient());
   const std::string hanging = submit("hang " + path("never"));
   const std::string innocent = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
@@ -285,15 +229,6 @@ TEST_F(SupervisorTest, DrainReleasesJobsAtItsEndAtNoCost) {
   EXPECT_EQ(find(slow).attempt, 0);
   EXPECT_FALSE(find(slow).suspect);
   EXPECT_EQ(state(cancelled), JobState::cancelled);
-}
-
-TEST_F(SupervisorTest, DestructionEndsTheWorkerProcess) {
-  start();
-  ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != 0; }));
-  const int pid = supervisor->worker_pid();
-  supervisor.reset();
-  EXPECT_EQ(kill(pid, 0), -1);
-  EXPECT_EQ(errno, ESRCH);
 }
 
 TEST_F(SupervisorTest, ReportsWhyItIsNotReady) {

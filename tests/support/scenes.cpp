@@ -35,18 +35,14 @@ void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_ba
 
 void add(Scene& scene, Shape shape, const Material& material) { add(scene, std::move(shape), add(scene, material)); }
 
-Light point_light(const Vec3& position, const Color& color) {
-  Light light;
-  light.source = PointLight{position};
-  light.color = color;
-  return light;
+Camera orthographic(const Vec3& position, const Vec3& look_at, double height, const Vec3& up) {
+  return {.position = position, .look_at = look_at, .up = up, .type = Camera::Type::orthographic, .height = height};
 }
 
+Light point_light(const Vec3& position, const Color& color) { return {.source = PointLight{position}, .color = color}; }
+
 Light directional_light(const Vec3& direction, const Color& color) {
-  Light light;
-  light.source = DirectionalLight{direction};
-  light.color = color;
-  return light;
+  return {.source = DirectionalLight{direction}, .color = color};
 }
 
 Material matte(const Color& color) {
@@ -84,6 +80,10 @@ Vec3 on_unit_sphere(const Vec3& v) {
 }
 
 }  // namespace
+
+Mesh quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return {{a, b, c, d}, {{0, 1, 2}, {0, 2, 3}}, {}, {}};
+}
 
 Mesh icosphere(int levels, bool smooth) {
   const double g = std::numbers::phi;
@@ -137,6 +137,13 @@ Mesh placed(Mesh mesh, double scale, const Vec3& offset) {
 }
 
 namespace {
+
+/// The value of what succeeded.
+template <class Value>
+Value value_of(Result<Value, Failure> result) {
+  if (!result) throw std::runtime_error(result.error().detail);
+  return std::move(*result);
+}
 
 /// Draws the parts of one random scene.
 class Draw : public oracle::Random {
@@ -216,10 +223,7 @@ Scene room(double scale, const Vec3& offset) {
   const auto at = [&](const Vec3& p) { return p * scale + offset; };
   scene.camera = {at({0, 0, 3.25}), at({0, 0, 0}), {0, 1, 0}, 45};
   const auto rectangle = [&](const Vec3& corner, const Vec3& u, const Vec3& v, const Material& material) {
-    Mesh mesh;
-    mesh.positions = {at(corner), at(corner + u), at(corner + u + v), at(corner + v)};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    add(scene, mesh, material);
+    add(scene, quad(at(corner), at(corner + u), at(corner + u + v), at(corner + v)), material);
   };
   const Material white = matte({0.8, 0.8, 0.8});
   rectangle({-1, -1, -1}, {2, 0, 0}, {0, 0, 2}, white);
@@ -242,29 +246,31 @@ void light_globally(Scene& scene) {
   scene.materials.front().emission = Color{0.6, 0.5, 0.3};
 }
 
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+  RenderControl control;
+  return value_of(compile(scene, control));
+}
+
 Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets) {
   if (const auto issues = validate(scene, Limits{}); !issues.empty())
     throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);
   RenderControl control;
-  const auto compiled = compile(scene, control, assets);
-  if (!compiled) throw std::runtime_error(compiled.error().detail);
-  auto rendered = tracer::render(**compiled, {.threads = threads}, control);
-  if (!rendered) throw std::runtime_error(rendered.error().detail);
-  return std::move(*rendered);
+  const auto compiled = value_of(compile(scene, control, assets));
+  return value_of(tracer::render(*compiled, {.threads = threads}, control));
 }
 
 Rendered approximated(Scene scene, const Approximations& approximations) {
   scene.accuracy.approximate = approximations;
-  RenderControl control;
-  const auto compiled = compile(scene, control);
-  Wavefront<AllFeatures> tracer(**compiled, control, approximations);
+  const RenderControl control;
+  const auto compiled = scenes::compiled(scene);
+  Wavefront<AllFeatures> tracer(*compiled, control, approximations);
   const Tiles tiles(scene.image.window());
   const std::uint32_t count = scene.accuracy.samples;
   Rendered rendered;
   allocate(rendered.image, scene.image.window(), scene.output);
   for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
     const std::vector<Pixel> pixels = tiles.pixels(tile);
-    fill(tracer.batch(), **compiled, pixels, {0, count, count});
+    fill(tracer.batch(), *compiled, pixels, {0, count, count});
     tracer.batch().light_points = (15 + count) / count;
     tracer.trace();
     for (std::size_t i = 0; i < pixels.size(); ++i) {

@@ -2,6 +2,7 @@
 /// Builders of test scenes, and their images through the public interface.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ tracer::MaterialId add(tracer::Scene& scene, const tracer::Material& material);
 void add(tracer::Scene& scene, tracer::Shape shape, tracer::MaterialId material);
 void add(tracer::Scene& scene, tracer::Shape shape, const tracer::Material& material);
 
+/// Parallel rays through a window of this height.
+tracer::Camera orthographic(const tracer::Vec3& position, const tracer::Vec3& look_at, double height,
+                            const tracer::Vec3& up = {0, 1, 0});
+
 tracer::Light point_light(const tracer::Vec3& position, const tracer::Color& color = {1, 1, 1});
 tracer::Light directional_light(const tracer::Vec3& direction, const tracer::Color& color = {1, 1, 1});
 
@@ -26,6 +31,8 @@ tracer::Material glowing(const tracer::Color& emission);  ///< nothing but emiss
 tracer::Material mirror(double reflection = 1);           ///< nothing but K_r
 tracer::Material glass(double ior = 1.5);                 ///< nothing but fresnel, K_r = K_t = 1
 
+/// Two triangles between four corners in order.
+tracer::Mesh quad(const tracer::Vec3& a, const tracer::Vec3& b, const tracer::Vec3& c, const tracer::Vec3& d);
 /// An icosahedron subdivided `levels` times, with vertices on the unit sphere around 0; fronts outside.
 tracer::Mesh icosphere(int levels, bool smooth = false);
 /// Radii 1 and 0.4 around the z axis; fronts outside.
@@ -44,7 +51,8 @@ tracer::Scene room(double scale = 1, const tracer::Vec3& offset = {});
 /// Sets global light: materials give back less light than they receive, and the first glows.
 void light_globally(tracer::Scene& scene);
 
-/// The functions below throw std::runtime_error with the reason if rendering fails.
+/// The functions below throw std::runtime_error with the reason if compiling or rendering fails.
+std::shared_ptr<const tracer::CompiledScene> compiled(const tracer::Scene& scene);
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
 /// Renders `scene` with approximations at fixed samples, without an error estimate and so without its rays.

@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import subprocess
+import tempfile
 import unittest
 
 from tests.support.sources import SOURCE
@@ -14,6 +15,13 @@ SCENES = SOURCE / "scenes"
 # A test that takes long and repeats on more data what shorter ones show.
 only_in_long_runs = unittest.skipUnless(os.environ.get("WHITTLE_LONG"), "tests/run --long")
 QUICK = bool(os.environ.get("WHITTLE_QUICK"))  # less effort, in tests/run without options
+
+
+class DirectoryTest(unittest.TestCase):
+    """Each case has an empty directory of its own."""
+
+    def setUp(self):
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
 
 def scene(name, **changes):

@@ -20,13 +20,9 @@ class DeliveryStoreTest : public testing::Test {
     stores_.reset();
     stores_.emplace(directory_.path());
   }
-  Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at) {
-    Delivery delivery{id, job_id, "job.failed", "https://example.com/", "{}", DeliveryState::pending, at, at, {}};
-    store().enqueue(delivery);
-    return delivery;
-  }
-  Delivery enqueue_to(const std::string& url, const std::string& id, std::int64_t at) {
-    Delivery delivery{id, "job", "job.failed", url, "{}", DeliveryState::pending, at, at, {}};
+  Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at,
+                   const std::string& url = "https://example.com/") {
+    Delivery delivery{id, job_id, "job.failed", url, "{}", DeliveryState::pending, at, at, {}};
     store().enqueue(delivery);
     return delivery;
   }
@@ -140,11 +136,11 @@ TEST_F(DeliveryStoreTest, ChangesNothingInAFailedCall) {
 }
 
 TEST_F(DeliveryStoreTest, SkipsBusyHosts) {
-  enqueue_to("http://Slow:81/a", "1", 100);
-  enqueue_to("http://slow:81/b?c", "2", 101);
-  enqueue_to("http://slow/", "3", 300);
-  enqueue_to("https://quick/", "4", 200);
-  enqueue_to("https://quick/", "5", 150);
+  enqueue("1", "job", 100, "http://Slow:81/a");
+  enqueue("2", "job", 101, "http://slow:81/b?c");
+  enqueue("3", "job", 300, "http://slow/");
+  enqueue("4", "job", 200, "https://quick/");
+  enqueue("5", "job", 150, "https://quick/");
   EXPECT_EQ(next_id(), "1");
   EXPECT_EQ(next_id({"slow:81"}), "5");
   EXPECT_EQ(next_id({"slow:81", "quick"}), "3");

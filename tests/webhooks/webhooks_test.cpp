@@ -12,7 +12,7 @@
 
 #include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/temporary_directory.h"
-#include "tests/queue/eventually.h"
+#include "tests/support/threads.h"
 
 using namespace webhooks;
 using queue::Delivery;
@@ -86,6 +86,10 @@ class WebhooksTest : public testing::Test {
     return all.size() == 1 ? all.front() : Delivery{};
   }
 
+  bool becomes(const std::string& job_id, DeliveryState state) {
+    return eventually([&] { return delivery(job_id).state == state; });
+  }
+
   std::atomic<std::int64_t> now = 1'700'000'000'000;
   int max_per_receiver = 0;       ///< concurrent requests to one receiver
   std::size_t max_receivers = 0;  ///< with concurrent requests
@@ -140,7 +144,7 @@ TEST_F(WebhooksTest, DeliversAnEndOnceSignedAndWithTheJob) {
   start();
   submit("a");
   end("a", JobState::succeeded);
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::delivered; }));
+  ASSERT_TRUE(becomes("a", DeliveryState::delivered));
   const std::vector<Sent> all = sent();
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0].url, "http://receiver/a");
@@ -161,7 +165,7 @@ TEST_F(WebhooksTest, IgnoresEndsWithoutSubscription) {
   end("a", JobState::succeeded);
   end("unknown", JobState::failed);
   end("b", JobState::cancelled);
-  ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
+  ASSERT_TRUE(becomes("b", DeliveryState::delivered));
   ASSERT_TRUE(eventually([&] { return store.subscribed_jobs().empty(); }));
   EXPECT_EQ(sent().size(), 1u);
   EXPECT_TRUE(store.of_job("a").empty());
@@ -183,7 +187,7 @@ TEST_F(WebhooksTest, RetriesTheSameMessageAfterGrowingPausesAndThenAbandonsIt) {
     end("wakes", JobState::succeeded);  // the thread does not notice that the clock was changed
     ++attempts;
   }
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::abandoned; }));
+  ASSERT_TRUE(becomes("a", DeliveryState::abandoned));
   EXPECT_EQ(sent().size(), retry_pauses.size() + 1);
   for (const Sent& one : sent()) {
     EXPECT_EQ(one.body, sent().front().body);
@@ -199,7 +203,7 @@ TEST_F(WebhooksTest, AbandonsADeliveryAfterStatus410) {
   respond_next({410});
   submit("a");
   end("a", JobState::failed);
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::abandoned; }));
+  ASSERT_TRUE(becomes("a", DeliveryState::abandoned));
   EXPECT_EQ(sent().size(), 1u);
 }
 
@@ -217,11 +221,11 @@ TEST_F(WebhooksTest, KeepsDeliveriesOverARestart) {
   place("b", JobState::succeeded);  // ends before the restart
   now += retry_pauses[0].count();
   start();
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::delivered; }));
-  ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
+  ASSERT_TRUE(becomes("a", DeliveryState::delivered));
+  ASSERT_TRUE(becomes("b", DeliveryState::delivered));
   EXPECT_TRUE(store.of_job("c").empty());
   end("c", JobState::cancelled);
-  ASSERT_TRUE(eventually([&] { return delivery("c").state == DeliveryState::delivered; }));
+  ASSERT_TRUE(becomes("c", DeliveryState::delivered));
   EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"waits"});
 }
 
@@ -247,12 +251,10 @@ TEST_F(WebhooksTest, DeliversBesideAHangingReceiver) {
   wait_for_attempts(1);
   for (const char* id : {"q1", "q2"}) fail_job(id, "quick");
   fail_job("o", "other");
-  for (const char* id : {"q1", "q2", "o"}) {
-    EXPECT_TRUE(eventually([&] { return delivery(id).state == DeliveryState::delivered; })) << id;
-  }
+  for (const char* id : {"q1", "q2", "o"}) EXPECT_TRUE(becomes(id, DeliveryState::delivered)) << id;
   EXPECT_EQ(delivery("s1").attempts.size() + delivery("s2").attempts.size(), 0u);
   hang("slow", false);
-  EXPECT_TRUE(eventually([&] { return delivery("s3").state == DeliveryState::delivered; }));
+  EXPECT_TRUE(becomes("s3", DeliveryState::delivered));
 }
 
 TEST_F(WebhooksTest, DeliversOneMessageAtATimeToAReceiverInOrder) {
@@ -267,7 +269,7 @@ TEST_F(WebhooksTest, DeliversOneMessageAtATimeToAReceiverInOrder) {
     ++now;
   }
   hang("slow", false);
-  ASSERT_TRUE(eventually([&] { return delivery("29").state == DeliveryState::delivered; }));
+  ASSERT_TRUE(becomes("29", DeliveryState::delivered));
   std::vector<std::string> got;
   for (const Sent& one : sent()) got.push_back(one.url);
   EXPECT_EQ(got, urls);
@@ -276,17 +278,15 @@ TEST_F(WebhooksTest, DeliversOneMessageAtATimeToAReceiverInOrder) {
 
 TEST_F(WebhooksTest, LimitsConcurrentReceiversToTheSenders) {
   start(2);
-  for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, true);
-  for (const char* receiver : {"a", "b", "c", "d"}) fail_job(receiver, receiver);
+  const std::vector<std::string> receivers{"a", "b", "c", "d"};
+  for (const std::string& receiver : receivers) hang(receiver, true);
+  for (const std::string& receiver : receivers) fail_job(receiver, receiver);
   wait_for_attempts(2);
-  for (const char* receiver : {"a", "b", "c", "d"}) {
+  for (const std::string& receiver : receivers)
     ASSERT_TRUE(eventually([&] { return store.of_job(receiver).size() == 1; })) << "the delivery is pending";
-  }
   EXPECT_EQ(sent().size(), 2u);
-  for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, false);
-  for (const char* receiver : {"a", "b", "c", "d"}) {
-    EXPECT_TRUE(eventually([&] { return delivery(receiver).state == DeliveryState::delivered; })) << receiver;
-  }
+  for (const std::string& receiver : receivers) hang(receiver, false);
+  for (const std::string& receiver : receivers) EXPECT_TRUE(becomes(receiver, DeliveryState::delivered)) << receiver;
   EXPECT_EQ(max_receivers, 2u);
 }
 
@@ -302,7 +302,5 @@ TEST_F(WebhooksTest, CountsNoAttemptForARequestInterruptedByItsEnd) {
     hang(receiver, false);
   }
   start();
-  for (const char* receiver : {"a", "b"}) {
-    EXPECT_TRUE(eventually([&] { return delivery(receiver).state == DeliveryState::delivered; })) << receiver;
-  }
+  for (const char* receiver : {"a", "b"}) EXPECT_TRUE(becomes(receiver, DeliveryState::delivered)) << receiver;
 }
