@@ -62,7 +62,3 @@ class ClangTidy(unittest.TestCase):
             with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
                 found = [text for text in pool.map(lambda path: findings(directory, path), sources) if text]
         self.assertFalse(found, "\n".join(found))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -138,7 +138,3 @@ class Includes(unittest.TestCase):
         calls = re.findall(r".*prove_error<.*", text("tracer/src/render/render.cpp"))
         self.assertEqual(len(calls), 1)
         self.assertIn("if (rendered && scene.accuracy.proof)", calls[0])
-
-
-if __name__ == "__main__":
-    unittest.main()

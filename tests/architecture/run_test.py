@@ -144,7 +144,3 @@ class Summarize(unittest.TestCase):
             self.expect(0, 1, (output, True))
         self.expect(5, 1, (GTEST, True), more=["tsan.not-built"])
         self.expect(0, 1)
-
-
-if __name__ == "__main__":
-    unittest.main()

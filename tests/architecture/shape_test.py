@@ -160,7 +160,3 @@ class ShapeChecks(unittest.TestCase):
         self.assertEqual(include_cycles(paths, lambda path: sources[str(path)]), [])
         sources["a/c/three.h"] = '#include "a/one.h"'
         self.assertEqual(len(include_cycles(paths, lambda path: sources[str(path)])), 3)
-
-
-if __name__ == "__main__":
-    unittest.main()

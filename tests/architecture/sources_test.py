@@ -88,7 +88,3 @@ class EveryScript(unittest.TestCase):
         for path in bash_scripts():
             if path != pathlib.PurePosixPath("docker/install"):
                 self.assertNotRegex(text(path), r"apt(-get)? install", f"{path}: docker/install does that")
-
-
-if __name__ == "__main__":
-    unittest.main()

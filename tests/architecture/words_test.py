@@ -157,7 +157,3 @@ class WordChecks(unittest.TestCase):
                                     ("a.schema.json", '{"description": "Of all."}\n', 1), ("openapi.yaml", "a: {description: Of all}\n", 1),
                                     ("README.md", "What is a ray?\n\n| a | What it is |\n", 1)):
             self.assertEqual(len(banned_first_words(path, source)), count, path)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,7 +3,6 @@ import itertools
 import json
 import pathlib
 import tempfile
-import unittest
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
@@ -210,7 +209,3 @@ class Batches(BrowserTest):
             self.browser.until(lambda last=last: self.cells().get(last) == "queued" and 0 not in self.cells(), "the last cell")
             self.assertLessEqual(len(self.browser.all(".cell")), 100)
             self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -30,10 +30,9 @@ class Browser(webdriver.Chrome):
         super().__init__(service=Service("/usr/bin/chromedriver"), options=options)
         self.resize(width, height)
 
-    def resize(self, width, height, mobile=False):
+    def resize(self, width, height):
         """The size of the page itself."""
-        self.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                             {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": mobile})
+        self.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
 
     def prefer(self, **features):
         """Media features, such as prefers_color_scheme="dark"."""

@@ -5,7 +5,6 @@ import pathlib
 import re
 import subprocess
 import tempfile
-import unittest
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
@@ -155,7 +154,3 @@ class Compare(BrowserTest):
 
 def numbers(style):
     return re.findall(r"-?\d+(?:\.\d+)?", style)
-
-
-if __name__ == "__main__":
-    unittest.main()

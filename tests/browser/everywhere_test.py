@@ -147,7 +147,3 @@ def use_from_afar():
         expected = ("status of 401", "Cross-Origin-Opener-Policy header has been ignored")
         errors = [error for error in browser.errors() if not any(each in error for each in expected)]
         assert not errors, errors
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import unittest
 import urllib.request
 
 import numpy
@@ -16,7 +15,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
-from tests.http.daemon import json_of, long_scene, scene
+from tests.http.daemon import json_of, scene
 from tests.support.images import read_exr_channels, read_png
 from tests.support.sources import SOURCE, text
 from tests.support.whittle import BIN
@@ -127,8 +126,7 @@ class Views(JobPage):
 class Life(JobPage):
     def test_shows_a_running_job_and_cancels_it(self):
         """Acceptance test 19: the image changes before the end, with few requests."""
-        job = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(job, "running")
+        job = self.daemon.start_job()
         self.open(f"#/jobs/{job}")
         self.expected.append("/preview")  # requested while the job is cancelled
         sources = set()
@@ -143,8 +141,7 @@ class Life(JobPage):
         self.browser.until(lambda: self.browser.text(".bar .state") == "cancelled", "the end")
 
     def test_takes_away_nothing_that_is_typed_as_the_job_goes_on(self):
-        job = self.daemon.submit(long_scene())
-        self.daemon.wait_for_state(job, "running")
+        job = self.daemon.start_job()
         self.open(f"#/jobs/{job}")
         field = self.browser.one("input.priority")
         field.send_keys(Keys.CONTROL, "a")
@@ -253,6 +250,3 @@ class Life(JobPage):
 
 
 del JobPage  # only its subclasses have tests
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,12 +1,11 @@
 """The page without a pointer: Tab, Enter and the arrow keys reach every step from an example to its removal."""
 import json
-import unittest
 
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import BrowserTest
-from tests.http.daemon import json_of, scene
+from tests.http.daemon import scene
 from tests.support.sources import SOURCE
 
 MAX_STEPS = 80
@@ -54,9 +53,6 @@ class Keyboard(BrowserTest):
     def wait_for_route(self, part):
         self.browser.until(lambda: part in self.browser.current_url, f"the route {part}")
 
-    def state(self, job):
-        return json_of(self.daemon.get(f"/v1/jobs/{job}"))["state"]
-
     def test_leads_from_an_example_to_its_removal(self):
         """Acceptance test 44."""
         example = (SOURCE / "scenes/tiny.json").read_text(encoding="utf-8")
@@ -72,7 +68,7 @@ class Keyboard(BrowserTest):
         self.activate("Render")
         self.wait_for_route("#/jobs/")
         job = self.browser.current_url.split("#/jobs/")[1].split("?")[0]
-        self.browser.until(lambda: self.state(job) == "succeeded", "the image")
+        self.browser.until(lambda: self.daemon.job(job)["state"] == "succeeded", "the image")
         self.browser.until(lambda: "succeeded" in self.browser.text(".job .bar"), "the end of the job")
         self.activate("Error", "A")
         self.browser.until(lambda: self.browser.all(".parts-bar"), "the parts of the error")
@@ -91,7 +87,7 @@ class Keyboard(BrowserTest):
         self.activate("Cancel")
         self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
         self.activate("Cancel")
-        self.browser.until(lambda: self.state(running) == "cancelled", "the end")
+        self.browser.until(lambda: self.daemon.job(running)["state"] == "cancelled", "the end")
         self.browser.until(lambda: "cancelled" in self.browser.text(".job .bar"), "the state")
         self.activate("Remove")
         self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
@@ -126,7 +122,7 @@ class Keyboard(BrowserTest):
         self.browser.until(lambda: self.browser.all("dialog[open] .key-list"), "the list of keys")
         self.press(Keys.ESCAPE)
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no list")
-        self.assertEqual(self.state(jobs[1]), "cancelled")
+        self.assertEqual(self.daemon.job(jobs[1])["state"], "cancelled")
         self.press("g", "n")
         self.wait_for_route("#/new")
 
@@ -152,7 +148,3 @@ class Keyboard(BrowserTest):
         self.browser.until(lambda: self.browser.text(".bulk strong") == "1 selected", "the selection without the removed job")
         self.browser.execute_script("location.hash = '#/?q=row&state=queued'")
         self.browser.until(lambda: not self.browser.all(".bulk"), "no selection in another list")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,6 +1,5 @@
 """The trade-off page: the points of a measurement as a plot and as a table, choices, and what follows from them."""
 import json
-import unittest
 import urllib.parse
 
 from tests.browser.browser import BrowserTest
@@ -105,7 +104,3 @@ class TradeOff(BrowserTest):
     def test_has_no_points_of_a_render(self):
         self.open(f"#/measure/{self.daemon.submit(scene())}")
         self.browser.until(lambda: "This job is a render" in self.browser.text(".empty"), "the sentence")
-
-
-if __name__ == "__main__":
-    unittest.main()

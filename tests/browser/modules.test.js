@@ -31,6 +31,7 @@ test('the service has a word for every state', async () => {
     const found = serviceState(queue, state);
     assert.deepEqual([found.word, found.isBad, found.help !== ''], [word, isBad, isBad]);
   }
+  assert.match(serviceState(waiting, notReady('disk: 5 bytes are free')).help, /free, new jobs are refused below .*Remove jobs/);
 });
 
 test('PNGs of two small jobs are compared by the page', async () => {

@@ -2,11 +2,9 @@
 import base64
 import json
 import os
-import pathlib
 import random
 import struct
 import subprocess
-import tempfile
 import unittest
 
 import numpy
@@ -15,7 +13,7 @@ from tests.fuzz import seeds
 from tests.http.page_test import CACHE
 from tests.support.images import read_exr_channels
 from tests.support.sources import SOURCE
-from tests.support.whittle import BIN, scene, whittle
+from tests.support.whittle import BIN, DirectoryTest, scene, whittle
 
 # Writes, for each file of a directory, its channels or the sentence of its refusal.
 READ = """const {readExr} = await import(`${process.cwd()}/exr.js`), {readdirSync, readFileSync} = await import('node:fs');
@@ -38,10 +36,7 @@ class Modules(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
-class Exr(unittest.TestCase):
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class Exr(DirectoryTest):
     def rendered(self, name, half, **image):
         document = scene(name, image={"width": 80, "height": 60, **image}, accuracy={"samples": [3, 3]}, output={
             "formats": ["exr"], "layers": ["depth", "normal", "albedo", "object_id", "samples", "error"], "half": half})
@@ -86,7 +81,3 @@ class Exr(unittest.TestCase):
         self.assertEqual([each for each in refused if not each or "undefined" in each], [])
         self.assertTrue(any(each.startswith("the EXR file is too large: 32768 x 32768") for each in refused))
         self.assertIsInstance(found["tiny.exr"], dict)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -334,7 +334,3 @@ class ApiKeys(unittest.TestCase):
                 self.assertEqual(buttons & {"Cancel", "Retry", "Remove", "Measure", "Sweep", "Render", "Render with it", "New batch", "Send again", "Retry what failed"}, set())
         changes = [(method, url) for method, url in self.browser.requests() if method not in ("GET", "HEAD")]
         self.assertEqual(changes, [])
-
-
-if __name__ == "__main__":
-    unittest.main()

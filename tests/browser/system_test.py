@@ -1,13 +1,11 @@
 """The system page: the state in words, the last hour, limits against use."""
 import contextlib
 import json
-import signal
 import sqlite3
 import unittest
 
 from tests.browser.browser import Browser, BrowserTest
-from tests.http.daemon import Daemon, json_of, long_scene, scene
-from tests.http.full_disk_test import Disk, may_mount
+from tests.http.daemon import Daemon, json_of, scene
 from tests.support.sources import text
 
 
@@ -53,29 +51,11 @@ class Header(unittest.TestCase):
     def header(self):
         return self.browser.text(".service")
 
-    @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
-    def test_shows_that_the_disk_is_full_and_that_the_service_stops(self):
-        """Acceptance test 41."""
-        with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
-            self.opened(daemon)
-            for step, shown in ((disk.fill, "Disk full"), (disk.make_room, "Idle")):
-                step()
-                self.browser.until(lambda shown=shown: self.header().startswith(shown), shown)
-                if shown == "Disk full":
-                    self.assertRegex(self.header(), r"free, new jobs are refused below .*Remove jobs")
-            daemon.wait_for_state(daemon.submit(long_scene()), "running")
-            daemon.process.send_signal(signal.SIGTERM)
-            self.browser.until(lambda: self.header().startswith("Stopping Running jobs end"), "the word while the daemon drains")
-
-    def opened(self, daemon):
-        self.browser = Browser()
-        self.addCleanup(self.browser.quit)
-        self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
-        self.browser.until(lambda: self.header() == "Idle", "the word")
-
     def test_shows_that_the_queue_is_full_and_that_nothing_can_be_stored(self):
-        with Daemon("--queued-jobs", "2") as daemon:
-            self.opened(daemon)
+        """Acceptance test 41; modules.test.js has a full disk and a service that stops."""
+        with Daemon("--queued-jobs", "2") as daemon, Browser() as self.browser:
+            self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
+            self.browser.until(lambda: self.header() == "Idle", "the word")
             jobs = [daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"})) for _ in range(2)]
             self.assertEqual(daemon.request("POST", "/v1/jobs", scene()).status, 503)
             self.browser.until(lambda: self.header().startswith("Queue full New jobs are refused"), "that the queue is full")
@@ -86,7 +66,3 @@ class Header(unittest.TestCase):
                 other.execute("BEGIN IMMEDIATE")  # no one else writes now
                 self.browser.until(lambda: self.header().startswith("Store down Jobs cannot be stored"), "that the store is down")
             self.browser.until(lambda: self.header() == "Idle", "the store")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,11 +6,10 @@ import pathlib
 import shutil
 import signal
 import stat
-import tempfile
 import unittest
 
 from tests.support.images import read_exr
-from tests.support.whittle import BIN, SCENES, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
 
 TINY = SCENES / "tiny.json"
 
@@ -22,7 +21,7 @@ def failing(how):
     return {"LD_PRELOAD": str(BIN / "libfailing_files.so"), "FAILING_FILES": how, "ASAN_OPTIONS": asan}
 
 
-class MeshFile(unittest.TestCase):
+class MeshFile(DirectoryTest):
     # Faces between z = 0 and z = 1: a square, a bent quadrilateral, a pentagon, a concave hexagon, a triangle and one that is
     # folded, so that its triangles have no mean normal.
     FACES = [[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(2, 0, 0), (3, 0, 0.5), (3, 1, 0), (2, 1, 0.5)],
@@ -31,33 +30,32 @@ class MeshFile(unittest.TestCase):
              [(10, 0, 0), (10.5, 0, 0), (10.5, 1, 0), (11, 1, 0)]]
     LIGHT = (3, 0.5, 2)
 
-    def meshes(self, directory):
+    def meshes(self):
         """The faces as numbers in the document, as an OBJ of two parts, and as a PLY."""
         points = [point for face in self.FACES for point in face]
         faces = [[len(sum(self.FACES[:i], [])) + j for j in range(len(face))] for i, face in enumerate(self.FACES)]
-        (directory / "a.obj").write_text("".join("v {} {} {}\n".format(*point) for point in points) + "".join(
+        obj, ply = self.directory / "a.obj", self.directory / "a.ply"
+        obj.write_text("".join("v {} {} {}\n".format(*point) for point in points) + "".join(
             f"usemtl part{i % 2}\nf {' '.join(str(j + 1) for j in face)}\n" for i, face in enumerate(faces)), encoding="utf-8")
-        (directory / "a.ply").write_text(
+        ply.write_text(
             f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
             f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
             + "".join("{} {} {}\n".format(*point) for point in points)
             + "".join(f"{len(face)} {' '.join(map(str, face))}\n" for face in faces), encoding="utf-8")
-        return [{"positions": points, "faces": faces}, {"file": "a.obj"}, {"file": "a.ply"},
-                {"file": "a.obj", "materials": {"part0": "n", "part1": "m"}}]
+        return [{"positions": points, "faces": faces}, {"file": str(obj)}, {"file": str(ply)},
+                {"file": str(obj), "materials": {"part0": "n", "part1": "m"}}]
 
     def test_has_one_color_for_each_face_if_polygons_are_flat(self):
-        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         white = {"model": "lambert", "color": 1, "ambient": 0, "diffuse": 1, "shading": "flat_polygon"}
         images = []
-        for mesh in self.meshes(directory):
-            (directory / "a.json").write_text(json.dumps({
+        for mesh in self.meshes():
+            done = whittle("render", "-", "-o", self.directory / "a.exr", document={
                 "version": 1, "image": {"width": 220, "height": 20}, "accuracy": {"samples": 1}, "output": {"formats": ["exr"]},
                 "camera": {"type": "orthographic", "position": [5.5, 0.5, 9], "look_at": [5.5, 0.5, 0], "height": 1},
                 "lights": [{"type": "point", "position": self.LIGHT}], "materials": {"m": white, "n": dict(white)},
-                "objects": [{"type": "mesh", **mesh, "material": "m"}]}), encoding="utf-8")
-            done = whittle("render", directory / "a.json", "-o", directory / "a.exr")
+                "objects": [{"type": "mesh", **mesh, "material": "m"}]})
             self.assertEqual(done.returncode, 0, done.stderr)
-            images.append(read_exr((directory / "a.exr").read_bytes())[..., 0])
+            images.append(read_exr((self.directory / "a.exr").read_bytes())[..., 0])
             for i in range(len(self.FACES)):
                 values = set(images[-1][:, 40 * i:40 * i + 20].flatten().tolist()) - {0}
                 self.assertEqual(len(values), 1, f"{list(mesh)}, face {i}")
@@ -68,9 +66,9 @@ class MeshFile(unittest.TestCase):
             self.assertTrue((abs(image - images[0]) < 1e-6).all())
 
 
-class ImageFile(unittest.TestCase):
+class ImageFile(DirectoryTest):
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        super().setUp()
         self.image = self.directory / "a.png"
 
     def render(self, *more, how=None):
@@ -146,10 +144,7 @@ class SceneFile(unittest.TestCase):
                     self.assertRegex(done.stderr.decode(), rf"^whittle: cannot read {path}: .+\n$")
 
 
-class Assets(unittest.TestCase):
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class Assets(DirectoryTest):
     def rendered(self, name):
         document = scene("tiny")
         document["objects"][1]["material"] = {"color": {"file": name}}
@@ -176,7 +171,3 @@ class Assets(unittest.TestCase):
             self.assertTrue(line.startswith(f"#/objects/1/material/color/file bad_asset {name}: "), line)
             self.assertIn(reason, line)
             self.assertFalse((self.directory / "out.png").exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -13,7 +13,7 @@ import numpy
 
 from tests.http.daemon import Daemon
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
 
 ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
 
@@ -24,16 +24,11 @@ def srgb_codes(linear):
     return numpy.floor(255 * curve + 0.5).astype(numpy.uint8)
 
 
-class WithDirectory(unittest.TestCase):
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class Render(DirectoryTest):
     def render(self, document, *names, options=()):
         outputs = [part for name in names for part in ("-o", self.directory / name)]
         return whittle("render", "-", *outputs, *options, document=document)
 
-
-class Render(WithDirectory):
     def test_writes_png_and_exr_of_one_image(self):
         done = self.render(scene("tiny"), "a.png", "a.exr")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -75,28 +70,25 @@ class Render(WithDirectory):
                     "camera": {"position": [0, 6, 6], "look_at": [0, 0, 0]},
                     "lights": [{"type": "point", "position": [0, 9, 0]}],
                     "prototypes": {"ball": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}}]},
-                    "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {}}, *objects], **more}
+                    "objects": [{"material": {}, **each} for each in ({"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}, *objects)],
+                    **more}
         floor = self.exr(document([]))
-        glass = {"transmission": 0.5, "absorption": 2}
-        for name, each in {
-                "sphere": {"type": "sphere", "center": [0, 2, 0], "radius": 1, "material": {}},
-                "glass": {"type": "sphere", "center": [0, 2, 0], "radius": 1, "material": glass},
-                "box": {"type": "box", "center": [0, 2, 0], "size": 1, "material": {}},
-                "triangle": {"type": "triangle", "vertices": [[-1, 2, -1], [1, 2, -1], [0, 2, 1]], "material": {}},
-                "mesh": {"type": "mesh", "positions": [[-1, 2, -1], [1, 2, -1], [0, 2, 1]], "triangles": [[0, 1, 2]],
-                         "material": {}},
-                "plane": {"type": "plane", "point": [0, 8, 0], "normal": [0, 1, 0], "material": {}},
-                "instance": {"type": "instance", "of": "ball", "position": [0, 2, 0]}}.items():
-            maps = {"accuracy": {"samples": 1, "approximate": {"shadows": "map"}}}
-            for options in ({}, maps) if name in ("sphere", "glass") else ({},):
-                with self.subTest(name, **options):
-                    dark = self.exr(document([each], **options))
-                    lit = self.exr(document([{**each, "shadow": False}], **options))
-                    # Where the object itself is not visible, its image without shadow is the floor alone.
-                    covered = self.exr(document([{**each, "shadow": False, "material": {"emission": 5}}])) > 1
-                    numpy.testing.assert_array_equal(lit[~covered], floor[~covered])
-                    if name != "glass" or not options:
-                        self.assertTrue((dark != lit)[~covered].any())
+        maps = {"accuracy": {"samples": 1, "approximate": {"shadows": "map"}}}
+        ball = {"type": "sphere", "center": [0, 2, 0], "radius": 1}
+        glass = {**ball, "material": {"transmission": 0.5, "absorption": 2}}
+        corners = [[-1, 2, -1], [1, 2, -1], [0, 2, 1]]
+        for each, options in (
+                (ball, {}), (ball, maps), (glass, {}), (glass, maps), ({"type": "box", "center": [0, 2, 0], "size": 1}, {}),
+                ({"type": "triangle", "vertices": corners}, {}), ({"type": "mesh", "positions": corners, "triangles": [[0, 1, 2]]}, {}),
+                ({"type": "plane", "point": [0, 8, 0], "normal": [0, 1, 0]}, {}), ({"type": "instance", "of": "ball", "position": [0, 2, 0]}, {})):
+            with self.subTest(each, **options):
+                dark = self.exr(document([each], **options))
+                lit = self.exr(document([{**each, "shadow": False}], **options))
+                # Where the object itself is not visible, its image without shadow is the floor alone.
+                covered = self.exr(document([{**each, "shadow": False, "material": {"emission": 5}}])) > 1
+                numpy.testing.assert_array_equal(lit[~covered], floor[~covered])
+                if each is not glass or not options:
+                    self.assertTrue((dark != lit)[~covered].any())
 
     def test_reads_a_file_or_standard_input(self):
         from_file = whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png")
@@ -165,17 +157,17 @@ class Render(WithDirectory):
         self.assertEqual(list(self.directory.iterdir()), [])
 
 
-class Interruption(WithDirectory):
+class Interruption(DirectoryTest):
     """Long renders that are stopped once their progress bar shows that they are running."""
 
     def stop_with(self, signal_number):
         document = scene("sphereflake", image={"width": 4096, "height": 2048}, accuracy={"samples": [1024, 1024]})
-        path = self.directory / "long.json"
+        path, out = self.directory / "long.json", self.directory / "out"
         path.write_text(json.dumps(document), encoding="utf-8")
-        (self.directory / "out").mkdir()
+        out.mkdir(exist_ok=True)
         master, slave = pty.openpty()
-        process = subprocess.Popen([BIN / "whittle", "render", path, "-o", self.directory / "out" / "a.png",
-                                    "-o", self.directory / "out" / "a.exr"], stderr=slave, stdin=subprocess.DEVNULL)
+        process = subprocess.Popen([BIN / "whittle", "render", path, "-o", out / "a.png", "-o", out / "a.exr"],
+                                   stderr=slave, stdin=subprocess.DEVNULL)
         os.close(slave)
         shown = b""
         try:
@@ -198,8 +190,7 @@ class Interruption(WithDirectory):
 
     def test_by_sigint_or_sigterm_is_reported_and_leaves_no_file(self):
         for signal_number in (signal.SIGINT, signal.SIGTERM):
-            with self.subTest(signal=signal_number), tempfile.TemporaryDirectory() as name:
-                self.directory = pathlib.Path(name)
+            with self.subTest(signal=signal_number):
                 code, shown = self.stop_with(signal_number)
                 self.assertEqual(code, 130, shown)
                 self.assertIn("interrupted; nothing was written", shown)
@@ -329,7 +320,3 @@ class CommandLine(unittest.TestCase):
         done = whittle("--version")
         self.assertEqual(done.returncode, 0)
         self.assertRegex(done.stdout.decode(), r"^whittle \d+\.\d+\.\d+(\+g[0-9a-f]+(-dirty)?)?\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()

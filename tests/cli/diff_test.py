@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 from tests.support import images
-from tests.support.whittle import BIN, SOURCE, scene, whittle
+from tests.support.whittle import BIN, SOURCE, DirectoryTest, scene, whittle
 
 CORPUS = BIN.parent / "corpus" / "image"
 
@@ -104,11 +104,8 @@ class Diff(unittest.TestCase):
         self.assertEqual(json.loads(done.stdout), self.figures("many.png", "few.png"))
 
 
-class Errors(unittest.TestCase):
+class Errors(DirectoryTest):
     GOOD = CORPUS / "good_rgb.png"
-
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def expect(self, code, sentence, *arguments, **more):
         done = whittle("diff", *arguments, **more)
@@ -159,7 +156,3 @@ class Errors(unittest.TestCase):
 
     def test_of_the_heat_map_are_reported_with_exit_code_3(self):
         self.expect(3, "cannot write /proc/heat.png: ", self.GOOD, self.GOOD, "--heat", "/proc/heat.png")
-
-
-if __name__ == "__main__":
-    unittest.main()

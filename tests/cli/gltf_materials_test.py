@@ -4,16 +4,13 @@ import itertools
 import json
 import math
 import os
-import pathlib
 import struct
 import subprocess
 import sys
-import tempfile
-import unittest
 import zlib
 
 from tests.support.images import read_hdr, write_png
-from tests.support.whittle import SOURCE, whittle
+from tests.support.whittle import SOURCE, DirectoryTest, whittle
 
 TOOL = SOURCE / "api" / "client" / "whittle-materials"
 
@@ -82,10 +79,7 @@ def textured(index=0, metallic=0, **fields):
     return {"pbrMetallicRoughness": {"baseColorTexture": {"index": index}, "metallicFactor": metallic}, **fields}
 
 
-class Directory(unittest.TestCase):
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class MaterialsTest(DirectoryTest):
     def write(self, name, content):
         (self.directory / name).parent.mkdir(exist_ok=True)
         (self.directory / name).write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -116,7 +110,7 @@ class Directory(unittest.TestCase):
         return sorted(os.listdir(self.directory))
 
 
-class Coefficients(Directory):
+class Coefficients(MaterialsTest):
     def material(self, material, omitted=(), options=()):
         document, binary = squares([{"name": "m", **material}], [RED_OVER_BLUE, LEAF])
         omitted = [f"a.glb: /materials/0{line} is not carried over" for line in omitted]
@@ -210,7 +204,7 @@ class Coefficients(Directory):
                       omitted=[": the factor 1 of emissiveTexture"])
 
 
-class Textures(Directory):
+class Textures(MaterialsTest):
     def test_writes_images_within_the_file_beside_it(self):
         for name, content in (("a.glb", glb(*squares([textured()], [RED_OVER_BLUE]))),
                               ("b.gltf", gltf(*squares([textured()], [RED_OVER_BLUE])))):
@@ -263,7 +257,7 @@ class Textures(Directory):
         return tuple(tuple(int(255 * channel + 0.5) for channel in rows[row][4]) for row in (1, 6))
 
 
-class Objs(Directory):
+class Objs(MaterialsTest):
     def test_reads_the_libraries_of_an_obj(self):
         self.write("mats/a b.mtl", "newmtl up\nmap_Kd up.png\nKa 1\nnewmtl unused\n")
         self.write("c.mtl", "newmtl green\nKd 0 1 0\nbump x.png\n")
@@ -277,7 +271,7 @@ class Objs(Directory):
         self.assertEqual(self.run_tool("mtllib d.mtl\nf 1 2 3\n", "a.obj"), (1, "", ["d.mtl: No such file or directory"]))
 
 
-class InvalidFiles(Directory):
+class InvalidFiles(MaterialsTest):
     def refused(self, content, sentence):
         with self.subTest(sentence):
             self.assertEqual(self.run_tool(content), (1, "", [f"a.glb: {sentence}"]))
@@ -337,7 +331,3 @@ class InvalidFiles(Directory):
         depth = 20_000
         document["nodes"] = [{"children": [i + 1]} for i in range(depth)] + [{"mesh": 0}]
         self.assertEqual(self.members(glb(document, binary))["objects"][0]["materials"], {"\ud800": "\ud800"})
-
-
-if __name__ == "__main__":
-    unittest.main()

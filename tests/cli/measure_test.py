@@ -13,14 +13,14 @@ import unittest
 import xml.etree.ElementTree
 
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
 
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
 
-class WithDirectory(unittest.TestCase):
+class Files(DirectoryTest):
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        super().setUp()
         self.name = self.directory / "out"
 
     def measure(self, *options, document=None, path="-"):
@@ -75,7 +75,7 @@ class Measure(unittest.TestCase):
             self.assertIn(f"- {sentence}\n", output)
 
 
-class Resume(WithDirectory):
+class Resume(Files):
     PARAMETERS = ("--parameters", "samples,target_error")
 
     def assert_kept(self, before, after):
@@ -148,7 +148,7 @@ class Resume(WithDirectory):
             self.assertEqual(path.read_bytes(), whole)
 
 
-class Output(WithDirectory):
+class Output(Files):
     SAMPLES = ("--parameters", "samples")
 
     def test_has_the_table_with_quiet(self):
@@ -174,7 +174,7 @@ class Output(WithDirectory):
         self.assertEqual(text.count(b"\x1b"), 2)
 
 
-class Models(WithDirectory):
+class Models(Files):
     """A ball on a plane under a sky: `--parameters model` compares the models of light."""
 
     PAINT = {"paint": {"model": "lambert", "color": [0.8, 0.6, 0.4]}}
@@ -208,7 +208,7 @@ class Models(WithDirectory):
         self.assertRegex(output, r"come [\d.]+ % from interreflection of lights, [\d.]+ % from the background\n")
 
 
-class Errors(WithDirectory):
+class Errors(Files):
     def test_of_the_scene_are_reported_with_exit_code_1(self):
         done = self.measure(document=scene("tiny", colour=1))
         self.assertEqual((done.returncode, done.stdout), (1, b""))
@@ -248,7 +248,3 @@ class Errors(WithDirectory):
                 done = whittle("measure", *arguments)
                 self.assertEqual((done.returncode, done.stdout), (2, b""))
                 self.assertRegex(done.stderr.decode(), rf"^whittle: {sentence}.*\nTry: whittle --help\n$")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,11 +1,8 @@
 """Command line: scenes that refer to files by hash, which are in the directory of --assets."""
 import hashlib
-import pathlib
 import shutil
-import tempfile
-import unittest
 
-from tests.support.whittle import SCENES, whittle
+from tests.support.whittle import SCENES, DirectoryTest, whittle
 
 TILE = SCENES / "assets/tile.png"
 HASH = hashlib.sha256(TILE.read_bytes()).hexdigest()
@@ -17,10 +14,7 @@ def document(name):
                                        "material": {"color": {"file": name}}}]}
 
 
-class Uploads(unittest.TestCase):
-    def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-
+class Uploads(DirectoryTest):
     def render(self, name, *options):
         out = self.directory / "out.png"
         done = whittle("render", "-", "-o", out, *options, document=document(name))
@@ -50,7 +44,3 @@ class Uploads(unittest.TestCase):
             done = whittle(command, "-", "--assets")
             self.assertEqual(done.returncode, 2)
             self.assertIn(b"--assets: 1 required DIRECTORY missing", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

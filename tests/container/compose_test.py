@@ -13,7 +13,8 @@ import unittest
 from tests.container import images, machine
 from tests.container.container import Running
 from tests.container.engine import STORE, attempt, podman_environment
-from tests.http.daemon import BIN, PATIENCE_S, Served, json_of, long_scene, wait_until
+from tests.http.daemon import PATIENCE_S, Served, json_of, long_scene, wait_until
+from tests.http.keys_test import new_key
 from tests.support.sources import SOURCE
 
 PROJECT = "whittletest"
@@ -23,13 +24,13 @@ ASSET_BYTES = 100_000_000
 def write_secrets(directory):
     """A key and a certificate for localhost; the key."""
     directory.mkdir()
-    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", directory / "keys"], check=True, capture_output=True, text=True)
+    key = new_key(directory / "keys", "test")
     subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
                     "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", directory / "tls.key",
                     "-out", directory / "tls.crt"], check=True, capture_output=True)
     for path in directory.iterdir():
         path.chmod(0o644)  # read by the users of the containers
-    return made.stdout.strip()
+    return key
 
 
 class Compose:
@@ -149,7 +150,3 @@ class ComposeBehindTls(unittest.TestCase):
         self.assertEqual(reply.status, 201, reply.body)
         self.assertEqual(json_of(reply)["bytes"], ASSET_BYTES)
         self.assertEqual(self.daemon.request("HEAD", f"/v1/assets/{name}").headers["Content-Length"], str(ASSET_BYTES))
-
-
-if __name__ == "__main__":
-    unittest.main()

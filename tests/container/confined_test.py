@@ -148,7 +148,3 @@ class MemoryLimit(unittest.TestCase):
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "worker_crashed"), job)
             self.assertEqual(container.pid, daemon)
             image_of(container, container.submit(scene()))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -63,9 +63,6 @@ class Running(Served):
     def connection(self, port):
         return InsideConnection(self.pid, ("127.0.0.1", port))
 
-    def socket(self):
-        return connect_inside(self.pid, ("127.0.0.1", self.port))
-
     def until_ready(self):
         def ready():
             if not self.pid:
@@ -106,8 +103,8 @@ class Running(Served):
 class Container(Running):
     """Made of `image`, confined as everywhere; gone again after use as a context manager, its anonymous volume too."""
 
-    def __init__(self, image, *options, arguments=()):
-        super().__init__(podman("run", "--detach", *CONFINED, *options, image, *arguments))
+    def __init__(self, image, *options):
+        super().__init__(podman("run", "--detach", *CONFINED, *options, image))
         try:
             self.until_ready()
         except BaseException:

@@ -68,7 +68,3 @@ class ContainerCommands(unittest.TestCase):
         subprocess.run(["chown", "-R", "10001:10001", copy], check=True)
         with Container("whittle", "--network", "none", "--volume", f"{copy}:/var/lib/whittle") as restored:
             self.assertEqual(restored.get(path).body, image)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,7 +4,6 @@ What needs a cluster is not tried here: the service and its name, the network po
 the probes by themselves, which the test sends in their place.
 """
 import os
-import subprocess
 import tempfile
 import unittest
 
@@ -13,8 +12,9 @@ import yaml
 from tests.container import images, machine
 from tests.container.container import Running
 from tests.container.engine import attempt, podman
-from tests.http.daemon import BIN, json_of, scene
-from tests.support.sources import SOURCE
+from tests.http.daemon import json_of, scene
+from tests.http.keys_test import new_key
+from tests.support.sources import SOURCE, text
 
 MANIFESTS = SOURCE / "docker" / "k8s"
 
@@ -24,14 +24,6 @@ def documents(name):
         return list(yaml.safe_load_all(file))
 
 
-def new_key(directory):
-    """A key, and the file of its hash."""
-    path = os.path.join(directory, "keys")
-    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", path], check=True, capture_output=True, text=True)
-    with open(path, encoding="ascii") as file:
-        return made.stdout.strip(), file.read()
-
-
 class Pod(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -39,9 +31,10 @@ class Pod(unittest.TestCase):
         if reason := machine.why_no_networks():
             raise unittest.SkipTest(f"a pod has a network: {reason}")
         cls.directory = cls.enterClassContext(tempfile.TemporaryDirectory())
-        cls.key, hashed = new_key(cls.directory)
+        keys = os.path.join(cls.directory, "keys")
+        cls.key = new_key(keys, "test")
         # podman 4.3 mounts a secret's data as it stands, not decoded from base64, so it is not played but made.
-        secret = {"apiVersion": "v1", "kind": "Secret", "metadata": {"name": "whittle-keys"}, "data": {"keys": hashed}}
+        secret = {"apiVersion": "v1", "kind": "Secret", "metadata": {"name": "whittle-keys"}, "data": {"keys": text(keys)}}
         podman("secret", "create", "whittle-keys", "-", input=yaml.safe_dump(secret))
         cls.addClassCleanup(attempt, "secret", "rm", "whittle-keys")
         cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle-data", "whittle-keys", "whittle-config")
@@ -80,7 +73,3 @@ class Pod(unittest.TestCase):
         self.play()
         self.daemon.until_ready()
         self.assertEqual(self.daemon.request("GET", f"/v1/jobs/{job_id}", headers=key).status, 200)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -69,22 +69,20 @@ class ApiExamples(unittest.TestCase):
     def values_for(cls, operation):
         """The values for an operation that needs another job or batch than a finished render, or changes it."""
         waiting = scene(job={"run_after": "2099-01-01T00:00:00Z"})
-        if operation in ("changeJob", "cancelJob", "removeJob"):
-            return {"JOB": cls.daemon.submit(waiting)}
-        if operation == "cancelBatch":
-            return {"BATCH": cls.batch(waiting, end=False)}
+        if operation in ("changeJob", "cancelJob", "removeJob", "retryJob"):
+            job = cls.daemon.submit(waiting)
+            if operation == "retryJob":
+                cls.daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            return {"JOB": job}
+        if operation in ("cancelBatch", "retryBatch"):
+            batch = cls.batch(waiting, end=False)
+            if operation == "retryBatch":
+                cls.daemon.request("POST", f"/v1/batches/{batch}/cancel")
+            return {"BATCH": batch}
         if operation == "removeBatch":
             return {"BATCH": cls.batch(scene())}
-        if operation == "retryJob":
-            job = cls.daemon.submit(waiting)
-            cls.daemon.request("POST", f"/v1/jobs/{job}/cancel")
-            return {"JOB": job}
         if operation == "getPreviewPng":
             return {"JOB": cls.daemon.cancel_in_work(long_scene())["id"]}
-        if operation == "retryBatch":
-            batch = cls.batch(waiting, end=False)
-            cls.daemon.request("POST", f"/v1/batches/{batch}/cancel")
-            return {"BATCH": batch}
         if operation.startswith("getMeasure") or operation == "getReferenceExr":
             return {"JOB": cls.measured}
         return {}
@@ -123,7 +121,3 @@ class ApiExamples(unittest.TestCase):
         for operation, (_, python) in self.examples.items():
             imported = set(re.findall(r"^(?:import|from) (\w+)", python, re.MULTILINE))
             self.assertLessEqual(imported, sys.stdlib_module_names, operation)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -235,7 +235,3 @@ class Daemons(unittest.TestCase):
     def test_limits_are_all_listed(self):
         limits = set(json.loads(self.daemon.get("/v1/version").body)["limits"])
         self.assertEqual(limits - code_words(section(HTTP, "Limits")) - code_words(section(SCENE, "Limits")), set())
-
-
-if __name__ == "__main__":
-    unittest.main()

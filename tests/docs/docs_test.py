@@ -112,7 +112,3 @@ for other in set(PAGES) - {page.page for page in Page.__subclasses__()}:
         name = re.sub(r"\W", "_", other)
         globals()[name] = type(name, (Page,), {"page": other})
 del Page  # not a page itself
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -62,7 +62,3 @@ class Images(unittest.TestCase):
                 self.assertEqual(now.shape, (120, 160, 3))
                 # Another processor or C library may round differently, so that single rays pass another side of an edge.
                 self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{name}: run api/docs/render_images.py")
-
-
-if __name__ == "__main__":
-    unittest.main()

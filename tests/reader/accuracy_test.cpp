@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "tests/reader/reading.h"
 #include "tracer/requirements.h"
@@ -14,11 +15,10 @@ using reader_tests::accepted;
 using reader_tests::document_with;
 using tracer::Accuracy;
 using tracer::Approximations;
-using tracer::Preset;
 
-std::string with_accuracy(const std::string& members) { return document_with("\"accuracy\": {" + members + "}"); }
-
-Accuracy accuracy_of(const std::string& members) { return accepted(with_accuracy(members)).scene.accuracy; }
+Accuracy accuracy_of(const std::string& members) {
+  return accepted(document_with("\"accuracy\": {" + members + "}")).scene.accuracy;
+}
 
 /// "target 2, budget -, samples 1..4096" for adaptive sampling, "exactly 4, target -" for exact samples.
 std::string summary_of(const Accuracy& accuracy) {
@@ -34,52 +34,41 @@ std::string summary_of(const Accuracy& accuracy) {
          std::to_string(adaptive.samples_min) + ".." + std::to_string(adaptive.samples_max);
 }
 
-std::string summary_of(const std::string& members) { return summary_of(accuracy_of(members)); }
-
-TEST(AccuracyReader, DefaultsToTheStandardTargetError) {
-  EXPECT_EQ(target_error_of(Preset::standard), 1);
+TEST(AccuracyReader, ResolvesPresetsTargetsBudgetsAndSamples) {
   EXPECT_EQ(summary_of(accepted(document_with()).scene.accuracy), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(""), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("seed": 7, "max_depth": 3)"), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("samples": [3, 50])"), "target 1, budget -, samples 3..50");
+  const std::pair<const char*, const char*> rows[] = {
+      // The standard target error is the default.
+      {"", "target 1, budget -, samples 1..4096"},
+      {R"("seed": 7, "max_depth": 3)", "target 1, budget -, samples 1..4096"},
+      {R"("samples": [3, 50])", "target 1, budget -, samples 3..50"},
+      {R"("preset": "draft")", "target 4, budget -, samples 1..4096"},
+      {R"("preset": "standard")", "target 1, budget -, samples 1..4096"},
+      {R"("preset": "fine")", "target 0.5, budget -, samples 1..4096"},
+      {R"("preset": "reference")", "target 0.25, budget -, samples 1..4096"},
+      // A target error is preferred to a preset.
+      {R"("target_error": 2.5)", "target 2.5, budget -, samples 1..4096"},
+      {R"("preset": "draft", "target_error": 2.5)", "target 2.5, budget -, samples 1..4096"},
+      {R"("target_error": 255)", "target 255, budget -, samples 1..4096"},
+      // A time budget and a target of the worst tile have no default target beside them.
+      {R"("time_budget_ms": 500)", "target -, budget 500, samples 1..4096"},
+      {R"("time_budget_ms": 500, "target_error": 2)", "target 2, budget 500, samples 1..4096"},
+      {R"("time_budget_ms": 500, "preset": "fine")", "target 0.5, budget 500, samples 1..4096"},
+      {R"("tile_error": 3.5)", "target -, budget -, samples 1..4096"},
+      {R"("tile_error": 3.5, "target_error": 2)", "target 2, budget -, samples 1..4096"},
+      {R"("tile_error": 3.5, "preset": "fine")", "target 0.5, budget -, samples 1..4096"},
+      // The target of exact samples is kept for the report.
+      {R"("samples": [9, 9])", "exactly 9, target -"},
+      {R"("samples": [9, 9], "target_error": 2)", "exactly 9, target 2"},
+      {R"("samples": [9, 9], "preset": "fine")", "exactly 9, target 0.5"},
+      {R"("samples": [9, 9], "time_budget_ms": 5)", "exactly 9, target -"},
+  };
+  for (const auto& [members, summary] : rows) EXPECT_EQ(summary_of(accuracy_of(members)), summary) << members;
 }
 
-TEST(AccuracyReader, ResolvesPresetsToTargetErrors) {
-  EXPECT_EQ(summary_of(R"("preset": "draft")"), "target 4, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("preset": "standard")"), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("preset": "fine")"), "target 0.5, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("preset": "reference")"), "target 0.25, budget -, samples 1..4096");
-}
-
-TEST(AccuracyReader, PrefersTargetErrorToPreset) {
-  EXPECT_EQ(summary_of(R"("target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("preset": "draft", "target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("target_error": 255)"), "target 255, budget -, samples 1..4096");
-}
-
-TEST(AccuracyReader, AddsNoDefaultTargetToATimeBudget) {
-  EXPECT_EQ(summary_of(R"("time_budget_ms": 500)"), "target -, budget 500, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("time_budget_ms": 500, "target_error": 2)"), "target 2, budget 500, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("time_budget_ms": 500, "preset": "fine")"), "target 0.5, budget 500, samples 1..4096");
-}
-
-TEST(AccuracyReader, KeepsTheTargetOfExactSamplesForTheReport) {
-  EXPECT_EQ(summary_of(R"("samples": [9, 9])"), "exactly 9, target -");
-  EXPECT_EQ(summary_of(R"("samples": [9, 9], "target_error": 2)"), "exactly 9, target 2");
-  EXPECT_EQ(summary_of(R"("samples": [9, 9], "preset": "fine")"), "exactly 9, target 0.5");
-  EXPECT_EQ(summary_of(R"("samples": [9, 9], "time_budget_ms": 5)"), "exactly 9, target -");
-}
-
-TEST(AccuracyReader, ReadsTheTargetOfTheWorstTile) {
-  EXPECT_EQ(accuracy_of("").model, Accuracy::Model::whitted);
-  EXPECT_EQ(accuracy_of(R"("model": "whitted")").model, Accuracy::Model::whitted);
+TEST(AccuracyReader, KeepsTheTargetOfTheWorstTile) {
   EXPECT_EQ(accuracy_of("").tile_target(), std::nullopt);
-  EXPECT_FALSE(accuracy_of("").proof);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5)").tile_target(), 3.5);
   EXPECT_EQ(accuracy_of(R"("tile_error": 3.5, "samples": [9, 9])").tile_target(), 3.5);
-  EXPECT_EQ(summary_of(R"("tile_error": 3.5)"), "target -, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("tile_error": 3.5, "target_error": 2)"), "target 2, budget -, samples 1..4096");
-  EXPECT_EQ(summary_of(R"("tile_error": 3.5, "preset": "fine")"), "target 0.5, budget -, samples 1..4096");
 }
 
 TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
@@ -89,36 +78,24 @@ TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   EXPECT_EQ(accuracy.model, Accuracy::Model::global);
   EXPECT_EQ(accuracy.tile_target(), 7.5);
   EXPECT_TRUE(accuracy.proof);
-  EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
-  EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
-  EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);
-  EXPECT_EQ(accuracy.approximate.interreflection, Approximations::Interreflection::ambient);
-  EXPECT_EQ(accuracy.approximate.nearest_lights, 7u);
+  EXPECT_EQ(accuracy.approximate, (Approximations{.shadows = Approximations::Shadows::map,
+                                                  .reflections = Approximations::Reflections::environment,
+                                                  .shading = Approximations::Shading::flat,
+                                                  .interreflection = Approximations::Interreflection::ambient,
+                                                  .nearest_lights = 7}));
 }
 
-TEST(AccuracyReader, ReadsEveryApproximation) {
-  const auto approximate = [](const std::string& members) {
-    return accuracy_of(R"("model": "global", "approximate": {)" + members + "}").approximate;
-  };
-  EXPECT_EQ(accuracy_of("").approximate, Approximations{});
-  EXPECT_EQ(approximate(""), Approximations{});
-  EXPECT_EQ(approximate(R"("shadows": "none")"), Approximations{.shadows = Approximations::Shadows::none});
-  EXPECT_EQ(approximate(R"("shadows": "map")"), Approximations{.shadows = Approximations::Shadows::map});
-  EXPECT_EQ(approximate(R"("reflections": "environment")"),
-            Approximations{.reflections = Approximations::Reflections::environment});
-  EXPECT_EQ(approximate(R"("reflections": "none")"), Approximations{.reflections = Approximations::Reflections::none});
-  EXPECT_EQ(approximate(R"("shading": "gouraud")"), Approximations{.shading = Approximations::Shading::gouraud});
-  EXPECT_EQ(approximate(R"("shading": "flat")"), Approximations{.shading = Approximations::Shading::flat});
-  EXPECT_EQ(approximate(R"("interreflection": "gather")"),
-            Approximations{.interreflection = Approximations::Interreflection::gather});
-  EXPECT_EQ(approximate(R"("interreflection": "radiosity")"),
-            Approximations{.interreflection = Approximations::Interreflection::radiosity});
-  EXPECT_EQ(approximate(R"("interreflection": "ambient")"),
-            Approximations{.interreflection = Approximations::Interreflection::ambient});
-  EXPECT_EQ(approximate(R"("interreflection": "none")"),
-            Approximations{.interreflection = Approximations::Interreflection::none});
-  EXPECT_EQ(approximate(R"("lights": "nearest-1")"), Approximations{.nearest_lights = 1});
-  EXPECT_EQ(approximate(R"("lights": "nearest-1000000")"), Approximations{.nearest_lights = 1'000'000});
+TEST(AccuracyReader, DefaultsToTheWhittedModelWithoutProofAndApproximations) {
+  const Accuracy accuracy = accuracy_of(R"("approximate": {})");
+  EXPECT_EQ(accuracy.model, Accuracy::Model::whitted);
+  EXPECT_FALSE(accuracy.proof);
+  EXPECT_EQ(accuracy.approximate, Approximations{});
+}
+
+TEST(AccuracyReader, ReadsNumbersOfNearestLightsUpToTheirLimit) {
+  for (const std::uint32_t count : {1u, 1'000'000u})
+    EXPECT_EQ(accuracy_of(R"("approximate": {"lights": "nearest-)" + std::to_string(count) + "\"}").approximate,
+              Approximations{.nearest_lights = count});
 }
 
 TEST(AccuracyReader, ReducesMaximumSamplesOfLargeImages) {
@@ -146,42 +123,47 @@ TEST(AccuracyReader, IgnoresTheServicesSampleLimit) {
   EXPECT_FALSE(api::parse_scene(document_with(), limits));
 }
 
-TEST(AccuracyReader, DefaultsCutoffToOneThousandth) {
-  for (const char* members : {"", R"("samples": [4, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)",
-                              R"("target_error": 100)", R"("target_error": 0.5, "samples": [4, 4])"})
-    EXPECT_EQ(accuracy_of(members).cutoff, 1e-3) << members;
-  EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "cutoff": 0.25)").cutoff, 0.25);
-}
-
-TEST(AccuracyReader, EnablesRussianRouletteForAdaptiveSamplingWithoutCutoff) {
-  for (const char* members : {"", R"("samples": [1, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)"})
-    EXPECT_TRUE(accuracy_of(members).cutoff_by_chance) << members;
-  for (const char* members :
-       {R"("samples": [4, 4])", R"("cutoff": 0.001)", R"("cutoff": 0)", R"("time_budget_ms": 100, "cutoff": 0.5)"})
-    EXPECT_FALSE(accuracy_of(members).cutoff_by_chance) << members;
-}
-
-TEST(AccuracyReader, DefaultsToADepthThatRussianRouletteDoesNotReach) {
-  for (const char* members : {"", R"("samples": [1, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)",
-                              R"("tile_error": 0.5)", R"("cutoff": 0.001)"})
-    EXPECT_EQ(accuracy_of(members).max_depth, 1000u) << members;
-  for (const char* members : {R"("samples": [4, 4])", R"("samples": [4, 4], "target_error": 0.5)", R"("cutoff": 0)"})
-    EXPECT_EQ(accuracy_of(members).max_depth, 64u) << members;
-  EXPECT_EQ(accuracy_of(R"("max_depth": 64)").max_depth, 64u);
-  EXPECT_EQ(accuracy_of(R"("max_depth": 3, "samples": [4, 4])").max_depth, 3u);
+/// Russian roulette ends paths where samples adapt and no cutoff is set; the default depth is one that it does not
+/// reach.
+TEST(AccuracyReader, DerivesTheEndOfPathsFromSamplesAndCutoff) {
+  struct Row {
+    const char* members;
+    double cutoff;
+    bool by_chance;
+    std::uint32_t max_depth;
+  };
+  for (const auto& [members, cutoff, by_chance, max_depth] : std::initializer_list<Row>{
+           {"", 1e-3, true, 1000},
+           {R"("samples": [1, 4])", 1e-3, true, 1000},
+           {R"("time_budget_ms": 100)", 1e-3, true, 1000},
+           {R"("target_error": 0.5)", 1e-3, true, 1000},
+           {R"("target_error": 100)", 1e-3, true, 1000},
+           {R"("tile_error": 0.5)", 1e-3, true, 1000},
+           {R"("max_depth": 64)", 1e-3, true, 64},
+           {R"("samples": [4, 4])", 1e-3, false, 64},
+           {R"("samples": [4, 4], "target_error": 0.5)", 1e-3, false, 64},
+           {R"("samples": [4, 4], "max_depth": 3)", 1e-3, false, 3},
+           {R"("cutoff": 0.001)", 1e-3, false, 1000},
+           {R"("cutoff": 0)", 0, false, 64},
+           {R"("time_budget_ms": 100, "cutoff": 0.5)", 0.5, false, 1000},
+           {R"("target_error": 0.5, "cutoff": 0.25)", 0.25, false, 1000},
+       }) {
+    const Accuracy accuracy = accuracy_of(members);
+    EXPECT_EQ(accuracy.cutoff, cutoff) << members;
+    EXPECT_EQ(accuracy.cutoff_by_chance, by_chance) << members;
+    EXPECT_EQ(accuracy.max_depth, max_depth) << members;
+  }
 }
 
 TEST(Requirements, NeedLensForMoreThanOneSample) {
-  const auto lens = [](const std::string& accuracy) {
-    return tracer::requirements(accepted(R"({"version": 1, "camera": {"position": [0,0,1], "look_at": [0,0,0],
-                                             "aperture": 0.5}, "accuracy": {)" +
-                                         accuracy + "}}")
-                                    .scene)
-        .lens;
-  };
-  EXPECT_TRUE(lens(""));
-  EXPECT_TRUE(lens(R"("samples": [2, 2])"));
-  EXPECT_FALSE(lens(R"("samples": [1, 1])"));
+  tracer::Scene scene = accepted(document_with()).scene;
+  scene.camera.aperture = 0.5;
+  scene.accuracy.samples = 1;
+  EXPECT_TRUE(tracer::requirements(scene).lens) << "adaptive samples";
+  scene.accuracy.adaptive.reset();
+  EXPECT_FALSE(tracer::requirements(scene).lens);
+  scene.accuracy.samples = 2;
+  EXPECT_TRUE(tracer::requirements(scene).lens);
 }
 
 }  // namespace

@@ -26,6 +26,11 @@ double work(const std::string& accuracy, const std::string& material = "{}", con
   return api::estimated_work(document.scene).value_or(-1);
 }
 
+/// 100 x 100 pixels without objects.
+api::Document empty_with(const std::string& accuracy) {
+  return accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy));
+}
+
 constexpr double sphere = 1 + 20'000;  // with the share of the job itself
 const std::string exact = R"({"samples": [4, 4]})";
 const std::string point = R"({"type": "point", "position": [0,5,0]})";
@@ -177,8 +182,7 @@ TEST(EstimatedWork, CountsSamplesExpectedForATargetError) {
 
 TEST(EstimatedWork, CountsTheProofOfTheError) {
   const auto proof = [](const std::string& accuracy) {
-    const tracer::Scene scene =
-        accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy)).scene;
+    const tracer::Scene scene = empty_with(accuracy).scene;
     return api::estimated_proof_rays(scene, api::content_of(scene)).value_or(-1);
   };
   EXPECT_EQ(proof(R"({"samples": [16, 16]})"), 10'000 * (16 + 4));
@@ -189,11 +193,8 @@ TEST(EstimatedWork, CountsTheProofOfTheError) {
 }
 
 TEST(EstimatedWork, IsLimitedByATimeBudgetWhereTheSpeedIsKnown) {
-  const auto scene = [](const std::string& accuracy) {
-    return accepted(document_with(R"("image": {"width": 100, "height": 100}, "accuracy": )" + accuracy)).scene;
-  };
-  const tracer::Scene budget = scene(R"({"time_budget_ms": 10})");
-  const tracer::Scene fine = scene(R"({"time_budget_ms": 10, "target_error": 0.5})");
+  const tracer::Scene budget = empty_with(R"({"time_budget_ms": 10})").scene;
+  const tracer::Scene fine = empty_with(R"({"time_budget_ms": 10, "target_error": 0.5})").scene;
   EXPECT_DOUBLE_EQ(*api::estimated_work(budget, api::content_of(budget), 1e-7), 100'000);
   EXPECT_DOUBLE_EQ(*api::estimated_work(fine, api::content_of(fine), 1e-7), 100'000);
   EXPECT_EQ(api::estimated_work(fine, api::content_of(fine), 1e-12), api::estimated_work(fine));
@@ -211,8 +212,7 @@ TEST(EstimatedWork, CountsObjectsAndTriangles) {
 
 TEST(EstimatedWork, OfAMeasurementOfModelsIncludesBothReferences) {
   const auto work = [](const std::string& accuracy, const std::vector<std::string>& parameters) {
-    return api::estimated_measure_work(
-        {accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)), parameters, 64});
+    return api::estimated_measure_work({empty_with(accuracy), parameters, 64});
   };
   const std::string global = R"({"model": "global"})", whitted = "{}";
   EXPECT_EQ(work(whitted, {}), work(whitted, {"samples"}));
@@ -221,23 +221,21 @@ TEST(EstimatedWork, OfAMeasurementOfModelsIncludesBothReferences) {
 }
 
 TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReferences) {
-  const auto request = [](const std::string& accuracy, const std::vector<std::string>& parameters = {}) {
-    return api::MeasureRequest{
-        accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)), parameters, 64};
+  const auto bytes = [](const std::string& accuracy, const std::vector<std::string>& parameters = {}) {
+    return api::estimated_measure_memory_bytes({empty_with(accuracy), parameters, 64});
   };
-  const api::MeasureRequest adapting = request(R"({"target_error": 1})");
-  const std::uint64_t bytes = api::estimated_measure_memory_bytes(adapting);
-  EXPECT_EQ(bytes, api::estimated_memory_bytes(adapting.document.scene) + 1000 * 150);
-  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact)), bytes);
-  EXPECT_EQ(api::estimated_measure_memory_bytes(request(exact, {"model"})), bytes + 1000 * 150 + (320 << 20));
+  const std::string adapting = R"({"target_error": 1})";
+  EXPECT_EQ(bytes(adapting), api::estimated_memory_bytes(empty_with(adapting).scene) + 10'000 * 150);
+  EXPECT_EQ(bytes(exact), bytes(adapting));
+  EXPECT_EQ(bytes(exact, {"model"}), bytes(adapting) + 10'000 * 150 + (320 << 20));
 }
 
 TEST(EstimatedMemory, IncludesThePatchesOfRadiosity) {
-  const auto request = [](const std::string& accuracy) {
-    return api::MeasureRequest{accepted(document_with(R"("accuracy": {"model": "global", )" + accuracy + "}")), {}, 64};
+  const auto document = [](const std::string& accuracy) {
+    return empty_with(R"({"model": "global", )" + accuracy + "}");
   };
   const auto bytes = [&](const std::string& accuracy) {
-    return static_cast<double>(api::estimated_memory_bytes(request(accuracy).document.scene));
+    return static_cast<double>(api::estimated_memory_bytes(document(accuracy).scene));
   };
   const std::string ambient = R"("approximate": {"interreflection": "ambient"})";
   const std::string radiosity = R"("approximate": {"interreflection": "radiosity"})";
@@ -249,8 +247,8 @@ TEST(EstimatedMemory, IncludesThePatchesOfRadiosity) {
   for (const auto& [target, patches] : {std::pair{"1", 320}, {"3.9", 320}, {"4", 64}}) {
     const std::string adapting = std::string(R"("target_error": )") + target + ", ";
     EXPECT_EQ(bytes(adapting + radiosity) - bytes(adapting + ambient), patches * mebi) << target;
-    EXPECT_EQ(api::estimated_measure_memory_bytes(request(adapting + radiosity)),
-              api::estimated_measure_memory_bytes(request(adapting + ambient)))
+    EXPECT_EQ(api::estimated_measure_memory_bytes({document(adapting + radiosity), {}, 64}),
+              api::estimated_measure_memory_bytes({document(adapting + ambient), {}, 64}))
         << "radiosity is one of the models";
   }
 }
@@ -278,52 +276,40 @@ TEST(IsLarge, DependsOnMaximumSamplesUnlessTheTimeBudgetIsShort) {
   EXPECT_FALSE(api::is_large(scene));
 }
 
-TEST(IsLarge, DependsOnSamplesExpectedForTheTargetError) {
-  const auto large = [](std::uint32_t width, std::uint32_t height, double target) {
+TEST(IsLarge, DependsOnSamplesExpectedForTheErrorsOfTheImageAndOfTheWorstTile) {
+  using Target = std::optional<double>;
+  const auto large = [](std::uint32_t width, std::uint32_t height, Target target, Target tile_error = {}) {
     tracer::Scene scene = scene_of(width, height, 1);
-    scene.accuracy.adaptive = tracer::Adaptive{};
-    scene.accuracy.adaptive->target_error = target;
+    scene.accuracy.adaptive = tracer::Adaptive{target, tile_error, {}};
     return api::is_large(scene);
   };
   EXPECT_FALSE(large(308, 309, 1)) << "22 samples in a pixel";
   EXPECT_TRUE(large(309, 309, 1));
   EXPECT_TRUE(large(308, 309, 0.5));
   EXPECT_FALSE(large(309, 309, 2));
-}
-
-TEST(IsLarge, DependsOnSamplesExpectedForTheErrorOfTheWorstTile) {
-  const auto large = [](std::uint32_t width, std::uint32_t height, double tile_error, std::optional<double> target) {
-    tracer::Scene scene = scene_of(width, height, 1);
-    scene.accuracy.adaptive = tracer::Adaptive{};
-    scene.accuracy.adaptive->tile_error = tile_error;
-    scene.accuracy.adaptive->target_error = target;
-    return api::is_large(scene);
-  };
-  EXPECT_FALSE(large(308, 309, 3.5, {})) << "22 samples in a pixel, as for a target error of 1";
-  EXPECT_TRUE(large(309, 309, 3.5, {}));
-  EXPECT_TRUE(large(309, 309, 3.5, 100)) << "both targets have to be reached";
-  EXPECT_TRUE(large(309, 309, 100, 1));
-  EXPECT_FALSE(large(309, 309, 7, 2));
+  EXPECT_FALSE(large(308, 309, {}, 3.5)) << "as for a target error of 1";
+  EXPECT_TRUE(large(309, 309, {}, 3.5));
+  EXPECT_TRUE(large(309, 309, 100, 3.5)) << "both targets have to be reached";
+  EXPECT_TRUE(large(309, 309, 1, 100));
+  EXPECT_FALSE(large(309, 309, 2, 7));
 }
 
 TEST(IsLarge, DependsOnMemory) {
   tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh mesh;
-  mesh.triangles.resize(1'000'000);
-  scene.objects.push_back({mesh, {}, {}});
-  EXPECT_FALSE(api::is_large(scene));
-  mesh.triangles.resize(2'000'000);
-  scene.objects.push_back({mesh, {}, {}});
-  EXPECT_TRUE(api::is_large(scene));
+  for (const std::size_t triangles : {1'000'000, 2'000'000}) {
+    mesh.triangles.resize(triangles);
+    scene.objects.push_back({mesh, {}, {}});
+    EXPECT_EQ(api::is_large(scene), triangles == 2'000'000);
+  }
 }
 
 TEST(IsLarge, IsTrueForMeshFiles) {
-  tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh of_file;
   of_file.file = tracer::AssetId{0};
-  scene.objects.push_back({of_file, {}, {}});
-  EXPECT_TRUE(api::is_large(scene));
-  scene.objects.clear();
-  scene.prototypes.push_back({{{of_file, {}, {}}}, "/prototypes/tree"});
-  EXPECT_TRUE(api::is_large(scene));
+  tracer::Scene placed = scene_of(16, 16, 1), prototype = placed;
+  placed.objects.push_back({of_file, {}, {}});
+  prototype.prototypes.push_back({{{of_file, {}, {}}}, "/prototypes/tree"});
+  EXPECT_TRUE(api::is_large(placed));
+  EXPECT_TRUE(api::is_large(prototype));
 }

@@ -1,8 +1,12 @@
-/// Values that are read. The tables of fields name their members (tests/reader/schema_test.py).
+/// Values that are read. The tables of fields name their members (tests/reader/schema_test.py). Default values of
+/// fields without a table (the others are those of the members, which api/docs/scene.md states and tests/docs
+/// compares), defaults that depend on other fields, and the four forms of a color.
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "tests/reader/reading.h"
@@ -20,10 +24,14 @@ tracer::Scene scene_of(const std::string& file) {
   return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/" + file)).scene;
 }
 
-tracer::Scene every_field() { return scene_of("every_field.json"); }
+/// A scene with an object of every shape, a light of every kind, patterns and an image.
+const tracer::Scene& every_field() {
+  static const tracer::Scene scene = scene_of("every_field.json");
+  return scene;
+}
 
 TEST(SceneReader, ReadsFieldsOfEveryKind) {
-  const tracer::Scene scene = every_field();
+  const tracer::Scene& scene = every_field();
   const tracer::Material& glass = scene.materials.at(0);
   EXPECT_EQ(scene.name, "every field");
   EXPECT_EQ(scene.image.width, 32u);
@@ -55,68 +63,52 @@ TEST(SceneReader, ReadsCropGradientDepthCueAndOutput) {
   EXPECT_EQ(scene.background.up, (Vec3{0, 0, 2}));
   EXPECT_EQ(scene.depth_cue->front_scale, 0.75);
   EXPECT_EQ(scene.output.formats, (std::vector{png16, jpg, tiff, hdr, exr, webp, png}));
-  EXPECT_EQ(scene.output.palette, 17u);
+}
+
+tracer::Camera camera_with(const std::string& fields) {
+  return accepted(R"({"version": 1, "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0])" + fields + "}}")
+      .scene.camera;
 }
 
 TEST(SceneReader, ReadsStereoPairs) {
   using Layout = tracer::Camera::Layout;
-  const auto camera = [](const std::string& fields) {
-    return accepted(R"({"version": 1, "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0])" + fields + "}}")
-        .scene.camera;
-  };
-  EXPECT_EQ(camera("").layout, Layout::single);
-  EXPECT_EQ(camera("").eye_separation, 0);
-  EXPECT_EQ(camera(R"(, "eye_separation": 0)").layout, Layout::single);
-  EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").layout, Layout::side_by_side);
-  EXPECT_EQ(camera(R"(, "eye_separation": 0.25)").eye_separation, 0.25);
-  EXPECT_EQ(camera(R"(, "layout": "side_by_side")").layout, Layout::side_by_side);
+  EXPECT_EQ(camera_with("").layout, Layout::single);
+  EXPECT_EQ(camera_with("").eye_separation, 0);
+  EXPECT_EQ(camera_with(R"(, "eye_separation": 0)").layout, Layout::single);
+  EXPECT_EQ(camera_with(R"(, "eye_separation": 0.25)").layout, Layout::side_by_side);
+  EXPECT_EQ(camera_with(R"(, "eye_separation": 0.25)").eye_separation, 0.25);
+  EXPECT_EQ(camera_with(R"(, "layout": "side_by_side")").layout, Layout::side_by_side);
   const tracer::Camera anaglyph = scene_of("every_field_of_cubes.json").camera;
   EXPECT_EQ(anaglyph.layout, Layout::anaglyph);
   EXPECT_EQ(anaglyph.eye_separation, 0.25);
 }
 
 TEST(SceneReader, AcceptsCameraFieldsOfOtherTypes) {
-  const auto camera = [](const std::string& members) {
-    return accepted(R"({"version":1,"camera":{"position":[0,0,1],"look_at":[0,0,0],)" + members + "}}").scene.camera;
-  };
-  EXPECT_EQ(camera(R"("type":"panorama","fov":30,"height":2)").type, tracer::Camera::Type::panorama);
-  EXPECT_FALSE(camera(R"("type":"panorama")").focus_distance);
+  EXPECT_EQ(camera_with(R"(, "type": "panorama", "fov": 30, "height": 2)").type, tracer::Camera::Type::panorama);
+  EXPECT_FALSE(camera_with(R"(, "type": "panorama")").focus_distance);
 }
 
-TEST(SceneReader, ReadsLights) {
-  const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.lights.size(), 8u);
-  const tracer::Light& point = scene.lights[0];
-  EXPECT_EQ(std::get<tracer::PointLight>(point.source).position, (Vec3{5, 6, 7}));
-  EXPECT_EQ(point.color, (Color{1, 0, 0}));
-  EXPECT_EQ(point.attenuation.kind, tracer::Attenuation::Kind::polynomial);
-  EXPECT_EQ(point.attenuation.coefficients, (std::array{1.0, 0.5, 0.25}));
-  EXPECT_EQ(scene.lights[1].attenuation.kind, tracer::Attenuation::Kind::inverse_square);
-  EXPECT_EQ(std::get<tracer::SphereLight>(scene.lights[7].source).radius, 3.5);
-}
-
-TEST(SceneReader, ReadsSpotLightsAndTheirTargets) {
-  const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.lights.size(), 8u);
-  const auto& spot = std::get<tracer::SpotLight>(scene.lights[2].source);
-  EXPECT_EQ(spot.position, (Vec3{1, 2, 3}));
-  EXPECT_EQ(spot.direction, (Vec3{0, -2, 1}));
-  EXPECT_EQ(spot.inner_angle_deg, 12.5);
-  EXPECT_EQ(spot.outer_angle_deg, 25);
-  const auto& targeted = std::get<tracer::SpotLight>(scene.lights[3].source);
+TEST(SceneReader, ReadsLightsAndTargetsOfSpots) {
+  const auto& lights = every_field().lights;
+  ASSERT_EQ(lights.size(), 8u);
+  EXPECT_EQ(std::get<tracer::PointLight>(lights[0].source).position, (Vec3{5, 6, 7}));
+  EXPECT_EQ(lights[0].color, (Color{1, 0, 0}));
+  EXPECT_EQ(lights[0].attenuation.kind, tracer::Attenuation::Kind::polynomial);
+  EXPECT_EQ(lights[0].attenuation.coefficients, (std::array{1.0, 0.5, 0.25}));
+  EXPECT_EQ(lights[1].attenuation.kind, tracer::Attenuation::Kind::inverse_square);
+  EXPECT_EQ(std::get<tracer::SphereLight>(lights[7].source).radius, 3.5);
+  EXPECT_EQ(std::get<tracer::SpotLight>(lights[2].source).direction, (Vec3{0, -2, 1}));
+  const auto& targeted = std::get<tracer::SpotLight>(lights[3].source);
   EXPECT_EQ(targeted.direction, (Vec3{1, 2, 4}));
-  EXPECT_EQ(targeted.inner_angle_deg, 0);
   EXPECT_EQ(targeted.outer_angle_deg, 180);
 }
 
 TEST(SceneReader, ReadsPatternsAndImages) {
-  const tracer::Scene scene = every_field();
+  const tracer::Scene& scene = every_field();
   ASSERT_EQ(scene.textures.size(), 6u);
   EXPECT_EQ(std::get<tracer::CheckerTexture>(scene.textures[0].pattern).colors, (std::array{Color{}, Color{1, 2, 3}}));
-  EXPECT_EQ(scene.textures[0].scale, (Vec2{2, 4}));
   EXPECT_EQ(scene.textures[0].path, "/textures/floor");
   EXPECT_TRUE(std::holds_alternative<tracer::GradientTexture>(scene.textures[1].pattern));
-  EXPECT_EQ(scene.textures[1].wrap, tracer::Texture::Wrap::mirror);
   EXPECT_EQ(std::get<tracer::NoiseTexture>(scene.textures[2].pattern).octaves, 5u);
   const auto& wood = std::get<tracer::ImageTexture>(scene.textures[3].pattern);
   EXPECT_EQ(wood.color_space, tracer::ColorSpace::linear);
@@ -132,59 +124,53 @@ TEST(SceneReader, ReadsPatternsAndImages) {
 }
 
 TEST(SceneReader, ReadsObjectsAndTheirMaterials) {
-  const tracer::Scene scene = every_field();
+  const tracer::Scene& scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
-  EXPECT_EQ(std::get<tracer::Sphere>(scene.objects[0].shape).meridian, (Vec3{0, 1, 0}));
   const auto& triangle = std::get<tracer::Triangle>(scene.objects[2].shape);
   EXPECT_EQ(triangle.vertices, (std::array{Vec3{0, 0, 1}, Vec3{2, 0, 1}, Vec3{0, 3, 1}}));
   ASSERT_TRUE(triangle.normals && triangle.uvs);
   EXPECT_EQ(*triangle.uvs, (std::array{Vec2{0, 0}, Vec2{2, 0}, Vec2{0, 3}}));
-  EXPECT_EQ(std::get<tracer::Cylinder>(scene.objects[6].shape).u_axis, (Vec3{0, 1, 0}));
   EXPECT_FALSE(std::get<tracer::Cone>(scene.objects[7].shape).caps);
   for (const auto& [object, material] : {std::pair{0u, 0u}, {1u, 2u}, {2u, 3u}, {4u, 0u}})
     EXPECT_EQ(scene.objects[object].material.index, material) << object;
 }
 
 TEST(SceneReader, ReadsMeshes) {
-  const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 12u);
-  const auto& mesh = std::get<tracer::Mesh>(scene.objects[3].shape);
+  const auto& mesh = std::get<tracer::Mesh>(every_field().objects.at(3).shape);
   EXPECT_EQ(mesh.positions, (std::vector{Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}));
   EXPECT_EQ(mesh.triangles, (std::vector{std::array{2u, 0u, 1u}}));
   EXPECT_EQ(mesh.normals, (std::vector{Vec3{0, 0, 1}, Vec3{0, 0, 2}, Vec3{0, 0, 3}}));
   EXPECT_EQ(mesh.uvs, (std::vector{Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}}));
   EXPECT_TRUE(mesh.smooth);
-  const auto& faces = std::get<tracer::Mesh>(scene.objects[4].shape);
+  const auto& faces = std::get<tracer::Mesh>(every_field().objects.at(4).shape);
   EXPECT_EQ(faces.triangles, (std::vector{std::array{0u, 1u, 2u}, std::array{0u, 2u, 3u}}));
 }
 
 TEST(SceneReader, ReadsInstancesBeforeAndAfterTheirPrototypes) {
-  const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 12u);
+  const tracer::Scene& scene = every_field();
   ASSERT_EQ(scene.prototypes.size(), 2u);
   EXPECT_EQ(scene.prototypes[0].path, "/prototypes/pair");
   ASSERT_EQ(scene.prototypes[0].objects.size(), 2u);
   EXPECT_EQ(std::get<tracer::Instance>(scene.prototypes[0].objects[1].shape).of.index, 1u);
   EXPECT_TRUE(std::holds_alternative<tracer::Sphere>(scene.prototypes[1].objects.at(0).shape));
-  const auto& whole = std::get<tracer::Instance>(scene.objects[9].shape);
+  const auto& whole = std::get<tracer::Instance>(scene.objects.at(9).shape);
   EXPECT_EQ(whole.of.index, 0u);
   EXPECT_EQ(whole.material.value_or(tracer::MaterialId{9}).index, 0u);
-  const auto& plain = std::get<tracer::Instance>(scene.objects[10].shape);
-  EXPECT_EQ(plain.of.index, 1u);
-  EXPECT_FALSE(plain.material);
-  EXPECT_FALSE(scene.objects[10].transform);
+  const tracer::Object& plain = scene.objects.at(10);
+  EXPECT_EQ(std::get<tracer::Instance>(plain.shape).of.index, 1u);
+  EXPECT_FALSE(std::get<tracer::Instance>(plain.shape).material || plain.transform);
 }
 
 TEST(SceneReader, ReadsTransformsAsMatrixOrSteps) {
-  const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 12u);
+  const auto& objects = every_field().objects;
+  ASSERT_EQ(objects.size(), 12u);
   // (x, y, z) moved, turned a quarter about z, scaled: 2(-(y + 2)), 3(x + 1), 4(z + 3).
   const tracer::Transform steps{{{{0, -2, 0, -4}, {3, 0, 0, 3}, {0, 0, 4, 12}}}};
-  EXPECT_EQ(scene.objects[0].transform, steps);
+  EXPECT_EQ(objects[0].transform, steps);
   const tracer::Transform matrix{{{{1, 2, 3, 4}, {0, 1, 5, 6}, {0, 0, 1, 7}}}};
-  EXPECT_EQ(scene.objects[1].transform, matrix);
+  EXPECT_EQ(objects[1].transform, matrix);
   const tracer::Transform twice{{{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}}}};
-  for (const std::size_t i : {2, 3, 5, 6, 7, 8, 9}) EXPECT_EQ(scene.objects[i].transform, twice) << i;
+  for (const std::size_t i : {2, 3, 5, 6, 7, 8, 9}) EXPECT_EQ(objects[i].transform, twice) << i;
 }
 
 TEST(SceneReader, ReadsAccuracyOutputAndJob) {
@@ -217,15 +203,13 @@ TEST(SceneReader, ResolvesMaterialNamesDefinedAnywhere) {
                    R"("objects": [{"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": "b"}],
                                   "materials": {"a": {}, "b": {"color": "t"}}, "textures": {"t": {"checker": [0,1]}})"))
           .scene;
-  ASSERT_EQ(scene.objects.size(), 1u);
-  EXPECT_EQ(scene.materials[scene.objects[0].material.index].path, "/materials/b");
+  EXPECT_EQ(scene.materials.at(scene.objects.at(0).material.index).path, "/materials/b");
 }
 
 TEST(SceneReader, ChangesTheDefaultMeridianOfASphereWithAxisX) {
   const auto scene =
       accepted(document_with_object("sphere", R"("center": [0,0,0], "radius": 1, "axis": [-2,0,0])")).scene;
-  ASSERT_EQ(scene.objects.size(), 1u);
-  EXPECT_EQ(std::get<tracer::Sphere>(scene.objects[0].shape).meridian, (Vec3{0, 0, 1}));
+  EXPECT_EQ(std::get<tracer::Sphere>(scene.objects.at(0).shape).meridian, (Vec3{0, 0, 1}));
 }
 
 TEST(SceneReader, AcceptsAnySpellingOfIntegers) {
@@ -254,12 +238,54 @@ TEST(SceneReader, ReadsCubeFacesInAnyOrder) {
 }
 
 TEST(SceneReader, ReadsBumpsAndNormalMaps) {
-  const tracer::Scene scene = every_field();
-  const tracer::Material& glass = scene.materials[0];
+  const tracer::Scene& scene = every_field();
+  const tracer::Material& glass = scene.materials.at(0);
   ASSERT_TRUE(glass.bump && glass.normal_map);
   EXPECT_EQ(scene.textures[glass.bump->texture.index].path, "/textures/marble");
   EXPECT_EQ(glass.bump->scale, -0.25);
   EXPECT_EQ(scene.textures[glass.normal_map->index].path, "/textures/oak");
+}
+
+TEST(TextureReader, RejectsFilesWithoutAssets) {
+  api::Limits limits;
+  limits.files = api::Files::none;
+  EXPECT_EQ(reader_tests::outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
+            (std::vector<std::string>{"/background/environment/file unsupported"}));
+}
+
+TEST(DefaultValues, OfSceneMatchTheSceneHeader) {
+  const tracer::Scene scene = accepted(document_with()).scene;
+  EXPECT_EQ(scene.name, "");
+  EXPECT_EQ(scene.image.width, 640u);
+  EXPECT_EQ(scene.image.height, 480u);
+  EXPECT_EQ(scene.background.color, Color{});
+  EXPECT_EQ(scene.background.up, (Vec3{0, 1, 0}));
+  EXPECT_EQ(scene.ambient, Color{});
+  EXPECT_TRUE(scene.lights.empty() && scene.textures.empty() && scene.materials.empty() && scene.objects.empty());
+  EXPECT_EQ(scene.accuracy.seed, 0u);
+}
+
+TEST(DefaultValues, OfJobAreMediumPriorityAndThreeAttempts) {
+  const api::JobRequest job = accepted(document_with()).job;
+  EXPECT_EQ(job, api::JobRequest{});
+  EXPECT_EQ(job.priority, 50);
+  EXPECT_EQ(job.max_attempts, 3);
+  EXPECT_EQ(job.cache, api::CacheUse::use);
+  EXPECT_TRUE(job.keep);
+  const std::string hook = R"("job": {"webhook": {"url": "http://127.0.0.1/"}})";
+  EXPECT_EQ(accepted(document_with(hook)).job.webhook->events,
+            (std::vector<std::string>{"succeeded", "failed", "cancelled"}));
+}
+
+TEST(DefaultValues, OfSpheresAndMeshesAreTheConventionalAxisAndFlat) {
+  const auto shape = [](std::string_view type, std::string_view members) {
+    return accepted(document_with_object(type, members)).scene.objects.at(0).shape;
+  };
+  EXPECT_EQ(std::get<tracer::Sphere>(shape("sphere", R"("center": [0,0,0], "radius": 1)")).meridian, (Vec3{1, 0, 0}));
+  const auto mesh =
+      std::get<tracer::Mesh>(shape("mesh", R"("positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2]])"));
+  EXPECT_FALSE(mesh.smooth);
+  EXPECT_TRUE(mesh.normals.empty() && mesh.uvs.empty());
 }
 
 TEST(DefaultValues, OfTexturesAreNoRotationUnitScaleAndNoBump) {
@@ -271,11 +297,55 @@ TEST(DefaultValues, OfTexturesAreNoRotationUnitScaleAndNoBump) {
   EXPECT_FALSE(scene.materials[0].normal_map || scene.materials[1].bump || scene.materials[1].normal_map);
 }
 
-TEST(TextureReader, RejectsFilesWithoutAssets) {
-  api::Limits limits;
-  limits.files = api::Files::none;
-  EXPECT_EQ(reader_tests::outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
-            (std::vector<std::string>{"/background/environment/file unsupported"}));
+Color ambient_of(const std::string& color) { return accepted(document_with(R"("ambient": )" + color)).scene.ambient; }
+
+void expect_near(const Color& seen, const Color& expected) {
+  EXPECT_NEAR(seen.r, expected.r, 1e-12);
+  EXPECT_NEAR(seen.g, expected.g, 1e-12);
+  EXPECT_NEAR(seen.b, expected.b, 1e-12);
+}
+
+TEST(ColorReader, ReadsAllFourForms) {
+  EXPECT_EQ(ambient_of("[0.5, 2, 0]"), (Color{0.5, 2, 0}));
+  EXPECT_EQ(ambient_of("3"), (Color{3, 3, 3}));
+  EXPECT_EQ(ambient_of(R"("#FF00ff")"), (Color{1, 0, 1}));
+  expect_near(ambient_of(R"({"hsb": [0, 1, 1]})"), {1, 0, 0});
+}
+
+TEST(ColorReader, DecodesTextFromSrgb) {
+  // IEC 61966-2-1 at both branches: 10/255 is on the straight part, 0xBC encodes about one half.
+  expect_near(ambient_of(R"("#0a0a0a")"), {10 / 255.0 / 12.92, 10 / 255.0 / 12.92, 10 / 255.0 / 12.92});
+  EXPECT_NEAR(ambient_of(R"("#bc0000")").r, 0.5028864580325687, 1e-12);
+  EXPECT_NEAR(ambient_of(R"("#c03020")").g, 0.0295568344378088, 1e-12);
+}
+
+TEST(ColorReader, ConvertsHueSaturationBrightnessFromSrgb) {
+  const auto hsb = [](const std::string& values) { return ambient_of(R"({"hsb": [)" + values + "]}"); };
+  const double half = std::pow((0.5 + 0.055) / 1.055, 2.4);
+  expect_near(hsb("120, 1, 1"), {0, 1, 0});
+  expect_near(hsb("240, 1, 1"), {0, 0, 1});
+  expect_near(hsb("60, 1, 1"), {1, 1, 0});
+  expect_near(hsb("200, 0, 0.5"), {half, half, half});
+  expect_near(hsb("0, 0.5, 1"), {1, half, half});
+  expect_near(hsb("30, 1, 1"), {1, half, 0});
+  // Hues are angles.
+  expect_near(hsb("-120, 1, 1"), {0, 0, 1});
+  expect_near(hsb("480, 1, 1"), {0, 1, 0});
+  expect_near(hsb("360, 1, 1"), {1, 0, 0});
+}
+
+TEST(MaterialReader, EnablesFresnelForTransmissionByDefault) {
+  const auto fresnel_and_reflection = [](const std::string& members) {
+    const tracer::Material material =
+        accepted(document_with(R"("materials": {"m": {)" + members + "}}")).scene.materials.at(0);
+    return std::pair(material.fresnel, material.reflection);
+  };
+  EXPECT_EQ(fresnel_and_reflection(R"("transmission": 0.5)"), std::pair(true, 1.0));
+  EXPECT_EQ(fresnel_and_reflection(R"("transmission": 0.5, "reflection": 0.25)"), std::pair(true, 0.25));
+  EXPECT_EQ(fresnel_and_reflection(R"("transmission": 0.5, "fresnel": false)"), std::pair(false, 0.0));
+  EXPECT_EQ(fresnel_and_reflection(R"("transmission": 0.5, "transparency": "interpolated")"), std::pair(false, 0.0));
+  EXPECT_EQ(fresnel_and_reflection(R"("transmission": 0.5, "transparency": "filtered")"), std::pair(false, 0.0));
+  EXPECT_EQ(fresnel_and_reflection(R"("fresnel": true)"), std::pair(true, 1.0));
 }
 
 }  // namespace

@@ -5,12 +5,9 @@ answer depends on the word and the kind alone, so that one document gets many hi
 """
 import copy
 import json
-import pathlib
 import re
-import tempfile
-import unittest
 
-from tests.support.whittle import SOURCE, whittle
+from tests.support.whittle import SOURCE, DirectoryTest, whittle
 
 WORDS = sorted({word for line in (SOURCE / "api/src/reader/foreign_words.txt").read_text("utf-8").splitlines() if " > " in line
                 for word in line.split(" > ")[0].split()})
@@ -128,11 +125,9 @@ def without_brackets(form):
     return form
 
 
-class Hints(unittest.TestCase):
+class Hints(DirectoryTest):
     def setUp(self):
-        directory = tempfile.TemporaryDirectory()
-        self.addCleanup(directory.cleanup)
-        self.directory = pathlib.Path(directory.name)
+        super().setUp()
         (self.directory / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
         (self.directory / "a.png").write_bytes((SOURCE / "api/docs/images/shape_box.png").read_bytes())
 
@@ -229,7 +224,3 @@ class Hints(unittest.TestCase):
                         self.assertIn(name, DOCUMENT if hint[1].endswith("in the document") else re.findall(r'"(\w+)"', detail.split(", got ")[0]),
                                       f"{section} {word}")
         self.assertGreater(total, 40)
-
-
-if __name__ == "__main__":
-    unittest.main()

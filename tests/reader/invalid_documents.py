@@ -1,14 +1,16 @@
 #!/usr/bin/python3
-"""Invalid documents and the issues that each must give, from the tables in tests/reader/invalid.
+"""Invalid and doubtful documents, and the issues or warnings that each must give, from the tables in tests/reader/invalid.
 
 A line of a table is a JSON object. `{"base": DOCUMENT, "at": POINTER}` sets a valid document and the default pointer for the lines
-below it. Each other line is a case:
+below it; with `"request": "batch"` or "measure" it is the body of that request. Each other line is a case:
 
     name             unique in its table
-    patch            a JSON merge patch (RFC 7396) of the base's value at the JSON pointer `at`; a missing value is created
+    patch            a JSON merge patch (RFC 7396) of the base's value at the JSON pointer `at`; a missing value is created, also one at
+                     the end of an array (RFC 6901: "-")
     text             instead of `patch`: the document itself; "\\udcXX" is the byte XX
-    issues           all issues in document order: [[POINTER, CODE], ...]
+    issues           all issues in document order: [[POINTER, CODE], ...]; [] if it is accepted
     error            instead of `issues`: "not_json LINE:COLUMN" or "too_large"
+    warnings         instead of `issues`: all warnings of a document that is accepted: [[POINTER, CODE], ...]
     detail           the sentence of the only issue or of the error
     schema_accepts   true where a JSON Schema cannot find the error: a reference, a limit, degenerate geometry, a duplicate name
 
@@ -29,6 +31,7 @@ class Case:
     name: str  # TABLE.NAME
     text: bytes
     outcome: list  # lines as reader_tests::outcome() gives them
+    request: str = "scene"
     schema_accepts: bool = False
     detail: str = ""  # not compared if empty
 
@@ -92,8 +95,8 @@ def patched(value, pointer, patch):
     name, _, rest = pointer[1:].partition("/")
     rest = rest and "/" + rest
     if isinstance(value, list):
-        index = int(name)
-        return value[:index] + [patched(value[index], rest, patch)] + value[index + 1:]
+        index = len(value) if name == "-" else int(name)
+        return value[:index] + [patched(value[index] if index < len(value) else None, rest, patch)] + value[index + 1:]
     return {**(value or {}), name: patched((value or {}).get(name), rest, patch)}
 
 
@@ -114,20 +117,21 @@ def lines(table):
 
 def bases():
     """A case for each base; the reader must accept it."""
-    return [Case(f"{table.stem}.base", written(line["base"]).encode(), ["accepted"], True)
+    return [Case(f"{table.stem}.base", written(line["base"]).encode(), ["accepted"], line.get("request", "scene"), True)
             for table in sorted(TABLES.glob("*.jsonl")) for line in lines(table) if "base" in line]
 
 
 def cases_of(table):
-    base, base_at = None, ""
+    base, base_at, request = None, "", "scene"
     for line in lines(table):
         if "base" in line:
-            base, base_at = line["base"], line.get("at", "")
+            base, base_at, request = line["base"], line.get("at", ""), line.get("request", "scene")
             continue
         text = line["text"] if "text" in line else written(patched(base, line.get("at", base_at), line["patch"]))
-        outcome = [f'{pointer or chr(34) * 2} {code}' for pointer, code in line.get("issues", [])] or [line["error"]]
-        yield Case(f"{table.stem}.{line['name']}", text.encode("utf-8", "surrogateescape"), outcome, line.get("schema_accepts", False),
-                   line.get("detail", ""))
+        listed = [f'{pointer or chr(34) * 2} {code}' for pointer, code in line.get("issues") or line.get("warnings", [])]
+        outcome = ["warnings", *listed] if "warnings" in line else listed or [line.get("error", "accepted")]
+        yield Case(f"{table.stem}.{line['name']}", text.encode("utf-8", "surrogateescape"), outcome, request,
+                   line.get("schema_accepts", outcome[0] in ("accepted", "warnings")), line.get("detail", ""))
 
 
 def cases():
@@ -136,7 +140,7 @@ def cases():
 
 def main():
     for case in bases() + cases():
-        sys.stdout.buffer.write(f"{case.name} {len(case.text)} {len(case.outcome)}\n".encode())
+        sys.stdout.buffer.write(f"{case.name} {case.request} {len(case.text)} {len(case.outcome)}\n".encode())
         sys.stdout.buffer.write("".join(f"{line}\n" for line in (case.detail, *case.outcome)).encode() + case.text + b"\n")
 
 

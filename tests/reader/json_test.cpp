@@ -32,33 +32,17 @@ double number_read_from(const std::string& text) {
 }
 
 TEST(JsonParser, AcceptsJson) {
-  const std::vector<std::string> texts = {"null",
-                                          " true ",
-                                          "-0",
-                                          "1E+2",
-                                          "0.5e-3",
-                                          "\"\"",
-                                          "[]",
-                                          "{}",
-                                          "[[],{}]",
-                                          "{\"\":0}",
-                                          "{\"a\":[1,{\"b\":null}]}",
-                                          "\"\\u00e9\\n\\/\\\\\"",
-                                          "\"\\ud834\\udd1e\"",
-                                          "\"\xC3\xA9 \xE2\x82\xAC \xF0\x9D\x84\x9E\"",
-                                          "\"\x7F\"",
-                                          "\t[\r\n1\n]",
-                                          "\"\xF4\x8F\xBF\xBF\"",
-                                          "\xEF\xBB\xBF{}"};
-  for (const std::string& text : texts) EXPECT_TRUE(is_json(text)) << text;
+  for (const char* text :
+       {"null", " true ", "-0", "1E+2", "0.5e-3", "\"\"", "[]", "{}", "[[],{}]", "{\"\":0}", "{\"a\":[1,{\"b\":null}]}",
+        "\"\\u00e9\\n\\/\\\\\"", "\"\\ud834\\udd1e\"", "\"\xC3\xA9 \xE2\x82\xAC \xF0\x9D\x84\x9E\"", "\"\x7F\"",
+        "\t[\r\n1\n]", "\"\xF4\x8F\xBF\xBF\"", "\xEF\xBB\xBF{}"})
+    EXPECT_TRUE(is_json(text)) << text;
 }
 
-TEST(JsonParser, DecodesEscapesInStrings) {
-  EXPECT_EQ(accepted(document_with(R"("name": "\"\\\/\u00e9\u20ac\ud834\udd1e plain \u0041")")).scene.name,
+TEST(JsonParser, DecodesEscapesInKeysAndStrings) {
+  EXPECT_EQ(accepted(document_with(R"("n\u0061me": "\"\\\/\u00e9\u20ac\ud834\udd1e plain \u0041")")).scene.name,
             "\"\\/\xC3\xA9\xE2\x82\xAC\xF0\x9D\x84\x9E plain A");
 }
-
-TEST(JsonParser, DecodesEscapesInKeys) { EXPECT_EQ(accepted(document_with(R"("n\u0061me": "x")")).scene.name, "x"); }
 
 TEST(JsonParser, EnforcesEachLimit) {
   api::Limits narrow;
@@ -89,9 +73,8 @@ TEST(JsonNumbers, AreTheNearestDoubles) {
 }
 
 TEST(JsonNumbers, UnderflowToZero) {
-  for (const char* text : {"1e-400", "1e-99999999999", "0e999", "0.0e-999", "0e99999999999", "0.000001e-320"}) {
+  for (const char* text : {"1e-400", "1e-99999999999", "0e999", "0.0e-999", "0e99999999999", "0.000001e-320"})
     EXPECT_EQ(number_read_from(text), 0) << text;
-  }
 }
 
 TEST(JsonNumbers, MayOverflowOnlySixteenTimes) {
@@ -100,25 +83,19 @@ TEST(JsonNumbers, MayOverflowOnlySixteenTimes) {
   EXPECT_EQ(outcome("[" + many + "]"), std::vector{"not_json 1:98"s});
 }
 
-TEST(JsonNumbers, RoundTripFromShortAndLongText) {
-  std::mt19937_64 random(7);
-  for (int i = 0; i < 20'000; ++i) {
-    const auto value = std::bit_cast<double>(random() & 0x7FFF'FFFF'FFFF'FFFF);
-    if (!std::isfinite(value)) continue;
-    char shortest[40], longest[64];
-    std::snprintf(shortest, sizeof shortest, "%.17g", value);
-    std::snprintf(longest, sizeof longest, "%.40e", value);
-    EXPECT_EQ(number_read_from(shortest), value) << shortest;
-    EXPECT_EQ(number_read_from(longest), value) << longest;
-  }
-}
-
 TEST(JsonNumbers, EqualThoseOfStrtod) {
-  std::mt19937_64 random(8);
+  std::mt19937_64 random(7);
   for (int i = 0; i < 20'000; ++i) {
     const std::string text = std::to_string(random() % 100'000'000) + "." + std::to_string(random() % 100'000'000) +
                              "e" + std::to_string(static_cast<int>(random() % 60) - 30);
     EXPECT_EQ(number_read_from(text), std::strtod(text.c_str(), nullptr)) << text;
+    const auto value = std::bit_cast<double>(random() & 0x7FFF'FFFF'FFFF'FFFF);
+    if (!std::isfinite(value)) continue;
+    for (const char* format : {"%.17g", "%.40e"}) {
+      char digits[64];
+      std::snprintf(digits, sizeof digits, format, value);
+      EXPECT_EQ(number_read_from(digits), value) << digits;
+    }
   }
 }
 

@@ -25,10 +25,7 @@ std::string request(const std::string& more, const std::string& scene = document
 
 Lines issues(const std::string& text, const api::Limits& limits = {}) {
   const auto parsed = api::parse_measure(text, limits);
-  if (parsed) return {};
-  Lines lines;
-  for (const tracer::Issue& issue : parsed.error().issues) lines.push_back(issue.pointer + " " + issue.code);
-  return lines;
+  return parsed ? Lines{} : issue_lines(parsed.error().issues);
 }
 
 /// Members of the accuracy section as JSON.
@@ -171,31 +168,6 @@ TEST(MeasureRequest, ReadsParametersAndReferenceSamples) {
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->parameters, (Lines{"samples", "cutoff"}));
   EXPECT_EQ(parsed->reference_samples, 64u);
-}
-
-TEST(MeasureRequest, ReportsAllIssuesWithTheirPointers) {
-  EXPECT_EQ(issues(R"({"settings": {"parameters": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
-                       "scene": {"version": 1, "image": {"width": 0}}, "more": 1})"),
-            (Lines{"/settings/parameters/1 unknown_value", "/settings/parameters/2 duplicate_value",
-                   "/settings/parameters/3 wrong_type", "/settings/reference_samples out_of_range",
-                   "/settings/x unknown_field", "/more unknown_field", "/scene/camera missing_field",
-                   "/scene/image/width out_of_range"}));
-}
-
-TEST(MeasureRequest, RejectsWrongTypesAndMissingFields) {
-  EXPECT_EQ(issues("[]"), Lines{" wrong_type"});
-  EXPECT_EQ(issues("{}"), Lines{"/scene missing_field"});
-  EXPECT_EQ(issues(R"({"scene": 3})"), Lines{"/scene wrong_type"});
-  EXPECT_EQ(issues(request(R"("settings": [])")), Lines{"/settings wrong_type"});
-  EXPECT_EQ(issues(request(R"("settings": {"parameters": []})")), Lines{"/settings/parameters wrong_length"});
-  EXPECT_EQ(issues(request(R"("settings": {"parameters": "samples"})")), Lines{"/settings/parameters wrong_type"});
-  EXPECT_EQ(issues(request(R"("settings": {"reference_samples": 1e9})")),
-            Lines{"/settings/reference_samples out_of_range"});
-  EXPECT_EQ(issues(request(R"("settings": {}, "settings": {})")), Lines{"/settings duplicate_key"});
-  const auto not_json = api::parse_measure("{\n oops", {});
-  ASSERT_FALSE(not_json);
-  EXPECT_EQ(not_json.error().kind, api::Refusal::Kind::not_json);
-  EXPECT_EQ(not_json.error().line, 2u);
 }
 
 TEST(MeasureRequest, AppliesTheSampleLimitToTheReference) {

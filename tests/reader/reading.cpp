@@ -8,6 +8,10 @@
 #include <iterator>
 #include <sstream>
 
+#include "api/batch.h"
+#include "api/measure_request.h"
+#include "tracer/warnings.h"
+
 namespace reader_tests {
 
 std::string document_with(std::string_view members) {
@@ -20,20 +24,43 @@ std::string document_with_object(std::string_view type, std::string_view members
                        std::string(members) + "}]");
 }
 
-std::vector<std::string> outcome(std::string_view text, const api::Limits& limits) {
-  const auto document = api::parse_scene(text, limits);
-  if (document) return {"accepted"};
-  const api::Refusal& refusal = document.error();
-  if (refusal.kind == api::Refusal::Kind::too_large) return {"too_large"};
-  if (refusal.kind == api::Refusal::Kind::not_json) {
-    return {"not_json " + std::to_string(refusal.line) + ":" + std::to_string(refusal.column)};
-  }
+std::vector<std::string> issue_lines(const std::vector<tracer::Issue>& issues) {
   std::vector<std::string> lines;
-  for (const tracer::Issue& issue : refusal.issues) {
+  for (const tracer::Issue& issue : issues) {
     lines.push_back((issue.pointer.empty() ? "\"\"" : issue.pointer) + " " + issue.code);
     EXPECT_FALSE(issue.detail.empty()) << lines.back();
   }
   return lines;
+}
+
+std::vector<std::string> warnings_of(const std::string& text) {
+  return issue_lines(tracer::warnings(accepted(text).scene));
+}
+
+namespace {
+
+template <class T>
+std::vector<std::string> outcome_of(const tracer::Result<T, api::Refusal>& parsed) {
+  if (parsed) return {"accepted"};
+  const api::Refusal& refusal = parsed.error();
+  if (refusal.kind == api::Refusal::Kind::too_large) return {"too_large"};
+  if (refusal.kind == api::Refusal::Kind::not_json) {
+    return {"not_json " + std::to_string(refusal.line) + ":" + std::to_string(refusal.column)};
+  }
+  return issue_lines(refusal.issues);
+}
+
+}  // namespace
+
+std::vector<std::string> outcome(std::string_view text, const api::Limits& limits) {
+  return outcome_of(api::parse_scene(text, limits));
+}
+
+std::vector<std::string> outcome(const InvalidDocument& document) {
+  const std::string& text = document.text;
+  if (document.request == "batch") return outcome_of(api::parse_batch(text, {}, [](const api::Frame&) {}));
+  if (document.request == "measure") return outcome_of(api::parse_measure(text, {}));
+  return outcome(text);
 }
 
 api::Document accepted(const std::string& text) {
@@ -73,7 +100,7 @@ std::vector<InvalidDocument> invalid_documents() {
   std::istringstream stream(printed);
   InvalidDocument document;
   std::size_t bytes = 0, lines = 0;
-  while (stream >> document.name >> bytes >> lines && stream.get() == '\n') {
+  while (stream >> document.name >> document.request >> bytes >> lines && stream.get() == '\n') {
     std::getline(stream, document.detail);
     document.outcome.resize(lines);
     for (std::string& line : document.outcome) std::getline(stream, line);

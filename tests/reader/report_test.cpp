@@ -11,10 +11,15 @@
 
 namespace {
 
-TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
+/// A scene of 4 x 2 pixels.
+tracer::Scene small_scene() {
   tracer::Scene scene;
   scene.image = {4, 2};
-  const std::string report = api::write_report(scene, {}, {}, {}, {}, 0);
+  return scene;
+}
+
+TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
+  const std::string report = api::write_report(small_scene(), {}, {}, {}, {}, 0);
   EXPECT_NE(
       report.find(R"("proven":null,"confidence":0.95,"target":null,"met":true,"worst_tile":0.0,"tile_target":null,)"
                   R"("bounded":true,"looks":0,"limit":null)"),
@@ -24,16 +29,14 @@ TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
 
 TEST(Report, AcceptsObjectsOfLimitedDepthAndSizeOnly) {
   EXPECT_TRUE(api::read_report("{}"));
-  tracer::Scene scene;
-  scene.image = {4, 2};
-  EXPECT_TRUE(api::read_report(api::write_report(scene, {}, {}, {}, {}, 0)));
+  EXPECT_TRUE(api::read_report(api::write_report(small_scene(), {}, {}, {}, {}, 0)));
   const auto nested = [](std::size_t depth) {
     return R"({"a":)" + std::string(depth - 1, '[') + std::string(depth - 1, ']') + "}";
   };
   EXPECT_FALSE(api::read_report(nested(16)).value().of_render);
   const std::string large = R"({"a":")" + std::string(api::report_bytes_max, 'x') + R"("})";
-  for (const std::string& text : {std::string(), std::string("[]"), std::string("{"), std::string("{} {}"),
-                                  std::string("{\"a\":\"\xff\"}"), nested(17), nested(100'000), large})
+  for (const std::string& text :
+       std::vector<std::string>{"", "[]", "{", "{} {}", "{\"a\":\"\xff\"}", nested(17), nested(100'000), large})
     EXPECT_FALSE(api::read_report(text)) << text.substr(0, 20);
 }
 
@@ -77,13 +80,12 @@ TEST(Report, WritesTheShortestDigitsOfNumbers) {
 }
 
 TEST(Report, HasEveryMember) {
-  tracer::Scene scene;
-  scene.image = {4, 2};
-  scene.materials.resize(1);
-  scene.materials[0].transmission = 1;
-  scene.materials[0].color = tracer::Color{};
-  scene.materials[0].fresnel = true;
-  scene.materials[0].path = "/materials/glass";
+  tracer::Scene scene = small_scene();
+  tracer::Material& glass = scene.materials.emplace_back();
+  glass.transmission = 1;
+  glass.color = tracer::Color{};
+  glass.fresnel = true;
+  glass.path = "/materials/glass";
   scene.objects.push_back({tracer::Sphere{}, {0}, {}});
   tracer::RenderStatistics statistics;
   statistics.rays = {72, 10, 20, 30, 40};
@@ -133,17 +135,9 @@ TEST(Report, HasEveryMember) {
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"workers":1,"tasks":0,"repeated_tasks":0,"geometry_reused":true,"textures":{"reused":5,"decoded":6},"radiosity":{"patches":7,"limited":true,"stages":12,"rays":8,"factors":9,"sweeps":10,"reused":true,"bound":null},"estimated_work":20097.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
-  EXPECT_EQ(
-      api::write_report(scene, error, artifacts, statistics,
-                        {0.5,
-                         1,
-                         2,
-                         3,
-                         4,
-                         {true, 5, 6, true},
-                         tracer::RadiosityFigures{7, true, 12, 8, 9, 10, std::numeric_limits<double>::infinity()}},
-                        12345678901),
-      expected);
+  const tracer::RadiosityFigures radiosity{7, true, 12, 8, 9, 10, std::numeric_limits<double>::infinity()};
+  const api::StageTimes times{0.5, 1, 2, 3, 4, {true, 5, 6, true}, radiosity};
+  EXPECT_EQ(api::write_report(scene, error, artifacts, statistics, times, 12345678901), expected);
 }
 
 }  // namespace

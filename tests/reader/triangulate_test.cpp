@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "tracer/src/math/vec.h"
+
 namespace {
 
 using tracer::Vec3;
@@ -19,26 +21,15 @@ Triangles cut(const std::vector<Vec3>& corners) {
   return triangles;
 }
 
-/// Twice the area as a vector, whose direction is that of the winding.
-Vec3 area(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 u{b.x - a.x, b.y - a.y, b.z - a.z}, v{c.x - a.x, c.y - a.y, c.z - a.z};
-  return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
-}
-
-double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 /// For planar polygons: the triangles wind as the polygon does and their areas add up to its area, which holds only
 /// when they cover it without overlap.
 void expect_exact_cover(const std::vector<Vec3>& corners) {
-  Vec3 whole;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec3 part = area({}, corners[i], corners[(i + 1) % corners.size()]);
-    whole = {whole.x + part.x, whole.y + part.y, whole.z + part.z};
-  }
-  const double size = std::sqrt(dot(whole, whole));
+  Vec3 whole;  // twice the area, in the direction of the winding
+  for (std::size_t i = 0; i < corners.size(); ++i) whole += cross(corners[i], corners[(i + 1) % corners.size()]);
+  const double size = length(whole);
   double sum = 0;
   for (const auto& [a, b, c] : cut(corners)) {
-    const double part = dot(area(corners[a], corners[b], corners[c]), whole) / size;
+    const double part = dot(cross(corners[b] - corners[a], corners[c] - corners[a]), whole) / size;
     EXPECT_GE(part, -1e-12 * size);
     sum += part;
   }
@@ -51,8 +42,7 @@ std::vector<Vec3> star(std::mt19937& random, int corners, const Vec3& u, const V
   std::vector<Vec3> polygon;
   for (int i = 0; i < corners; ++i) {
     const double angle = 2 * std::numbers::pi * i / corners, r = distance(random);
-    const double x = r * std::cos(angle), y = r * std::sin(angle);
-    polygon.push_back({x * u.x + y * v.x, x * u.y + y * v.y, x * u.z + y * v.z});
+    polygon.push_back(r * std::cos(angle) * u + r * std::sin(angle) * v);
   }
   return polygon;
 }
@@ -98,7 +88,7 @@ TEST(Triangulate, KeepsCollinearAndRepeatedCorners) {
 TEST(Triangulate, IsTheSameFarFromTheOrigin) {
   const std::vector<Vec3> dart = {{0, 0, 0}, {2, -1, 0}, {1, 0, 0}, {2, 1, 0}};
   std::vector<Vec3> far_away = dart;
-  for (Vec3& corner : far_away) corner = {corner.x + 1e9, corner.y - 1e9, corner.z + 1e9};
+  for (Vec3& corner : far_away) corner += {1e9, -1e9, 1e9};
   EXPECT_EQ(cut(far_away), cut(dart));
 }
 
@@ -112,9 +102,8 @@ TEST(Triangulate, EndsForSelfIntersectingAndEmptyPolygons) {
   for (int i = 0; i < 100; ++i) {
     std::vector<Vec3> tangle(3 + i % 50);
     for (Vec3& corner : tangle) corner = {anywhere(random), anywhere(random), anywhere(random)};
-    for (const auto& triangle : cut(tangle)) {
+    for (const auto& triangle : cut(tangle))
       for (const std::uint32_t corner : triangle) EXPECT_LT(corner, tangle.size());
-    }
   }
 }
 
@@ -123,9 +112,9 @@ TEST(Triangulate, RejectsTooFewAndTooManyCorners) {
   EXPECT_FALSE(tracer::triangulate(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}}, triangles));
   std::vector<Vec3> star_of_300, circle_of_300;
   for (int i = 0; i < 300; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 300, r = i % 2 ? 1 : 0.5;
-    star_of_300.push_back({r * std::cos(angle), r * std::sin(angle), 0});
+    const double angle = 2 * std::numbers::pi * i / 300;
     circle_of_300.push_back({std::cos(angle), std::sin(angle), 0});
+    star_of_300.push_back(circle_of_300.back() * (i % 2 ? 1 : 0.5));
   }
   EXPECT_FALSE(tracer::triangulate(star_of_300, triangles));
   EXPECT_TRUE(triangles.empty());

@@ -1,4 +1,4 @@
-/// tracer::validate on scenes that programs construct without the reader.
+/// tracer::validate on scenes that programs construct without the reader; tests/reader/invalid has the others.
 
 #include "tracer/validate.h"
 
@@ -8,6 +8,8 @@
 #include <limits>
 #include <string>
 #include <vector>
+
+#include "tests/reader/reading.h"
 
 namespace {
 
@@ -27,15 +29,7 @@ Scene valid_scene() {
 }
 
 Lines issues_of(const Scene& scene, const std::function<bool(const Issue&)>& known = {}) {
-  Lines lines;
-  for (const Issue& issue : validate(scene, {}, known)) lines.push_back(issue.pointer + " " + issue.code);
-  return lines;
-}
-
-Lines issues_with_shape(const Shape& shape) {
-  Scene scene = valid_scene();
-  scene.objects[0].shape = shape;
-  return issues_of(scene);
+  return reader_tests::issue_lines(validate(scene, {}, known));
 }
 
 TEST(Validate, AcceptsAValidScene) { EXPECT_EQ(issues_of(valid_scene()), Lines{}); }
@@ -47,46 +41,12 @@ TEST(Validate, RejectsInvalidHandles) {
   EXPECT_EQ(issues_of(scene), (Lines{"/materials/m/color unknown_reference", "/objects/0/material unknown_reference"}));
 }
 
-TEST(Validate, AcceptsCoordinatesUpToTheLimit) {
-  const double largest = Limits{}.coordinate_max;
-  EXPECT_EQ(issues_with_shape(Sphere{{largest, -largest, 0}, largest}), Lines{});
-  const double beyond = std::nextafter(largest, infinity);
-  EXPECT_EQ(issues_with_shape(Sphere{{beyond, 0, 0}, beyond}),
-            (Lines{"/objects/0/center/0 limit_exceeded", "/objects/0/radius limit_exceeded"}));
-  EXPECT_EQ(issues_with_shape(Sphere{{}, std::numeric_limits<double>::denorm_min()}),
-            Lines{"/objects/0/radius limit_exceeded"});
-}
-
-TEST(Validate, AcceptsDirectionsOfAnyLengthExceptZero) {
-  EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1e-59, 1e59}, {}}), Lines{});
-  EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-60, 0}, {}}), Lines{});
-  EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-61, 0}, {}}), Lines{"/objects/0/normal degenerate"});
-  EXPECT_EQ(issues_with_shape(Plane{{}, {0, 0, 0}, {}}), Lines{"/objects/0/normal degenerate"});
-}
-
-TEST(Validate, RejectsParallelAxesAtEveryScale) {
-  for (const double scale : {1e-50, 1.0, 1e50}) {
-    EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1, 0}, Vec3{0, -scale, 0}}), Lines{"/objects/0/u_axis degenerate"});
-    EXPECT_EQ(issues_with_shape(Plane{{}, {1, 2, 3}, Vec3{-scale, -2 * scale, -3 * scale}}),
-              Lines{"/objects/0/u_axis degenerate"});
-    EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1, 0}, Vec3{scale * 1e-9, scale, 0}}), Lines{});
-  }
-}
-
-TEST(Validate, RejectsTrianglesWithoutAreaButAcceptsNeedles) {
-  const auto triangle = [](Vec3 a, Vec3 b, Vec3 c) { return issues_with_shape(Triangle{{a, b, c}, {}, {}}); };
-  EXPECT_EQ(triangle({0, 0, 0}, {1, 0, 0}, {2, 1e-12, 0}), Lines{});
-  EXPECT_EQ(triangle({0, 0, 0}, {1e-20, 0, 0}, {0, 1e-20, 0}), Lines{});
-  EXPECT_EQ(triangle({1e9, 1e9, 0}, {1e9 + 1, 1e9, 0}, {1e9, 1e9 + 1, 0}), Lines{});
-  EXPECT_EQ(triangle({0, 0, 0}, {1, 2, 3}, {-2, -4, -6}), Lines{"/objects/0/vertices degenerate"});
-  EXPECT_EQ(triangle({1, 1, 1}, {1, 1, 1}, {2, 3, 4}), Lines{"/objects/0/vertices degenerate"});
-}
-
 TEST(Validate, AcceptsSliversOfMeshesButRejectsBadIndices) {
-  Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {1, 1, 1}}, {}, {}, false};
-  EXPECT_EQ(issues_with_shape(mesh), Lines{});
-  mesh.triangles.push_back({0, 3, 4294967295u});
-  EXPECT_EQ(issues_with_shape(mesh),
+  Scene scene = valid_scene();
+  scene.objects[0].shape = Mesh{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {1, 1, 1}}, {}, {}, false};
+  EXPECT_EQ(issues_of(scene), Lines{});
+  std::get<Mesh>(scene.objects[0].shape).triangles.push_back({0, 3, 4294967295u});
+  EXPECT_EQ(issues_of(scene),
             (Lines{"/objects/0/triangles/2/1 out_of_range", "/objects/0/triangles/2/2 out_of_range"}));
 }
 

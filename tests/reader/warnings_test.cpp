@@ -1,4 +1,4 @@
-/// Warnings of scenes that are accepted and are probably not meant.
+/// Warnings of many similar scenes; tests/reader/invalid/warnings.jsonl has the others.
 
 #include "tracer/warnings.h"
 
@@ -15,16 +15,8 @@ namespace {
 
 using reader_tests::accepted;
 using reader_tests::document_with;
+using reader_tests::warnings_of;
 using Lines = std::vector<std::string>;
-
-Lines warnings_of(const std::string& text) {
-  Lines lines;
-  for (const tracer::Issue& warning : tracer::warnings(accepted(text).scene)) {
-    lines.push_back(warning.pointer + " " + warning.code);
-    EXPECT_FALSE(warning.detail.empty());
-  }
-  return lines;
-}
 
 /// A lit sphere in the middle of the image, and `members`.
 Lines warnings_with(const std::string& members, const std::string& objects = {}, const std::string& lights = {}) {
@@ -38,91 +30,14 @@ std::string sphere_at(const std::string& center, const std::string& radius, cons
          "}";
 }
 
-std::string camera_with(const std::string& members) {
-  return R"({"version": 1, "ambient": 1, "camera": {"position": [0,0,6], "look_at": [0,0,0], )" + members +
-         R"(}, "objects": [)" + sphere_at("[0,0,0]", "1") + "]}";
-}
-
-TEST(Warnings, OfAUsualSceneAreNone) { EXPECT_EQ(warnings_with(""), Lines{}); }
-
 TEST(Warnings, OfExampleScenesAreNone) {
+  std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(WHITTLE_SOURCE_DIR "/scenes")) {
     if (entry.path().extension() != ".json") continue;
     EXPECT_EQ(warnings_of(reader_tests::file_bytes(entry.path())), Lines{}) << entry.path();
+    ++files;
   }
-}
-
-TEST(Warnings, NameColorsAboveOne) {
-  EXPECT_EQ(warnings_with(R"("materials": {"red": {"color": [200, 30, 30]}, "white": {"color": 1}})"),
-            Lines{"/materials/red/color color_above_1"});
-  EXPECT_EQ(warnings_with(R"("textures": {"c": {"checker": [1, 2]}, "h": {"noise": [0, 9]}},
-                             "materials": {"m": {"color": "c", "bump": {"texture": "h"}}})"),
-            Lines{"/textures/c color_above_1"});
-}
-
-TEST(Warnings, NameRadianceOnlyIfItLooksLikeBytes) {
-  EXPECT_EQ(warnings_with(R"("ambient": [255, 240, 0], "background": {"color": [20, 30.5, 40]})", "",
-                          R"(, {"type": "point", "position": [0,9,0], "color": [255,240,220]},
-                             {"type": "point", "position": [0,9,0], "color": [50,50,50], "attenuation": "inverse_square"},
-                             {"type": "point", "position": [0,9,0], "color": [4,4,4]})"),
-            (Lines{"/lights/1/color color_above_1", "/ambient color_above_1"}));
-}
-
-TEST(Warnings, NameAnglesThatLookLikeRadians) {
-  EXPECT_EQ(warnings_of(camera_with(R"("fov": 0.8)")), Lines{"/camera/fov radians"});
-  EXPECT_EQ(warnings_of(camera_with(R"("fov": 4)")), Lines{});
-  EXPECT_EQ(warnings_of(camera_with(R"("fov": 0.8, "type": "panorama")")), Lines{});
-  const std::string spot = R"(, {"type": "spot", "position": [0,9,0], "direction": [0,-1,0], "inner_angle": 0.2, )";
-  EXPECT_EQ(warnings_with("", "", spot + R"("outer_angle": 0.5})"), Lines{"/lights/1/outer_angle radians"});
-  EXPECT_EQ(warnings_with("", "", spot + R"("outer_angle": 2})"), Lines{});
-}
-
-TEST(Warnings, NameScenesWithoutLight) {
-  const auto lit_by = [](const std::string& members, const std::string& material = "{}") {
-    return warnings_of(document_with(R"("objects": [)" + sphere_at("[0,0,0]", "1", material) + "]" + members));
-  };
-  EXPECT_EQ(lit_by(""), Lines{"/lights nothing_lit"});
-  EXPECT_EQ(lit_by(R"(, "background": {"color": 1})"), Lines{"/lights nothing_lit"});
-  EXPECT_EQ(lit_by(R"(, "lights": [{"type": "point", "position": [0,9,0], "intensity": 0}])"),
-            Lines{"/lights nothing_lit"});
-  EXPECT_EQ(lit_by(R"(, "background": {"color": 1})", R"({"reflection": 1})"), Lines{});
-  EXPECT_EQ(lit_by("", R"({"emission": 1})"), Lines{});
-  EXPECT_EQ(lit_by(R"(, "ambient": 0.1)"), Lines{});
-}
-
-TEST(Warnings, NameBlackImages) {
-  const auto seen = [](const std::string& objects, const std::string& members = {}) {
-    return warnings_of(
-        R"({"version": 1, "ambient": 1, "camera": {"position": [0,0,6], "look_at": [0,0,0]}, "objects": [)" + objects +
-        "]" + members + "}");
-  };
-  EXPECT_EQ(seen(""), Lines{"/objects nothing_in_view"});
-  EXPECT_EQ(seen(sphere_at("[50,0,0]", "1")), Lines{"/objects nothing_in_view"});
-  EXPECT_EQ(seen(sphere_at("[50,0,0]", "1"), R"(, "background": {"color": 1})"), Lines{});
-  EXPECT_EQ(seen(sphere_at("[50,0,0]", "49")), Lines{});
-  EXPECT_EQ(seen(R"({"type": "plane", "point": [0,-1,0], "normal": [0,1,0], "material": {}})"), Lines{});
-  EXPECT_EQ(seen(R"({"type": "plane", "point": [0,0,9], "normal": [0,0,1], "material": {}})"),
-            Lines{"/objects nothing_in_view"});
-}
-
-TEST(Warnings, NameObjectsBehindTheCamera) {
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "1") + ", " + sphere_at("[0,1,19]", "1")),
-            Lines{"/objects/1 behind_camera"});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "2.9")), Lines{}) << "its box is beside the camera, too";
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[0,1,9]", "1", R"({"reflection": 0.5})")), Lines{});
-}
-
-TEST(Warnings, NameLightsWithinOpaqueSolids) {
-  const std::string bulb = R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2})";
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25"), bulb), Lines{"/lights/1 light_enclosed"});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.15"), bulb), Lines{});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "0.25", R"({"color": 0, "transmission": 1})"), bulb),
-            Lines{});
-  EXPECT_EQ(warnings_with("", ", " + sphere_at("[5,5,0]", "90"), bulb), Lines{}) << "around the camera, too";
-  EXPECT_EQ(warnings_with("", "", R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2, "visible": true})"),
-            Lines{});
-  const std::string box = R"(, {"type": "box", "min": [4,4,-1], "max": [6,6,1], "material": {}})";
-  EXPECT_EQ(warnings_with("", box, bulb), Lines{"/lights/1 light_enclosed"});
+  EXPECT_GT(files, 0u);
 }
 
 /// Closed shapes, each the text before its material, with the camera of document_with() at [0,1,6] inside.
@@ -203,33 +118,6 @@ TEST(Warnings, NameLightsTooFaintToBeSeen) {
   EXPECT_EQ(warnings_with("", "", many), Lines{}) << "bright together";
 }
 
-TEST(Warnings, NameEmissionThatIsMeantToLight) {
-  const auto lit = [](const std::string& emission, const std::string& members = {}, const std::string& other = "{}") {
-    return warnings_of(document_with(R"("objects": [)" + sphere_at("[0,0,0]", "1", other) + ", " +
-                                     sphere_at("[0,3,0]", "0.5", R"({"emission": )" + emission + "}") + "]" + members));
-  };
-  const auto lights = [](const std::string& light) { return R"(, "lights": [{)" + light + "}]"; };
-  const std::string near = R"("type": "point", "position": [0.5,2,0])", far = R"("type": "point", "position": [5,9,3])";
-  const Lines alone{"/objects/1/material/emission emission_lights_nothing"};
-  EXPECT_EQ(lit("0.5"), alone);
-  EXPECT_EQ(lit(R"({"checker": [0, 0.5]})"), alone);
-  EXPECT_EQ(lit("5", R"(, "ambient": 0.1)"), alone);
-  EXPECT_EQ(lit("5", lights(far)), alone);
-  EXPECT_EQ(lit("0.8", lights(far) + R"(, "output": {"exposure": 1})"), alone);
-  EXPECT_EQ(lit("0.5", lights(near + R"(, "intensity": 0)")), alone);
-  EXPECT_EQ(lit("0.5", R"(, "ambient": 0.1)"), Lines{}) << "a sign";
-  EXPECT_EQ(lit("0.5", lights(far)), Lines{});
-  EXPECT_EQ(lit("5", lights(far) + R"(, "output": {"exposure": -3})"), Lines{});
-  EXPECT_EQ(lit("5", lights(near)), Lines{}) << "its light";
-  EXPECT_EQ(lit("5", lights(R"("type": "directional", "direction": [0,-1,0])")), Lines{}) << "perhaps a sun";
-  EXPECT_EQ(lit("5", R"(, "accuracy": {"model": "global"})"), Lines{});
-  EXPECT_EQ(lit("5", "", R"({"color": 0, "reflection": 1})"), Lines{}) << "a mirror shows it";
-  EXPECT_EQ(lit("5", "", R"({"emission": 1})"), Lines{});
-  EXPECT_EQ(warnings_with("", "",
-                          R"(, {"type": "sphere", "center": [5,5,0], "radius": 0.2, "intensity": 9, "visible": true})"),
-            Lines{});
-}
-
 TEST(Warnings, NameHighlightsThatGlowingObjectsDoNotHave) {
   const auto beside = [](const std::string& shiny, const std::string& lamp, const std::string& model = "global") {
     return warnings_with(R"("accuracy": {"model": ")" + model + "\"}",
@@ -269,16 +157,6 @@ TEST(Warnings, NameTransmissiveMaterialsThatMakeLight) {
   EXPECT_EQ(made_of(R"("transmission": 0, "reflection": 1)"), Lines{}) << "opaque";
 }
 
-TEST(Warnings, NameObjectsThatDoublesDoNotResolve) {
-  const std::string camera = R"("camera": {"position": [1000000,0,1], "look_at": [1000000,0,0]})";
-  const auto at_a_million = [&](const std::string& radius) {
-    return warnings_of(R"({"version": 1, "ambient": 1, )" + camera + R"(, "objects": [)" +
-                       sphere_at("[1000000,0,0]", radius) + "," + sphere_at("[1000000,0,0]", "0.5") + "]}");
-  };
-  EXPECT_EQ(at_a_million("2.5e-7"), Lines{"/objects/0 beyond_precision"}) << "spans less than 2^-40 of a million";
-  EXPECT_EQ(at_a_million("2.7e-7"), Lines{});
-}
-
 TEST(Warnings, NameNothingSmallThatIsAtTheOriginOfALargeScene) {
   for (const std::string large : {"1e8", "1e12", "1e24"}) {
     const std::string camera = R"("camera": {"position": [0,0,8e-6], "look_at": [0,0,0]})";
@@ -291,25 +169,6 @@ TEST(Warnings, NameNothingSmallThatIsAtTheOriginOfALargeScene) {
   }
 }
 
-TEST(Warnings, NameTheDepthOfRaysThatSplitExponentially) {
-  const std::string ball = "," + sphere_at("[0,0,0]", "1", R"({"color": 0, "transmission": 1})");
-  const std::string other = "," + sphere_at("[2.1,0,0]", "1", R"({"color": 0, "transmission": 1})");
-  const std::string ground =
-      R"(,{"type": "plane", "point": [0,-1,0], "normal": [0,1,0], "material": {"color": 0.2, "reflection": 0.9}})";
-  const auto warned = [](const std::string& objects, const std::string& accuracy) {
-    return warnings_with("\"accuracy\": {" + accuracy + "}", objects);
-  };
-  const std::string exact = R"("samples": 16, "cutoff": 0)";
-  const Lines depth{"/accuracy/max_depth many_secondary_rays"};
-  EXPECT_EQ(warned(ball + ground, exact), depth);
-  EXPECT_EQ(warned(ball + other, exact), depth);
-  EXPECT_EQ(warned(ball + other + ground, exact), depth);
-  EXPECT_EQ(warned(ball, exact), Lines{}) << "two rays more at each bounce";
-  EXPECT_EQ(warned(ground, exact), Lines{}) << "one ray more";
-  EXPECT_EQ(warned(ball + other + ground, R"("samples": 16)"), Lines{}) << "the default cutoff";
-  EXPECT_EQ(warned(ball + other + ground, exact + R"(, "max_depth": 8)"), Lines{});
-}
-
 TEST(Warnings, AreLimitedInNumber) {
   std::string materials;
   for (int i = 0; i < 150; ++i)
@@ -318,7 +177,11 @@ TEST(Warnings, AreLimitedInNumber) {
 }
 
 TEST(Warnings, ArePartOfTheReportAndOfTheValidation) {
-  const tracer::Scene scene = accepted(camera_with(R"("fov": 0.8)")).scene;
+  const tracer::Scene scene =
+      accepted(R"({"version": 1, "camera": {"position": [0,0,6], "look_at": [0,0,0], "fov": 0.8}, "ambient": 1,
+                   "objects": [)" +
+               sphere_at("[0,0,0]", "1") + "]}")
+          .scene;
   const std::string warning =
       R"("warnings":[{"pointer":"#/camera/fov","code":"radians","detail":"angles are in degrees, got 0.8: is it in radians?"}])";
   for (const std::string& text : {api::write_valid(scene, std::nullopt), api::write_report(scene, {}, {}, {}, {}, 0)})
