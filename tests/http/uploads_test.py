@@ -103,7 +103,7 @@ class Uploads(OneDaemon):
 
     def test_queried_without_a_list_of_hashes_are_an_invalid_request(self):
         self.assertEqual(self.missing(), [])
-        for body, issues in (({}, ["#/sha256 missing_field"]), ([], ["# wrong_type"]), ({"sha256": "0"}, ["#/sha256 wrong_type"]),
+        for body, issues in (({}, ["#/sha256 missing_field"]), (b"[]", ["# wrong_type"]), ({"sha256": "0"}, ["#/sha256 wrong_type"]),
                              ({"sha256": {}}, ["#/sha256 wrong_type"]), ({"sha256": ["A" * 64]}, ["#/sha256/0 malformed"]),
                              ({"sha256": [1, "a", None], "more": 1}, ["#/sha256/0 wrong_type", "#/sha256/1 malformed",
                                                                        "#/sha256/2 wrong_type", "#/more unknown_field"]),
