@@ -15,29 +15,29 @@ namespace api {
 namespace {
 
 constexpr std::string_view kind = "whittle measurement";
-constexpr int version = 2;
+constexpr int form_version = 2;
 
 /// The members that both forms of a point have.
 Json measured_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
   const tracer::Setting& setting = point.setting;
-  return {{"parameter", setting.parameter},
-          {"value", setting.value},
-          {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
-          {"settings", accuracy_json(setting.accuracy)},
-          {"seconds", point.seconds},
-          {"error", point.error},
-          {"upper_limits", point.upper_limits},
-          {"broken", tracer::is_broken(measurement, point)},
-          {"model", setting.model.empty() ? Json(nullptr) : Json(setting.model)},
-          {"model_error", or_null(point.model_error)},
-          {"total_error", or_null(point.total_error)}};
+  return object_of({{"parameter", setting.parameter},
+                    {"value", setting.value},
+                    {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
+                    {"settings", accuracy_json(setting.accuracy)},
+                    {"seconds", point.seconds},
+                    {"error", point.error},
+                    {"upper_limits", point.upper_limits},
+                    {"broken", tracer::is_broken(measurement, point)},
+                    {"model", setting.model.empty() ? Json(nullptr) : Json(setting.model)},
+                    {"model_error", or_null(point.model_error)},
+                    {"total_error", or_null(point.total_error)}});
 }
 
 Json color_json(const tracer::Color& color) { return Json::array({color.r, color.g, color.b}); }
 
 /// Null without the parameter "model".
 Json model_error_json(const tracer::Measurement& measurement) {
-  if (measurement.not_measured) return {{"not_measured", *measurement.not_measured}};
+  if (measurement.not_measured) return object_of({{"not_measured", *measurement.not_measured}});
   if (!measurement.model_error) return nullptr;
   const tracer::ModelError& error = *measurement.model_error;
   Json fronts = Json::object(), upper_limits = Json::array();
@@ -45,25 +45,24 @@ Json model_error_json(const tracer::Measurement& measurement) {
     if (error.standard_error > 0 && levels <= error.standard_error) upper_limits.push_back(name);
   for (const std::string_view model : tracer::light_models)
     fronts[std::string(model)] = tracer::model_front(measurement, model);
-  return {{"levels", std::max(error.levels, error.standard_error)},
-          {"standard_error", error.standard_error},
-          {"bias", error.bias},
-          {"by",
-           {{"interreflection", color_json(error.by.interreflection)},
-            {"emission", color_json(error.by.emission)},
-            {"environment", color_json(error.by.environment)},
-            {"ambient", color_json(error.by.ambient)}}},
-          {"fitted_ambient", color_json(error.fitted_ambient)},
-          {"fitted_levels", std::max(error.fitted_levels, error.standard_error)},
-          {"upper_limits", std::move(upper_limits)},
-          {"fronts", std::move(fronts)}};
+  return object_of({{"levels", std::max(error.levels, error.standard_error)},
+                    {"standard_error", error.standard_error},
+                    {"bias", error.bias},
+                    {"by", object_of({{"interreflection", color_json(error.by.interreflection)},
+                                      {"emission", color_json(error.by.emission)},
+                                      {"environment", color_json(error.by.environment)},
+                                      {"ambient", color_json(error.by.ambient)}})},
+                    {"fitted_ambient", color_json(error.fitted_ambient)},
+                    {"fitted_levels", std::max(error.fitted_levels, error.standard_error)},
+                    {"upper_limits", std::move(upper_limits)},
+                    {"fronts", std::move(fronts)}});
 }
 
 Json point_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
   Json json = measured_json(measurement, point);
   json["runs"] = point.runs;
   json["claimed"] = error_json(point.claimed);
-  json["samples"] = {{"mean", point.samples_mean}, {"total", point.samples}};
+  json["samples"] = object_of({{"mean", point.samples_mean}, {"total", point.samples}});
   json["rays"] = rays_json(point.rays);
   return json;
 }
@@ -77,7 +76,7 @@ Json summary_json(const tracer::Measurement& measurement, const tracer::Measured
 /// Appends reference, points, pareto_front and advice; `write_point` gives a point's members.
 void append_results(const tracer::Measurement& measurement,
                     Json (*write_point)(const tracer::Measurement&, const tracer::MeasuredPoint&), Json& json) {
-  json["reference"] = {{"samples", measurement.reference_samples}, {"error", measurement.reference_error}};
+  json["reference"] = object_of({{"samples", measurement.reference_samples}, {"error", measurement.reference_error}});
   Json& points = json["points"] = Json::array();
   for (const tracer::MeasuredPoint& point : measurement.points) points.push_back(write_point(measurement, point));
   json["pareto_front"] = tracer::pareto_front(measurement);
@@ -132,28 +131,29 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
 }
 
 Json worst_json(const std::vector<tracer::PixelDifference>& worst) {
-  return array_of(worst, [](const tracer::PixelDifference& pixel) -> Json {
-    return {{"x", pixel.x}, {"y", pixel.y}, {"difference", pixel.difference}, {"a", pixel.a}, {"b", pixel.b}};
+  return array_of(worst, [](const tracer::PixelDifference& pixel) {
+    return object_of(
+        {{"x", pixel.x}, {"y", pixel.y}, {"difference", pixel.difference}, {"a", pixel.a}, {"b", pixel.b}});
   });
 }
 
 }  // namespace
 
 std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info) {
-  Json json{{"kind", kind},
-            {"version", version},
-            {"build", tracer::build()},
-            {"key", info.key},
-            {"complete", info.complete},
-            {"scene", measurement.name},
-            {"width", measurement.width},
-            {"height", measurement.height}};
+  Json json = object_of({{"kind", kind},
+                         {"version", form_version},
+                         {"build", tracer::build()},
+                         {"key", info.key},
+                         {"complete", info.complete},
+                         {"scene", measurement.name},
+                         {"width", measurement.width},
+                         {"height", measurement.height}});
   append_results(measurement, point_json, json);
   return json.dump(1) + '\n';
 }
 
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone) {
-  Json json{{"width", measurement.width}, {"height", measurement.height}, {"alone", alone}};
+  Json json = object_of({{"width", measurement.width}, {"height", measurement.height}, {"alone", alone}});
   append_results(measurement, summary_json, json);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -177,7 +177,7 @@ std::optional<SavedMeasurement> read_measurement(std::string_view text) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) return std::nullopt;
   try {
-    if (json.at("kind") != kind || json.at("version") != version) return std::nullopt;
+    if (json.at("kind") != kind || json.at("version") != form_version) return std::nullopt;
     SavedMeasurement saved;
     json.at("key").get_to(saved.info.key);
     json.at("complete").get_to(saved.info.complete);
@@ -190,20 +190,27 @@ std::optional<SavedMeasurement> read_measurement(std::string_view text) {
 
 std::string write_comparison(const tracer::Comparison& comparison, const ComparisonInfo& info) {
   const std::optional<double>& tolerance = info.tolerance;
-  const Json json{{"formats", info.formats},
-                  {"width", comparison.width},
-                  {"height", comparison.height},
-                  {"rmse", comparison.rmse},
-                  {"rmse_channel", comparison.rmse_channel},
-                  {"bias", comparison.bias},
-                  {"greatest", comparison.greatest},
-                  {"psnr_db", comparison.psnr_db},
-                  {"ssim", or_null(comparison.ssim)},
-                  {"differing", comparison.differing},
-                  {"worst", worst_json(comparison.worst)},
-                  {"tolerance", or_null(tolerance)},
-                  {"within_tolerance", tolerance ? Json(comparison.rmse <= *tolerance) : Json(nullptr)},
-                  {"heat_white", or_null(info.heat_white)}};
+  const Json json = object_of({{"formats", info.formats},
+                               {"width", comparison.width},
+                               {"height", comparison.height},
+                               {"rmse", comparison.rmse},
+                               {"rmse_channel", comparison.rmse_channel},
+                               {"bias", comparison.bias},
+                               {"greatest", comparison.greatest},
+                               {"psnr_db", comparison.psnr_db},
+                               {"ssim", or_null(comparison.ssim)},
+                               {"differing", comparison.differing},
+                               {"worst", worst_json(comparison.worst)},
+                               {"tolerance", or_null(tolerance)},
+                               {"within_tolerance", tolerance ? Json(comparison.rmse <= *tolerance) : Json(nullptr)},
+                               {"heat_white", or_null(info.heat_white)}});
+  return json.dump() + '\n';
+}
+
+std::optional<std::string> add_heat_map(std::string_view comparison, const std::optional<std::string>& url) {
+  Json json = Json::parse(comparison, nullptr, false);
+  if (!json.is_object()) return std::nullopt;
+  json["heat_map"] = url ? Json(*url) : Json(nullptr);
   return json.dump() + '\n';
 }
 

@@ -182,8 +182,8 @@ std::string uri_fragment(const std::string& pointer) {
 }
 
 Json issues_json(const std::vector<tracer::Issue>& issues) {
-  return array_of(issues, [](const tracer::Issue& issue) -> Json {
-    return {{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}};
+  return array_of(issues, [](const tracer::Issue& issue) {
+    return object_of({{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
   });
 }
 
@@ -192,28 +192,29 @@ std::string json_line(const Json& json) { return json.dump(-1, ' ', false, Json:
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
-  Json json = {{"valid", true}, {"errors", Json::array()}, {"warnings", issues_json(tracer::warnings(scene))}};
+  Json json =
+      object_of({{"valid", true}, {"errors", Json::array()}, {"warnings", issues_json(tracer::warnings(scene))}});
   json.update(requirements_json(scene));
   json["global_light"] = tracer::global_light_summary(scene);
-  json["estimate"] = {{"samples", scene.image.window().pixels() * samples},
-                      {"proof_rays", or_null(estimated_proof_rays(scene, content_of(scene)))},
-                      {"seconds", seconds_json(scene, seconds_per_work)},
-                      {"memory_bytes", estimated_memory_bytes(scene)}};
+  json["estimate"] = object_of({{"samples", scene.image.window().pixels() * samples},
+                                {"proof_rays", or_null(estimated_proof_rays(scene, content_of(scene)))},
+                                {"seconds", seconds_json(scene, seconds_per_work)},
+                                {"memory_bytes", estimated_memory_bytes(scene)}});
   return json_line(json);
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {
-  return json_line({{"valid", false},
-                    {"errors", issues_json(errors)},
-                    {"warnings", Json::array()},
-                    {"requirements", nullptr},
-                    {"reasons", nullptr},
-                    {"global_light", nullptr},
-                    {"estimate", nullptr}});
+  return json_line(object_of({{"valid", false},
+                              {"errors", issues_json(errors)},
+                              {"warnings", Json::array()},
+                              {"requirements", nullptr},
+                              {"reasons", nullptr},
+                              {"global_light", nullptr},
+                              {"estimate", nullptr}}));
 }
 
 std::string with_format(const std::string& document, tracer::Format format) {
-  Json json = Json::parse(document);
+  Json json = Json::parse(std::string_view(document));
   Json& formats = json["output"]["formats"];
   // Without the field the default formats apply; they are kept.
   if (formats.is_null())

@@ -135,6 +135,6 @@ class Includes(unittest.TestCase):
         self.assertEqual({path for path in users if not path.startswith(("tracer/src/certify/", "tests/"))}, {"tracer/src/sampling/proof.h"})
         users = {str(path) for path, _, name in self.all_includes() if name == "tracer/src/sampling/proof.h"}
         self.assertEqual({path for path in users if not path.startswith("tests/")}, {"tracer/src/sampling/proof.cpp", "tracer/src/render/render.cpp"})
-        calls = re.findall(r".*prove_error<.*", text("tracer/src/render/render.cpp"))
+        calls = re.findall(r".*prove_error\(.*", text("tracer/src/render/render.cpp"))
         self.assertEqual(len(calls), 1)
         self.assertIn("if (rendered && scene.accuracy.proof)", calls[0])

@@ -9,7 +9,7 @@
 namespace api::json {
 namespace {
 
-using Parser = nlohmann::json;
+using Parser = nlohmann::ordered_json;
 
 /// nlohmann's parser stops at a number too large for a double, which is only one issue among others: each such number
 /// is replaced by a zero and the document parsed again, at most this often.

@@ -20,10 +20,10 @@ using namespace tracer;
 using Outcome = Result<Rendered, Failure>;
 using Intact = Wavefront<AllFeatures>;
 
-/// Precondition: the scene has a target error for AdaptiveSampler, fixed samples for UniformSampler.
-template <class Sampler>
+/// Precondition: the scene has a target error for sample_adaptively, fixed samples for sample_uniformly.
+template <auto sample, class T>
 Outcome render_by(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  return Sampler(scene, settings, control).run();
+  return sample(scene, settings, control, make<T>);
 }
 
 /// True for about one in a hundred pixels.
@@ -42,7 +42,7 @@ class OmitsOccluders : public Intact {
         scene_(without_occluders(scene)),
         without_occluders_(scene_, control, approximations) {}
 
-  bool trace() {
+  bool trace() override {
     without_occluders_.batch() = batch();
     if (!Intact::trace() || !without_occluders_.trace()) return false;
     radiance_ = Intact::radiance();
@@ -52,7 +52,7 @@ class OmitsOccluders : public Intact {
     }
     return true;
   }
-  [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  [[nodiscard]] const std::vector<Color>& radiance() const override { return radiance_; }
 
  private:
   CompiledScene scene_;
@@ -66,7 +66,7 @@ class RepeatsHalves : public Intact {
   RepeatsHalves(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
       : Intact(scene, control, approximations), count_(scene.accuracy.samples) {}
 
-  bool trace() {
+  bool trace() override {
     for (std::size_t i = 0; i < batch().samples.size(); ++i) {
       Batch::Sample& sample = batch().samples[i];
       sample.index %= count_ / 2;
@@ -181,13 +181,13 @@ void expect_caught(const Plan& plan, Renderer mutant, Renderer product = render)
 }
 
 TEST(MutantTracer, WithoutOccludersInOnePixelOfAHundredIsCaught) {
-  expect_caught({.entries = {shadow()}, .placements = 10}, render_by<AdaptiveSampler<OmitsOccluders>>,
-                render_by<AdaptiveSampler<Intact>>);
+  expect_caught({.entries = {shadow()}, .placements = 10}, render_by<sample_adaptively, OmitsOccluders>,
+                render_by<sample_adaptively, Intact>);
 }
 
 TEST(MutantTracer, WithEqualHalvesIsCaught) {
   expect_caught({.entries = {checker(), shapes()}, .targets = {}, .samples = {4, 16}, .placements = 3},
-                render_by<UniformSampler<RepeatsHalves>>, render_by<UniformSampler<Intact>>);
+                render_by<sample_uniformly, RepeatsHalves>, render_by<sample_uniformly, Intact>);
 }
 
 TEST(MutantTracer, WithPartOfTheEmissionOrWithoutLongPathsIsCaught) {

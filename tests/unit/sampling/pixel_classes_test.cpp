@@ -25,7 +25,7 @@ struct PilotGrid {
       }
     counts = classify({columns, columns, code_values, signatures, features}, {0, 0, columns, columns}, classes);
   }
-  [[nodiscard]] PixelKind kind(std::size_t x, std::size_t y) const { return kind_of(classes[y * columns + x]); }
+  [[nodiscard]] PixelKind kind(std::size_t x, std::size_t y) const { return pixel_kind(classes[y * columns + x]); }
 
   std::vector<float> code_values;
   std::vector<SampleSignature> signatures;
@@ -80,7 +80,7 @@ TEST(PixelClasses, HaveTheErrorOfTheCenterOfAParabola) {
   // The mean of a x^2 + b y^2 over a pixel is (a + b) / 12 above the center.
   const double expected = 3 * std::pow((0.5 + 0.25) / 12, 2);
   const PixelClass inside = pilots.classes[8 * columns + 8];
-  EXPECT_EQ(kind_of(inside), PixelKind::smooth);
+  EXPECT_EQ(pixel_kind(inside), PixelKind::smooth);
   EXPECT_NEAR(pilots.counts[inside].curvature / pilots.counts[inside].pixels, expected, 0.05 * expected)
       << "with those at the border";
 }
@@ -105,7 +105,7 @@ TEST(PixelClasses, OfFeaturesDoNotDependOnThePilots) {
   const auto counts = classify({columns, columns, pilots.code_values, pilots.signatures, pilots.features},
                                {0, 0, columns, columns}, pilots.classes);
   const PixelClass feature = pilots.classes[5 * columns + 7];
-  EXPECT_EQ(kind_of(feature), PixelKind::feature);
+  EXPECT_EQ(pixel_kind(feature), PixelKind::feature);
   EXPECT_EQ(counts[feature].pixels, 1);
   EXPECT_EQ(counts[feature].missed, 3 * 300);
 }

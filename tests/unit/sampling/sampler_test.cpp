@@ -19,13 +19,13 @@ namespace {
 /// Radiance is a function of the position in the image: no rays, no scene. `pieces`: parts of equal radiance are
 /// surfaces, else there is one.
 template <double (*radiance_at)(double x, double y), bool pieces = true>
-class AnalyticTracer {
+class AnalyticTracer : public Tracer {
  public:
   AnalyticTracer(const CompiledScene& /*scene*/, const RenderControl& control, const Approximations& /*none*/)
       : control_(control) {}
 
-  Batch& batch() { return batch_; }
-  bool trace() {
+  Batch& batch() override { return batch_; }
+  bool trace() override {
     radiance_.clear();
     signatures_.clear();
     for (std::size_t i = 0; i < batch_.samples.size(); ++i) {
@@ -38,11 +38,11 @@ class AnalyticTracer {
     statistics_.rays.camera += radiance_.size();
     return !control_.cancelled();
   }
-  const std::vector<Color>& radiance() const { return radiance_; }
-  const std::vector<OmittedRadiance>& omitted() const { return omitted_; }
-  const std::vector<SampleSignature>& signatures() const { return signatures_; }
-  const GBuffer& gbuffer() const { return gbuffer_; }
-  const RenderStatistics& statistics() const { return statistics_; }
+  const std::vector<Color>& radiance() const override { return radiance_; }
+  const std::vector<OmittedRadiance>& omitted() const override { return omitted_; }
+  const std::vector<SampleSignature>& signatures() const override { return signatures_; }
+  const GBuffer& gbuffer() const override { return gbuffer_; }
+  const RenderStatistics& statistics() const override { return statistics_; }
 
  private:
   const RenderControl& control_;
@@ -77,10 +77,10 @@ std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   return *compile(scene, control);
 }
 
-template <template <class...> class Sampler, class T>
+template <auto sample, class T>
 Rendered sampled(const CompiledScene& scene) {
   RenderControl control;
-  return *Sampler<T>(scene, {.threads = 1}, control).run();
+  return *sample(scene, {.threads = 1}, control, make<T>);
 }
 
 Scene uniform_scene(std::uint32_t samples) {
@@ -109,12 +109,10 @@ double rms_error(const Rendered& rendered, const Mean& mean) {
   return std::sqrt(sum / static_cast<double>(rendered.image.rgb.size()));
 }
 
-static_assert(Tracer<AnalyticTracer<constant>>);
-
 TEST(UniformSampler, RendersAConstantExactlyWithoutError) {
   for (const std::uint32_t samples : {1u, 5u}) {
     const auto scene = compiled(uniform_scene(samples));
-    const Rendered rendered = sampled<UniformSampler, AnalyticTracer<constant>>(*scene);
+    const Rendered rendered = sampled<sample_uniformly, AnalyticTracer<constant>>(*scene);
     for (const float value : rendered.image.rgb) ASSERT_EQ(value, 0.25f);
     EXPECT_EQ(rendered.error.estimate, 0);
     EXPECT_EQ(rendered.statistics.samples, std::uint64_t{samples} * side * side);
@@ -123,14 +121,14 @@ TEST(UniformSampler, RendersAConstantExactlyWithoutError) {
 
 TEST(UniformSampler, RendersARampExactlyFromCenters) {
   const auto scene = compiled(uniform_scene(1));
-  const Rendered rendered = sampled<UniformSampler, AnalyticTracer<ramp, false>>(*scene);
+  const Rendered rendered = sampled<sample_uniformly, AnalyticTracer<ramp, false>>(*scene);
   EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-4);
 }
 
 TEST(UniformSampler, BoundsTheErrorOfAnEdge) {
   for (const std::uint32_t samples : {1u, 16u, 64u}) {
     const auto scene = compiled(uniform_scene(samples));
-    const Rendered rendered = sampled<UniformSampler, AnalyticTracer<edge>>(*scene);
+    const Rendered rendered = sampled<sample_uniformly, AnalyticTracer<edge>>(*scene);
     const double error = rms_error(rendered, [](double x, double) { return mean_of_edge(x); });
     EXPECT_LE(error, rendered.error.estimate) << samples;
     EXPECT_GT(rendered.error.estimate, 0) << samples;
@@ -142,7 +140,7 @@ TEST(UniformSampler, BoundsTheErrorOfAnEdge) {
 TEST(AdaptiveSampler, RefinesTheEdgeOnlyAndReachesTheTarget) {
   const double target = 0.4;
   const auto scene = compiled(adaptive_scene(target));
-  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<edge>>(*scene);
+  const Rendered rendered = sampled<sample_adaptively, AnalyticTracer<edge>>(*scene);
   const double error = rms_error(rendered, [](double x, double) { return mean_of_edge(x); });
   EXPECT_TRUE(rendered.error.target_met);
   EXPECT_LE(rendered.error.estimate, target);
@@ -156,7 +154,7 @@ TEST(AdaptiveSampler, DoesNotTrustAPilotThatIsBrighterThanItsPixel) {
   Scene source = adaptive_scene(4);
   source.output.overflow = Output::Overflow::scale;
   const auto scene = compiled(source);
-  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_square>>(*scene);
+  const Rendered rendered = sampled<sample_adaptively, AnalyticTracer<hot_square>>(*scene);
   const float brightest = *std::max_element(rendered.image.rgb.begin(), rendered.image.rgb.end());
   EXPECT_NEAR(brightest, 8 * 0.49, 0.2);
 }
@@ -167,7 +165,7 @@ TEST(AdaptiveSampler, ChargesToTheToneThatAPilotMayBeBrighterThanItsPixel) {
   source.output.overflow = Output::Overflow::scale;
   source.accuracy.adaptive->samples_max = 1;
   const auto scene = compiled(source);
-  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<hot_square>>(*scene);
+  const Rendered rendered = sampled<sample_adaptively, AnalyticTracer<hot_square>>(*scene);
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
   const DisplayTransform found(source.output, 8), dark(source.output, 0.25);
   EXPECT_NEAR(rendered.error.tone, dark.level(0.25) - found.level(0.25), 1);
@@ -177,7 +175,7 @@ TEST(AdaptiveSampler, ChargesToTheToneThatAPilotMayBeBrighterThanItsPixel) {
 TEST(AdaptiveSampler, RefinesAnEdgeAboveWhiteIfTheImageIsScaled) {
   Scene source = adaptive_scene(0.4);
   source.output.overflow = Output::Overflow::scale;
-  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<bright_edge>>(*compiled(source));
+  const Rendered rendered = sampled<sample_adaptively, AnalyticTracer<bright_edge>>(*compiled(source));
   EXPECT_GT(rendered.statistics.samples_max, 1u);
   const float found = rendered.image.rgb[(std::size_t{20} * side + 20) * 3];
   EXPECT_NEAR(found, 2 * 0.3 + 4 * 0.7, 0.2);
@@ -190,9 +188,9 @@ TEST(UniformSampler, ChargesToTheToneWhatMirrorsMayShow) {
     Scene source = uniform_scene(samples);
     source.output.overflow = Output::Overflow::scale;
     scenes::add(source, Sphere{{0, 0, 1000}, 10}, scenes::glowing({100, 100, 100}));
-    EXPECT_EQ((sampled<UniformSampler, AnalyticTracer<constant>>(*compiled(source)).error.tone), 0) << samples;
+    EXPECT_EQ((sampled<sample_uniformly, AnalyticTracer<constant>>(*compiled(source)).error.tone), 0) << samples;
     scenes::add(source, Sphere{{100, 0, 1000}, 10}, scenes::mirror(1));
-    const double tone = sampled<UniformSampler, AnalyticTracer<constant>>(*compiled(source)).error.tone;
+    const double tone = sampled<sample_uniformly, AnalyticTracer<constant>>(*compiled(source)).error.tone;
     EXPECT_GT(tone, 1) << samples;
     EXPECT_LT(tone, before) << "more samples miss less";
     before = tone;
@@ -201,7 +199,7 @@ TEST(UniformSampler, ChargesToTheToneWhatMirrorsMayShow) {
 
 TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {
   const auto scene = compiled(adaptive_scene(0.4));
-  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<ramp, false>>(*scene);
+  const Rendered rendered = sampled<sample_adaptively, AnalyticTracer<ramp, false>>(*scene);
   EXPECT_TRUE(rendered.error.target_met);
   EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-2);
   EXPECT_EQ(rendered.statistics.samples_max, 1u);

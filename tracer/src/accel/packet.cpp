@@ -46,7 +46,7 @@ WHITTLE_INLINE SphereQuadratic sphere_quadratic(const Packet& p, int i, const Sp
 }
 
 /// Returns true if any valid lane hits the sphere: only these pay for root and quotient.
-WHITTLE_INLINE bool any_hit(const Packet& p, LaneRange range, const int* valid, const SphereTest& sphere) {
+WHITTLE_INLINE bool any_sphere_hit(const Packet& p, LaneRange range, const int* valid, const SphereTest& sphere) {
   if (range.count == 1) return true;
   int hits = 0;
   for_lanes(
@@ -192,7 +192,7 @@ WHITTLE_WIDE void write_blocked(const Packet& packet, const RTCRay16& ray, std::
 WHITTLE_WIDE void intersect(Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
                             RTCRayN* /*rays*/, const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  if (!any_hit(packet, range, valid, sphere)) return;
+  if (!any_sphere_hit(packet, range, valid, sphere)) return;
   for_lanes(
       range, [&](int i, int k) __attribute__((always_inline)) {
         const SphereQuadratic quadratic = sphere_quadratic(packet, i, sphere);
@@ -203,7 +203,7 @@ WHITTLE_WIDE void intersect(Packet& packet, LaneRange range, const int* valid, f
 WHITTLE_WIDE void occluded(const Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
                            RTCRayN* /*rays*/, const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  if (!any_hit(packet, range, valid, sphere)) return;
+  if (!any_sphere_hit(packet, range, valid, sphere)) return;
   for_lanes(
       range, [&](int i, int k) __attribute__((always_inline)) {
         const SphereQuadratic quadratic = sphere_quadratic(packet, i, sphere);

@@ -19,7 +19,8 @@ struct alignas(64) QuadricHits {
 
 /// Returns true if any valid lane may hit the shape: only these pay for exact sums and quotients.
 template <class Standard>
-WHITTLE_INLINE bool any_may_hit(const ShapeRays& rays, LaneRange range, const int* valid, const Quadric& quadric) {
+WHITTLE_INLINE bool any_may_hit_quadric(const ShapeRays& rays, LaneRange range, const int* valid,
+                                        const Quadric& quadric) {
   const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
   int may = 0;
   for_lanes(
@@ -42,8 +43,8 @@ WHITTLE_INLINE void intersect_lanes(const ShapeRays& rays, LaneRange range, cons
 
 /// Computes the hits of the range; returns false if no valid lane hits the shape. The kind is selected once, outside
 /// the loop.
-WHITTLE_INLINE bool any_hit(const Packet& p, LaneRange range, const int* valid, const Quadric& quadric,
-                            QuadricHits& hits) {
+WHITTLE_INLINE bool any_quadric_hit(const Packet& p, LaneRange range, const int* valid, const Quadric& quadric,
+                                    QuadricHits& hits) {
   ShapeRays rays;
   for_lanes(
       range, [&](int i, int /*k*/) __attribute__((always_inline)) {
@@ -56,7 +57,7 @@ WHITTLE_INLINE bool any_hit(const Packet& p, LaneRange range, const int* valid, 
       quadric.kind, [&](auto standard) __attribute__((always_inline)) {
         using Standard = decltype(standard);
         if constexpr (Standard::culls) {
-          if (!any_may_hit<Standard>(rays, range, valid, quadric)) return;
+          if (!any_may_hit_quadric<Standard>(rays, range, valid, quadric)) return;
         }
         any = true;
         Standard::with_hit(
@@ -90,7 +91,7 @@ WHITTLE_WIDE void intersect(Packet& packet, LaneRange range, const int* valid, f
                             const QuadricGeometry& geometry, PrimitiveRef self) {
   reduce_to_single(range, valid, tfar);
   QuadricHits hits;
-  if (!any_hit(packet, range, valid, geometry.quadrics[self.primitive], hits)) return;
+  if (!any_quadric_hit(packet, range, valid, geometry.quadrics[self.primitive], hits)) return;
   for_lanes(
       range, [&](int i, int k) __attribute__((always_inline)) {
         const double t = hits.t[i];
@@ -103,7 +104,7 @@ WHITTLE_WIDE void intersect(Packet& packet, LaneRange range, const int* valid, f
 WHITTLE_WIDE void occluded(const Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
                            RTCRayN* /*rays*/, const QuadricGeometry& geometry, PrimitiveRef self) {
   QuadricHits hits;
-  if (!any_hit(packet, range, valid, geometry.quadrics[self.primitive], hits)) return;
+  if (!any_quadric_hit(packet, range, valid, geometry.quadrics[self.primitive], hits)) return;
   for_lanes(
       range, [&](int i, int k) __attribute__((always_inline)) {
         update_occluded(tfar[k], (valid[k] != 0) & (hits.t[i] < packet.t[i]));

@@ -15,7 +15,7 @@
 
 #include "tracer/control.h"
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/parallel/in_parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 

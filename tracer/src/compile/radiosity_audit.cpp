@@ -84,8 +84,8 @@ RadiosityAudit::RadiosityAudit(const CompiledScene& scene, const PatchPoints& su
       squared_target_(squared_target),
       control_(control),
       looks_(draw_looks(scene, surfaces)),
-      exact_pool_(scene, control, without_patches(scene.accuracy.approximate)),
-      pool_(scene, control, scene.accuracy.approximate) {}
+      exact_pool_(make<Wavefront<AllFeatures>>, scene, control, without_patches(scene.accuracy.approximate)),
+      pool_(make<Wavefront<AllFeatures>>, scene, control, scene.accuracy.approximate) {}
 
 AuditedError RadiosityAudit::measure(Radiosity& radiosity) {
   control_.begin_build_step();
@@ -127,7 +127,7 @@ RadiosityAudit::Found RadiosityAudit::trace(Pool& pool, std::uint32_t half) cons
   Found found(looks_.size());
   for_each_tile(blocks, 0, [&](std::uint64_t number) {
     if (control_.cancelled()) return;
-    typename Pool::Lease lease(pool);
+    Pool::Lease lease(pool);
     Wavefront<AllFeatures>& tracer = *lease;
     tracer.batch().clear();
     tracer.batch().light_points = 2;

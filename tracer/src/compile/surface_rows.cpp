@@ -111,14 +111,14 @@ SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector
                        std::uint32_t row_rays, RenderControl& control) {
   const std::size_t block = std::max<std::size_t>(1, bounce_rays_max / 4 / row_rays);
   std::vector<Row> rows(points.size());
-  TracerPool<Wavefront<AllFeatures>> pool(scene, control, scene.accuracy.approximate);
+  TracerPool<Wavefront<AllFeatures>> pool(make<Wavefront<AllFeatures>>, scene, control, scene.accuracy.approximate);
   const std::size_t blocks = (rows.size() + block - 1) / block;
   std::atomic<std::size_t> done{0};
   control.begin_build_step();
   for_each_tile(blocks, 0, [&](std::uint64_t number) {
     if (control.cancelled()) return;
     const std::size_t first = number * block;
-    typename TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
+    TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
     trace_some_rows(scene, points, first, row_rays, *tracer,
                     std::span(rows).subspan(first, std::min(block, rows.size() - first)));
     control.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(blocks));

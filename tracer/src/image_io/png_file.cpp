@@ -22,7 +22,7 @@ struct Strip {
   std::size_t filtered_bytes = 0;
 };
 
-struct Image {
+struct PngImage {
   std::uint32_t width, height;
   int channels, bits;
   const std::uint8_t* codes;
@@ -37,7 +37,7 @@ struct Image {
 };
 
 /// Approximate size of strips: large enough for a task, and independent of the number of threads.
-std::vector<Strip> strips_of(const Image& image) {
+std::vector<Strip> strips_of(const PngImage& image) {
   constexpr std::size_t strip_bytes = std::size_t{1} << 17;
   const auto rows = static_cast<std::uint32_t>(std::max<std::size_t>(1, strip_bytes / image.row_bytes()));
   std::vector<Strip> strips;
@@ -57,7 +57,7 @@ void filter_up(const std::uint8_t* row, const std::uint8_t* above, std::size_t c
 
 /// The strip's rows, each preceded by its filter type (PNG specification, 3rd ed., 9.2). The first row has no row
 /// above.
-Bytes filtered(const Image& image, const Strip& strip) {
+Bytes filtered(const PngImage& image, const Strip& strip) {
   constexpr std::uint8_t up = 2;
   const std::size_t row_bytes = image.row_bytes();
   const bool swapped = image.bits == 16 && std::endian::native == std::endian::little;
@@ -78,7 +78,7 @@ Bytes filtered(const Image& image, const Strip& strip) {
 ///
 /// Rendered images of 1920x1080, one thread: 19-34 ms instead of 62-188 ms with the library's defaults; files are 11-59
 /// % larger. Run-length matching has a distance of one byte, so strips reduce the compression very little.
-void deflate(const Image& image, Strip& strip) {
+void deflate(const PngImage& image, Strip& strip) {
   constexpr int raw_window_bits = -15, memory_level = 8, level = 1;
   Bytes bytes = filtered(image, strip);
   strip.filtered_bytes = bytes.size();
@@ -139,7 +139,7 @@ void append(png_structp png, png_bytep data, std::size_t size) {
 void ignore(png_structp /*png*/, const char* /*warning*/) {}
 
 /// Contains no object with a destructor: libpng's longjmp skips destructors.
-bool write(png_structp png, png_infop info, const Image& image, const std::vector<Strip>& strips) {
+bool write(png_structp png, png_infop info, const PngImage& image, const std::vector<Strip>& strips) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_set_IHDR(png, info, image.width, image.height, image.bits, image.color_type(), PNG_INTERLACE_NONE,
@@ -156,7 +156,7 @@ bool write(png_structp png, png_infop info, const Image& image, const std::vecto
   return true;
 }
 
-Result<Bytes, std::string> file_of(const Image& image, const std::vector<Strip>& strips) {
+Result<Bytes, std::string> file_of(const PngImage& image, const std::vector<Strip>& strips) {
   Writing result;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &result, fail, ignore);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
@@ -176,7 +176,7 @@ Result<Bytes, std::string> file_of(const Image& image, const std::vector<Strip>&
 Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
                                                         int bits, const void* codes,
                                                         std::span<const std::array<std::uint8_t, 3>> palette) try {
-  const Image image{width, height, channels, bits, static_cast<const std::uint8_t*>(codes), palette};
+  const PngImage image{width, height, channels, bits, static_cast<const std::uint8_t*>(codes), palette};
   std::vector<Strip> strips = strips_of(image);
   for_each_tile(strips.size(), 0, [&](std::uint64_t index) { deflate(image, strips[index]); });
   join(strips);

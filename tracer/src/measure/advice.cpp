@@ -20,11 +20,6 @@ struct Goal {
 };
 /// Errors acceptable for layout, for presentation, and for archiving.
 constexpr std::array goals{Goal{4, "4 levels"}, Goal{1, "1 level"}, Goal{0.5, "0.5 levels"}};
-constexpr double significant = 0.05;  // relative; smaller differences of errors or times occur by chance
-
-std::string text(double number) { return text_of_number(number); }
-
-std::string levels(double error) { return text(error) + " levels"; }
 
 /// Three digits, for errors that differ little.
 std::string close_levels(double error) {
@@ -33,11 +28,11 @@ std::string close_levels(double error) {
   return buffer.data();
 }
 
-std::string seconds(double time) { return text(time) + " s"; }
+std::string seconds(double time) { return text_of_number(time) + " s"; }
 
 /// "true error 3.1 levels", "true error at most 3.1 levels".
 std::string true_error(const MeasuredPoint& point) {
-  return std::string("true error ") + (is_upper_limit(point, "error") ? "at most " : "") + levels(point.error);
+  return std::string("true error ") + (is_upper_limit(point, "error") ? "at most " : "") + levels_text(point.error);
 }
 
 const MeasuredPoint* find(const Measurement& measurement, std::string_view parameter, std::string_view value) {
@@ -61,7 +56,7 @@ std::string cheapest(const Measurement& measurement) {
     sentence += (sentence.empty() ? "for " : "; for ") + std::string(goal.text) + ": ";
     if (!reached) sentence += "no setting, the best is ";
     sentence += title(point.setting) + ", " + seconds(point.seconds);
-    if (!reached) return sentence + ", claimed error " + levels(point.claimed.estimate);
+    if (!reached) return sentence + ", claimed error " + levels_text(point.claimed.estimate);
     sentence += ", " + true_error(point);
   }
   return sentence;
@@ -81,8 +76,8 @@ std::optional<std::string> saturation(const Measurement& measurement, std::strin
   const std::string name(parameter);
   if (enough + 1 == series.size()) {
     const MeasuredPoint& before = *series[series.size() - 2];
-    return name + " " + last.setting.value + " still reduces the error: " + levels(last.error) + " instead of " +
-           text(before.error) + " with " + before.setting.value;
+    return name + " " + last.setting.value + " still reduces the error: " + levels_text(last.error) + " instead of " +
+           text_of_number(before.error) + " with " + before.setting.value;
   }
   return name + " " + beyond + " " + series[enough]->setting.value + " does not reduce the error";
 }
@@ -96,14 +91,14 @@ std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) 
   if (compare_times(point.runs, baseline.runs) == TimeOrder::uncertain) {
     sentence += " saves no certain time";
   } else if (saved >= significant) {
-    sentence += " saves " + text(100 * saved) + " %";
+    sentence += " saves " + text_of_number(100 * saved) + " %";
   } else {
-    sentence += saved > -significant ? " saves no time" : " takes " + text(-100 * saved) + " % longer";
+    sentence += saved > -significant ? " saves no time" : " takes " + text_of_number(-100 * saved) + " % longer";
   }
   if (is_upper_limit(point, "error") || is_upper_limit(baseline, "error"))
     return sentence + " and has a " + true_error(point);
   if (cost <= significant * baseline.error) return sentence + " and does not increase the error";
-  return sentence + " and costs " + levels(cost);
+  return sentence + " and costs " + levels_text(cost);
 }
 
 std::string claims(const Measurement& measurement) {

@@ -13,7 +13,7 @@
 namespace tracer {
 namespace {
 
-std::string text(double number) {
+std::string shortest(double number) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%g", number);
   return buffer.data();
@@ -96,7 +96,7 @@ class SettingList {
     std::sort(selected.begin(), selected.end(), std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
-      Setting setting{"target_error", text(target), with_target(target)};
+      Setting setting{"target_error", shortest(target), with_target(target)};
       for (const auto& [name, preset] : words<Preset>)
         if (target_error_of(preset) == target) setting.preset = name;
       settings_.push_back(std::move(setting));
@@ -107,7 +107,7 @@ class SettingList {
   template <class Value>
   void vary(std::string_view parameter, Value Accuracy::*member, std::initializer_list<Value> values) {
     for (const Value value : values) {
-      settings_.push_back({std::string(parameter), text(value), baseline_});
+      settings_.push_back({std::string(parameter), shortest(value), baseline_});
       settings_.back().accuracy.*member = value;
     }
   }
@@ -131,7 +131,7 @@ class SettingList {
         settings_.push_back({"model", std::move(label), accuracy, {}, name});
       };
       add(std::to_string(baseline_samples) + " samples", baseline_);
-      for (const double target : {4.0, 1.0, 0.5}) add("target " + text(target), with_target(target));
+      for (const double target : {4.0, 1.0, 0.5}) add("target " + shortest(target), with_target(target));
     }
   }
 

@@ -13,10 +13,6 @@
 namespace tracer {
 namespace {
 
-constexpr double significant = 0.05;  // relative; smaller differences are not worth a sentence
-
-std::string levels(double error) { return text_of_number(error) + " levels"; }
-
 /// The point of the model with the samples of the baseline.
 const MeasuredPoint* baseline(const Measurement& measurement, std::string_view model) {
   for (const MeasuredPoint& point : measurement.points)
@@ -35,9 +31,9 @@ std::string distances(const Measurement& measurement) {
   const ModelError& error = *measurement.model_error;
   if (error.levels <= error.standard_error)
     return "Whitted's image is that of the rendering equation, as far as references with an error of " +
-           levels(error.standard_error) + " show";
+           levels_text(error.standard_error) + " show";
   const double fitted = std::max(error.fitted_levels, error.standard_error);
-  std::string sentence = "Whitted's image is " + levels(error.levels) + " from the rendering equation";
+  std::string sentence = "Whitted's image is " + levels_text(error.levels) + " from the rendering equation";
   if (std::abs(error.bias) > significant * error.levels)
     sentence += error.bias < 0 ? " and too dark" : " and too bright";
   if (error.fitted_levels < (1 - significant) * error.levels)
@@ -58,7 +54,7 @@ std::string distances(const Measurement& measurement) {
     if (more > 0) sentence += " for " + text_of_number(more) + " s more";
     least = std::min(least, *point->model_error);
   }
-  return sentence + "; below " + levels(least) + " only paths help";
+  return sentence + "; below " + levels_text(least) + " only paths help";
 }
 
 /// "of the light that Whitted's model leaves out come 80 % from interreflection of lights, 20 % from glowing surfaces";

@@ -10,6 +10,10 @@ namespace tracer {
 
 /// Two digits, the accuracy of single runs.
 std::string text_of_number(double number);
+inline std::string levels_text(double error) { return text_of_number(error) + " levels"; }
+
+/// Relative; smaller differences of errors or times occur by chance and are not worth a sentence.
+inline constexpr double significant = 0.05;
 
 /// The distance of each model from the rendering equation, the causes of Whitted's, or the refusal of the model. Empty
 /// if models were not measured.

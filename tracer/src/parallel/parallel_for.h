@@ -1,64 +1,19 @@
 #pragma once
-/// Parallel loop over tiles, on oneTBB.
+/// Parallel loops over tiles.
 
-#include <algorithm>
 #include <cstdint>
-
-#if defined(__SANITIZE_THREAD__)
-#include <atomic>
-#include <exception>
-#include <mutex>
-#include <thread>
-#include <vector>
-#else
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-#endif
+#include <functional>
 
 namespace tracer {
 
+/// Calls a function with every number below `count`, in parallel; returns when all calls have returned.
+using InParallel = std::function<void(std::uint64_t count, const std::function<void(std::uint64_t)>& work)>;
+
 /// Maximum number of tiles traced concurrently.
-inline std::uint32_t concurrency(std::uint32_t threads) {
-#if defined(__SANITIZE_THREAD__)
-  return threads != 0 ? threads : 2;
-#else
-  return threads != 0 ? threads : static_cast<std::uint32_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
-#endif
-}
+std::uint32_t concurrency(std::uint32_t threads);
 
 /// Calls tile(i) for every i in [0, count), on `threads` threads, or those of the calling arena when 0. Exceptions of a
 /// tile stop the rest and are thrown here.
-template <class Tile>
-void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
-  if (count == 1) return tile(std::uint64_t{0});  // without the cost of the scheduler, for small images
-#if defined(__SANITIZE_THREAD__)
-  // The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
-  std::atomic<std::uint64_t> next{0};
-  std::mutex mutex;
-  std::exception_ptr thrown;
-  const auto work = [&] {
-    try {
-      for (std::uint64_t i = next++; i < count; i = next++) tile(i);
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      thrown = std::current_exception();
-      next = count;
-    }
-  };
-  {
-    std::vector<std::jthread> helpers;
-    while (helpers.size() + 1 < concurrency(threads)) helpers.emplace_back(work);
-    work();
-  }
-  if (thrown) std::rethrow_exception(thrown);
-#else
-  const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, tile); };
-  if (threads == 0) {
-    run();
-  } else {
-    tbb::task_arena(static_cast<int>(threads)).execute(run);
-  }
-#endif
-}
+void for_each_tile(std::uint64_t count, std::uint32_t threads, const std::function<void(std::uint64_t)>& tile);
 
 }  // namespace tracer

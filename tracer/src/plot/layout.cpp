@@ -25,7 +25,7 @@ Color color_of(const Plot& plot, std::size_t index) {
 
 // ---- labels of points ----------------------------------------------------------------------------------------------
 
-struct Box {
+struct Bounds {
   double left = 0, top = 0, right = 0, bottom = 0;
 };
 
@@ -39,11 +39,11 @@ constexpr double point_label_size = 12, aside = 4, mark_reach = 6;
 constexpr double ascent = 0.8 * point_label_size, descent = 0.25 * point_label_size;
 constexpr double above = -mark_reach - descent - 1, below = mark_reach + ascent + 1;
 
-bool overlap(const Box& a, const Box& b) {
+bool overlap(const Bounds& a, const Bounds& b) {
   return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
-bool within(const Box& inner, const Box& outer) {
+bool within(const Bounds& inner, const Bounds& outer) {
   return inner.left >= outer.left && inner.right <= outer.right && inner.top >= outer.top &&
          inner.bottom <= outer.bottom;
 }
@@ -58,7 +58,7 @@ constexpr std::array<Try, 4> tries{{{{aside, above}, Anchor::start},
                                     {{aside, below}, Anchor::start},
                                     {{-aside, above}, Anchor::end}}};
 
-Box box_of(const Words& words) {
+Bounds box_of(const Words& words) {
   const double width = text_width(words.text, point_label_size);
   const double start = words.anchor == Anchor::start ? 0 : -width;
   const double left = words.at.x + start;
@@ -67,8 +67,8 @@ Box box_of(const Words& words) {
 
 /// Greedy placement in order: above and right of the point, else in one of the three other corners, within `inside`. A
 /// label that would cover a mark or an earlier label in all four is omitted.
-std::vector<Words> point_labels(const std::vector<PointToLabel>& points, const Box& inside) {
-  std::vector<Box> taken;
+std::vector<Words> point_labels(const std::vector<PointToLabel>& points, const Bounds& inside) {
+  std::vector<Bounds> taken;
   for (const PointToLabel& point : points) {
     const auto& [x, y] = point.at;
     if (point.marked) taken.push_back({x - mark_reach, y - mark_reach, x + mark_reach, y + mark_reach});
@@ -79,9 +79,9 @@ std::vector<Words> point_labels(const std::vector<PointToLabel>& points, const B
     for (const Try& attempt : tries) {
       const Place at{point.at.x + attempt.offset.x, point.at.y + attempt.offset.y};
       Words words{.at = at, .text = point.label, .size = point_label_size, .anchor = attempt.anchor, .haloed = true};
-      const Box box = box_of(words);
-      const bool free = within(box, inside) &&
-                        std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return overlap(box, other); });
+      const Bounds box = box_of(words);
+      const bool free = within(box, inside) && std::none_of(taken.begin(), taken.end(),
+                                                            [&](const Bounds& other) { return overlap(box, other); });
       if (!free) continue;
       taken.push_back(box);
       placed.push_back(std::move(words));

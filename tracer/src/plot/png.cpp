@@ -19,9 +19,9 @@ struct Release {
 using Context = std::unique_ptr<cairo_t, Release>;
 using Surface = std::unique_ptr<cairo_surface_t, Release>;
 
-constexpr Color white = 0xffffff;
+constexpr plotting::Color white = 0xffffff;
 
-void use_color(cairo_t* context, Color color) {
+void use_color(cairo_t* context, plotting::Color color) {
   const auto channel = [color](unsigned shift) { return static_cast<double>(color >> shift & 0xffU) / 255; };
   cairo_set_source_rgb(context, channel(16), channel(8), channel(0));
 }

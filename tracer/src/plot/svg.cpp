@@ -31,7 +31,7 @@ std::string escaped(const std::string& text) {
   return safe;
 }
 
-std::string hex(Color color) {
+std::string hex(plotting::Color color) {
   std::array<char, 8> text{};
   std::snprintf(text.data(), text.size(), "#%06x", color & 0xffffffU);
   return text.data();

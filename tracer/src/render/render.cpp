@@ -7,22 +7,19 @@
 #include <variant>
 
 #include "tracer/parts.h"
-#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
 #include "tracer/src/sampling/proof.h"
 #include "tracer/src/sampling/uniform_sampler.h"
 
 namespace tracer {
-namespace {
 
-template <Tracer T>
-Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSettings& settings,
-                                      RenderControl& control) {
+Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
   try {
-    auto rendered = scene.accuracy.adaptive ? AdaptiveSampler<T>(scene, settings, control).run()
-                                            : UniformSampler<T>(scene, settings, control).run();
+    auto rendered = scene.accuracy.adaptive ? sample_adaptively(scene, settings, control)
+                                            : sample_uniformly(scene, settings, control);
     if (rendered) rendered->statistics.duplicates = scene.geometry().duplicates;
-    if (rendered && scene.accuracy.proof) prove_error<T>(scene, settings, control, *rendered);
+    if (rendered && scene.accuracy.proof) prove_error(scene, settings, control, *rendered);
     if (rendered && control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   } catch (const std::bad_alloc&) {
@@ -30,12 +27,11 @@ Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSe
   }
 }
 
-template <Tracer T>
-Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::string_view part,
-                                             const RenderSettings& settings, RenderControl& control) {
+Result<std::string, Failure> trace_part(const CompiledScene& scene, std::string_view part,
+                                        const RenderSettings& settings, RenderControl& control) {
   const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings.threads, work); };
   try {
-    auto traced = trace_units<T>(scene, part, PartSource::untrusted, in_parallel, control);
+    auto traced = trace_units(make_wavefront, scene, part, PartSource::untrusted, in_parallel, control);
     if (auto* result = std::get_if<std::string>(&traced)) return std::move(*result);
     if (std::get<UnitOutcome>(traced) == UnitOutcome::cancelled)
       return Failure{Failure::Code::cancelled, "cancelled while tracing"};
@@ -43,20 +39,6 @@ Result<std::string, Failure> trace_part_with(const CompiledScene& scene, std::st
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for a part of the image"};
   }
-}
-
-}  // namespace
-
-Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  return with_features(
-      scene, [&](auto features) { return render_with<Wavefront<decltype(features)>>(scene, settings, control); });
-}
-
-Result<std::string, Failure> trace_part(const CompiledScene& scene, std::string_view part,
-                                        const RenderSettings& settings, RenderControl& control) {
-  return with_features(scene, [&](auto features) {
-    return trace_part_with<Wavefront<decltype(features)>>(scene, part, settings, control);
-  });
 }
 
 }  // namespace tracer

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/sampling/tiles.h"

@@ -6,9 +6,9 @@
 namespace tracer {
 namespace {
 
-constexpr double channels = 3;
+constexpr double channel_count = 3;
 /// The least variance that is expected of a mixed pixel: a pilot between two equal ones may be the exception.
-constexpr double mixed_min = channels * 40;
+constexpr double mixed_min = channel_count * 40;
 
 /// Mean square of the distance of a sample from the pixel's mean, over the squared contrast: an edge at a random place
 /// in the pixel has 1/6 - 1/12 of it, and is there in fewer of the pixels that differ from fewer neighbors.
@@ -32,7 +32,7 @@ ClassAllocation::ClassAllocation(const ByClass<ClassCount>& counts, SampleDecay 
   // Two halves of n/2 strata vary 2^(p-1) times as much as n strata.
   const double halves = std::exp2(decay.power() - 1);
   for (std::size_t c = 0; c < class_count; ++c) {
-    const PixelKind kind = kind_of(c);
+    const PixelKind kind = pixel_kind(c);
     if (!is_mixed(c)) {
       const double slope = counts_[c].pixels > 0 ? counts_[c].slope / counts_[c].pixels : 0;
       prior_[c] = halves * std::max(4 * kept(c, {}), slope);
@@ -44,7 +44,7 @@ ClassAllocation::ClassAllocation(const ByClass<ClassCount>& counts, SampleDecay 
     } else {
       const double middle = std::numbers::sqrt2 * std::exp2(static_cast<double>(c % contrast_bins));
       const double share = decay_.stratified ? share_of_contrast(kind) : 1;
-      prior_[c] = halves * std::max(mixed_min, channels * share * middle);
+      prior_[c] = halves * std::max(mixed_min, channel_count * share * middle);
     }
   }
 }
@@ -83,7 +83,7 @@ double ClassAllocation::kept(std::size_t c, const ClassStatistics& found) const 
   if (!is_mixed(c)) return counts_[c].pixels > 0 ? counts_[c].curvature / counts_[c].pixels : 0;
   // The center of a pixel is better than a sample by chance: 1/12 and 1/6 of the squared height of an edge.
   const double by_samples = variance(c, found) / (decay_.stratified ? 2 * std::exp2(decay_.power() - 1) : 1);
-  if (kind_of(c) != PixelKind::feature) return by_samples;
+  if (pixel_kind(c) != PixelKind::feature) return by_samples;
   const double known = prior_weight / (prior_weight + found.pixels);
   return std::max(missed(c), (1 - known) * by_samples);
 }

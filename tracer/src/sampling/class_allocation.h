@@ -88,7 +88,9 @@ class ClassAllocation {
 
  private:
   /// Features have their own expectation.
-  [[nodiscard]] static bool follows_contrast(std::size_t c) { return kind_of(c) != PixelKind::feature && !is_grown(c); }
+  [[nodiscard]] static bool follows_contrast(std::size_t c) {
+    return pixel_kind(c) != PixelKind::feature && !is_grown(c);
+  }
   [[nodiscard]] double by_contrast(std::size_t c) const { return prior_[c] * (follows_contrast(c) ? learned_ : 1); }
   [[nodiscard]] double missed(std::size_t c) const {
     return counts_[c].pixels > 0 ? counts_[c].missed / counts_[c].pixels : 0;

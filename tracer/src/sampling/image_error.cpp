@@ -8,6 +8,7 @@
 
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/sampling/brightest_pixel.h"
+#include "tracer/src/sampling/pixel_sums.h"
 #include "tracer/src/sampling/rare_light.h"
 #include "tracer/src/sampling/tile_errors.h"
 #include "tracer/src/textures/texture.h"
@@ -170,14 +171,13 @@ std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> feat
                                            const UniformPixels& pixels, const PixelWindow& window,
                                            const DisplayTransform& display) {
   constexpr double hits_min = 4;
-  constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
   const auto place_of = [&](const SubpixelFeature& feature) {
     return std::size_t{feature.y - window.y0} * pixels.width + (feature.x - window.x0);
   };
   const auto hit = [&](const SubpixelFeature& feature, const Color& found) {
     const std::size_t first = 3 * place_of(feature);
     for (std::size_t c = 0; c < 3 && !pixels.deviation.empty(); ++c) {
-      const double change = std::abs(found.*channels[c] - pixels.rgb[first + c]) / pixels.samples;
+      const double change = std::abs(found.*color_channels[c] - pixels.rgb[first + c]) / pixels.samples;
       if (change > 0 && pixels.deviation[first + c] >= change / 2) return true;
     }
     return false;
@@ -197,7 +197,7 @@ std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> feat
       double with = value, covered = 0;
       for (auto i = first; i != last; ++i) {
         const double share = std::min(double{features[*i].share}, 1 - covered);
-        with += (radiance[*i].*channels[c] - value) * share;
+        with += (radiance[*i].*color_channels[c] - value) * share;
         covered += share;
       }
       squared += std::pow(display.level(with) - display.level(value), 2);

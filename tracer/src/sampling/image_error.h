@@ -12,7 +12,7 @@
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/radiance_bound.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/subpixel_features.h"

@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/looks.h"
@@ -18,22 +18,21 @@
 
 namespace tracer {
 
-template <Tracer T>
 class LookTracer {
  public:
   /// `kind`: looks or exact_looks. References must outlive it.
-  LookTracer(const PartContext<T>& context, PartKind kind)
+  LookTracer(const PartContext& context, PartKind kind)
       : context_(context), kind_(kind), tiles_(context.scene.image.window()) {}
 
   /// The halves of each look, of `half` samples each; none where a half has no finite sample. Throws std::bad_alloc.
   std::vector<std::optional<Halves>> halves(std::span<const Look> looks, std::uint32_t half) {
     LookRound round(kind_, half, tiles_, looks);
-    if (!trace_in_parts<T>(round, context_)) {
+    if (!trace_in_parts(round, context_)) {
       for_each_tile(round.count(), context_.settings.threads, [&](std::uint64_t unit) {
         if (context_.control.cancelled()) return;
-        typename TracerPool<T>::Lease tracer(context_.pool);
-        trace_looks<T>(context_.scene, tiles_, round.looks(unit), half,
-                       look_share(context_.scene, kind_ == PartKind::exact_looks), *tracer, round.halves(unit));
+        TracerPool<>::Lease tracer(context_.pool);
+        trace_looks(context_.scene, tiles_, round.looks(unit), half,
+                    look_share(context_.scene, kind_ == PartKind::exact_looks), *tracer, round.halves(unit));
       });
     }
     samples_ += std::uint64_t{2} * half * looks.size();
@@ -58,7 +57,7 @@ class LookTracer {
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
 
  private:
-  const PartContext<T> context_;
+  const PartContext context_;
   const PartKind kind_;
   const Tiles tiles_;
   std::uint64_t samples_ = 0;
@@ -77,19 +76,19 @@ struct ApproximationError {
 
 /// Measures approximations and filters by looks: the same samples with and without them, so that noise which both have
 /// cancels.
-template <Tracer T>
 class ApproximationLooks {
  public:
   /// `value`: the image's pixel at a place. References must outlive it.
-  ApproximationLooks(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
-                     const DisplayTransform& display, const std::function<Color(std::size_t)>& value)
+  ApproximationLooks(const MakeTracer& make, const CompiledScene& scene, const RenderSettings& settings,
+                     RenderControl& control, const DisplayTransform& display,
+                     const std::function<Color(std::size_t)>& value)
       : scene_(scene),
         settings_(settings),
         control_(control),
         display_(display),
         value_(value),
-        exact_pool_(scene, control, {}),
-        pool_(scene, control, scene.accuracy.approximate),
+        exact_pool_(make, scene, control, {}),
+        pool_(make, scene, control, scene.accuracy.approximate),
         exact_({scene, settings, control, exact_pool_}, PartKind::exact_looks),
         approximate_({scene, settings, control, pool_}, PartKind::looks) {}
 
@@ -216,8 +215,8 @@ class ApproximationLooks {
     for_each_tile(tiles.count(), settings_.threads, [&](std::uint64_t tile) {
       if (control_.cancelled()) return;
       const std::vector<Pixel> pixels = tiles.pixels(tile);
-      typename TracerPool<T>::Lease exact(exact_pool_), approximate(pool_);
-      for (T* const tracer : {&*exact, &*approximate}) {
+      TracerPool<>::Lease exact(exact_pool_), approximate(pool_);
+      for (Tracer* const tracer : {&*exact, &*approximate}) {
         tracer->batch().clear();
         for (const Pixel& pixel : pixels) push(tracer->batch(), scene_, uniform_sample(scene_, pixel.x, pixel.y, 0, 1));
         if (!tracer->trace()) return;
@@ -263,8 +262,8 @@ class ApproximationLooks {
   RenderControl& control_;
   const DisplayTransform& display_;
   const std::function<Color(std::size_t)>& value_;
-  TracerPool<T> exact_pool_, pool_;
-  LookTracer<T> exact_, approximate_;
+  TracerPool<> exact_pool_, pool_;
+  LookTracer exact_, approximate_;
   std::size_t looks_ = 0;
   std::uint64_t pairs_ = 0, pair_rays_ = 0;
 };

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "tracer/render.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {

@@ -24,18 +24,17 @@ inline bool may_divide(const CompiledScene& scene, const RenderSettings& setting
 }
 
 /// The render that a round belongs to. References must outlive it.
-template <Tracer T>
 struct PartContext {
   const CompiledScene& scene;
   const RenderSettings& settings;
   RenderControl& control;
-  TracerPool<T>& pool;
+  TracerPool<>& pool;
 };
 
 /// Traces all units of a part. Its statistics count in the result only.
-template <Tracer T>
-std::variant<UnitOutcome, std::string> trace_units(const CompiledScene& scene, std::string_view part, PartSource source,
-                                                   const InParallel& in_parallel, RenderControl& control) {
+inline std::variant<UnitOutcome, std::string> trace_units(const MakeTracer& make, const CompiledScene& scene,
+                                                          std::string_view part, PartSource source,
+                                                          const InParallel& in_parallel, RenderControl& control) {
   PartReader reader(part, source);
   std::uint8_t kind = 0;
   std::uint32_t count = 0;
@@ -48,17 +47,17 @@ std::variant<UnitOutcome, std::string> trace_units(const CompiledScene& scene, s
   }
   if (!reader.at_end()) return UnitOutcome::malformed;
   const bool exact = static_cast<PartKind>(kind) == PartKind::exact_looks;
-  TracerPool<T> pool(scene, control, exact ? Approximations{} : scene.accuracy.approximate);
+  TracerPool<> pool(make, scene, control, exact ? Approximations{} : scene.accuracy.approximate);
   std::vector<std::string> results(count);
   std::vector<UnitOutcome> outcomes(count, UnitOutcome::cancelled);
   std::vector<RenderStatistics> statistics(count);
   in_parallel(count, [&](std::uint64_t i) {
     if (control.cancelled()) return;
-    typename TracerPool<T>::Lease tracer(pool);
+    TracerPool<>::Lease tracer(pool);
     const RenderStatistics before = (*tracer).statistics();
     PartReader unit(units[i], source);
     PartWriter writer;
-    outcomes[i] = trace_unit<T>(static_cast<PartKind>(kind), scene, control, unit, *tracer, writer);
+    outcomes[i] = trace_unit(static_cast<PartKind>(kind), scene, control, unit, *tracer, writer);
     if (outcomes[i] == UnitOutcome::traced && !unit.at_end()) outcomes[i] = UnitOutcome::malformed;
     results[i] = writer.take();
     statistics[i] = difference((*tracer).statistics(), before);
@@ -74,10 +73,9 @@ std::variant<UnitOutcome, std::string> trace_units(const CompiledScene& scene, s
   return result.take();
 }
 
-template <Tracer T>
 class DividedRound {
  public:
-  DividedRound(PartRound& round, const PartContext<T>& context) : round_(round), context_(context) {}
+  DividedRound(PartRound& round, const PartContext& context) : round_(round), context_(context) {}
 
   /// False if the exchange does not divide the round. Otherwise all parts are merged, or the render is cancelled.
   bool trace() {
@@ -135,7 +133,8 @@ class DividedRound {
     const InParallel in_order = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for (std::uint64_t i = 0; i < count; ++i) work(i);
     };
-    const auto traced = trace_units<T>(context_.scene, parts_[part].bytes, PartSource::own, in_order, context_.control);
+    const auto traced = trace_units(context_.pool.make(), context_.scene, parts_[part].bytes, PartSource::own, in_order,
+                                    context_.control);
     const auto* result = std::get_if<std::string>(&traced);
     if (result == nullptr) return;  // cancelled
     [[maybe_unused]] const bool stored = store(part, *result, PartSource::own);
@@ -165,7 +164,7 @@ class DividedRound {
   }
 
   PartRound& round_;
-  const PartContext<T>& context_;
+  const PartContext& context_;
   std::vector<Part> parts_;
   std::vector<std::uint64_t> first_units_;  ///< by part; then the number of units
   std::mutex mutex_;
@@ -174,9 +173,8 @@ class DividedRound {
 };
 
 /// Traces a round as parts if the exchange divides it; else returns false.
-template <Tracer T>
-bool trace_in_parts(PartRound& round, const PartContext<T>& context) {
-  return may_divide(context.scene, context.settings) && DividedRound<T>(round, context).trace();
+inline bool trace_in_parts(PartRound& round, const PartContext& context) {
+  return may_divide(context.scene, context.settings) && DividedRound(round, context).trace();
 }
 
 }  // namespace tracer

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/film.h"
 #include "tracer/src/sampling/looks.h"
@@ -64,13 +64,13 @@ class UniformRound final : public PartRound {
   std::uint32_t samples_;
 };
 
-template <Tracer T>
-UnitOutcome trace_uniform_unit(const CompiledScene& scene, PartReader& unit, T& tracer, PartWriter& result) {
+inline UnitOutcome trace_uniform_unit(const CompiledScene& scene, PartReader& unit, Tracer& tracer,
+                                      PartWriter& result) {
   std::uint64_t tile = 0;
   const Tiles tiles(scene.image.window());
   if (!unit.get(tile) || tile >= tiles.count()) return UnitOutcome::malformed;
   UniformFilm film(scene, tiles.window(tile));
-  if (!UniformTracer<T>(scene, film).trace_tile(0, tracer)) return UnitOutcome::cancelled;
+  if (!UniformTracer(scene, film).trace_tile(0, tracer)) return UnitOutcome::cancelled;
   film.write_tile(0, result);
   return UnitOutcome::traced;
 }
@@ -101,10 +101,9 @@ inline void write_sums(const Film::PixelSums& sums, PartWriter& writer) {
 }
 
 /// The pilot of every pixel.
-template <Tracer T>
 class PilotRound final : public PartRound {
  public:
-  PilotRound(Film& film, const Tiles& tiles, Pilots<T>& pilots, PreviewTiles& preview)
+  PilotRound(Film& film, const Tiles& tiles, Pilots& pilots, PreviewTiles& preview)
       : film_(film), tiles_(tiles), pilots_(pilots), preview_(preview) {}
   [[nodiscard]] PartKind kind() const override { return PartKind::pilots; }
   [[nodiscard]] std::uint64_t count() const override { return tiles_.count(); }
@@ -128,17 +127,16 @@ class PilotRound final : public PartRound {
  private:
   Film& film_;
   const Tiles& tiles_;
-  Pilots<T>& pilots_;
+  Pilots& pilots_;
   PreviewTiles& preview_;
 };
 
-template <Tracer T>
-UnitOutcome trace_pilot_unit(const CompiledScene& scene, PartReader& unit, T& tracer, PartWriter& result) {
+inline UnitOutcome trace_pilot_unit(const CompiledScene& scene, PartReader& unit, Tracer& tracer, PartWriter& result) {
   std::uint64_t tile = 0;
   const Tiles tiles(scene.image.window());
   if (!unit.get(tile) || tile >= tiles.count()) return UnitOutcome::malformed;
   TileFilm own(scene, tiles.window(tile));
-  Pilots<T> pilots(scene, own.film, own.tiles, own.never, own.preview);
+  Pilots pilots(scene, own.film, own.tiles, own.never, own.preview);
   pilots.trace(0, 1, tracer);
   if (!pilots.complete()) return UnitOutcome::cancelled;
   for (const Pixel& pixel : own.tiles.pixels(0)) {
@@ -193,9 +191,8 @@ class SetsRound final : public PartRound {
   std::vector<std::vector<SetSums>> sums_;  ///< by unit
 };
 
-template <Tracer T>
-UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderControl& control, PartReader& unit, T& tracer,
-                            PartWriter& result) {
+inline UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderControl& control, PartReader& unit,
+                                   Tracer& tracer, PartWriter& result) {
   constexpr std::uint32_t samples_max = 1u << 20;
   std::uint64_t tile = 0;
   const Tiles tiles(scene.image.window());
@@ -285,9 +282,8 @@ class LookRound final : public PartRound {
 
 /// Traces looks at pixels of a window and writes the means of their halves, one entry for each look; nothing where a
 /// half has no finite sample. Returns false if cancelled.
-template <Tracer T>
-bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks, std::uint32_t half_size,
-                 double share, T& tracer, std::span<std::optional<Halves>> means) {
+inline bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks,
+                        std::uint32_t half_size, double share, Tracer& tracer, std::span<std::optional<Halves>> means) {
   constexpr std::uint64_t first_stream = std::uint64_t{1} << 40;  // beyond the streams of the image
   Batch& batch = tracer.batch();
   batch.clear();
@@ -306,8 +302,8 @@ bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const
   return true;
 }
 
-template <Tracer T>
-UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& unit, T& tracer, PartWriter& result) {
+inline UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& unit, Tracer& tracer,
+                                   PartWriter& result) {
   const Tiles tiles(scene.image.window());
   std::uint32_t half = 0;
   if (!unit.get(half) || half == 0 || half > look_half_max) return UnitOutcome::malformed;
@@ -318,8 +314,7 @@ UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& 
       return UnitOutcome::malformed;
   }
   std::vector<std::optional<Halves>> halves(looks.size());
-  if (!trace_looks<T>(scene, tiles, looks, half, look_share(scene, exact), tracer, halves))
-    return UnitOutcome::cancelled;
+  if (!trace_looks(scene, tiles, looks, half, look_share(scene, exact), tracer, halves)) return UnitOutcome::cancelled;
   for (const std::optional<Halves>& entry : halves) {
     result.put(static_cast<std::uint8_t>(entry ? 1 : 0));
     if (entry) result.put_each((*entry)[0], (*entry)[1]);
@@ -327,19 +322,18 @@ UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& 
   return UnitOutcome::traced;
 }
 
-template <Tracer T>
-UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderControl& control, PartReader& unit,
-                       T& tracer, PartWriter& result) {
+inline UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const RenderControl& control, PartReader& unit,
+                              Tracer& tracer, PartWriter& result) {
   switch (kind) {
     case PartKind::uniform:
-      return trace_uniform_unit<T>(scene, unit, tracer, result);
+      return trace_uniform_unit(scene, unit, tracer, result);
     case PartKind::pilots:
-      return trace_pilot_unit<T>(scene, unit, tracer, result);
+      return trace_pilot_unit(scene, unit, tracer, result);
     case PartKind::round:
-      return trace_sets_unit<T>(scene, control, unit, tracer, result);
+      return trace_sets_unit(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
-      return trace_look_unit<T>(scene, kind == PartKind::exact_looks, unit, tracer, result);
+      return trace_look_unit(scene, kind == PartKind::exact_looks, unit, tracer, result);
   }
   return UnitOutcome::malformed;
 }

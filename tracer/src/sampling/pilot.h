@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/film.h"
@@ -22,7 +22,6 @@ inline std::span<const std::uint32_t> pilot_strides(bool deadline) {
 }
 
 /// Traces the pilots tile by tile and stores them in the film as preview blocks.
-template <Tracer T>
 class Pilots {
  public:
   /// The arguments must outlive it.
@@ -36,7 +35,7 @@ class Pilots {
 
   /// Traces the tile's pixels on a grid of that stride, or none if there is no time. The first pass of the first tile
   /// is always traced, so that the image is never empty. One thread at a time for each tile.
-  void trace(std::uint64_t tile, std::uint32_t stride, T& tracer) {
+  void trace(std::uint64_t tile, std::uint32_t stride, Tracer& tracer) {
     const std::vector<Pixel> pixels = tiles_.pixels(tile);
     const bool must = tile == 0 && stride_[tile] == unsampled;
     if (!must && deadline_.over_before(static_cast<double>(pixels.size()) / (stride * stride))) return;

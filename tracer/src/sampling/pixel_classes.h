@@ -31,10 +31,10 @@ inline constexpr std::size_t kind_count = 8;
 /// kind * contrast_bins + bin; a bin is an octave of squared code values. The bins of grown pixels are rounds.
 using PixelClass = std::uint8_t;
 inline constexpr std::size_t contrast_bins = 18, class_count = kind_count * contrast_bins;
-inline PixelKind kind_of(std::size_t pixel_class) { return static_cast<PixelKind>(pixel_class / contrast_bins); }
-inline bool is_mixed(std::size_t pixel_class) { return kind_of(pixel_class) < PixelKind::smooth; }
+inline PixelKind pixel_kind(std::size_t pixel_class) { return static_cast<PixelKind>(pixel_class / contrast_bins); }
+inline bool is_mixed(std::size_t pixel_class) { return pixel_kind(pixel_class) < PixelKind::smooth; }
 
-inline bool is_grown(std::size_t pixel_class) { return kind_of(pixel_class) == PixelKind::grown; }
+inline bool is_grown(std::size_t pixel_class) { return pixel_kind(pixel_class) == PixelKind::grown; }
 inline PixelClass grown_class(std::uint32_t round) {
   return static_cast<PixelClass>(static_cast<std::size_t>(PixelKind::grown) * contrast_bins + round);
 }

@@ -14,8 +14,6 @@ void write1(std::vector<T>& layer, std::size_t index, T value) {
   if (!layer.empty()) layer[index] = value;
 }
 
-constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
-
 }  // namespace
 
 void allocate(Image& image, const PixelWindow& window, const Output& output) {
@@ -99,7 +97,7 @@ void average_halves(std::span<const Color> samples, std::uint32_t half_size, std
 
 double fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {
   double error = 0;
-  for (const auto channel : channels) {
+  for (const auto channel : color_channels) {
     const double own = value.*channel, first = fresh[0].*channel, second = fresh[1].*channel;
     const double product = (own - first) * (own - second);
     if (product == 0) continue;
@@ -112,7 +110,7 @@ double fresh_error(const Color& value, const Halves& fresh, const DisplayTransfo
 
 HalvesDistance::HalvesDistance(const Color& value, const Halves& a, const Halves& b, const DisplayTransform& display) {
   squared = noise = 0;
-  for (const auto channel : channels) {
+  for (const auto channel : color_channels) {
     const double own = value.*channel, first = a[0].*channel - b[0].*channel, second = a[1].*channel - b[1].*channel;
     const double level = display.level(own), of_first = display.level(own + first) - level,
                  of_second = display.level(own + second) - level,

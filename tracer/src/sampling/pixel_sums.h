@@ -12,7 +12,7 @@
 
 #include "tracer/image.h"
 #include "tracer/src/display/display_transform.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
 
@@ -25,6 +25,8 @@ void allocate(Image& image, const PixelWindow& window, const Output& output);
 inline float film_value(double value) {
   return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
 }
+
+inline constexpr double Color::*color_channels[] = {&Color::r, &Color::g, &Color::b};
 
 /// Writes three channels.
 inline void write_color(float* rgb, const Color& color) {

@@ -5,11 +5,10 @@
 #include <numeric>
 
 #include "tracer/src/math/sampling.h"
+#include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
 namespace {
-
-constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 
 /// Streams of samples that no other look has.
 constexpr std::uint32_t first_index = 1u << 20;
@@ -20,7 +19,7 @@ double squared_error_bound(const RadianceInterval& interval, const Color& value,
   constexpr float white = 1e30F;  // for every tone mapping
   double sum = 0;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double level = display.level(value.*channels[c]), below = level - display.level(interval.low[c]),
+    const double level = display.level(value.*color_channels[c]), below = level - display.level(interval.low[c]),
                  above = display.level(std::min(interval.high[c], white)) - level;
     // The mean of the halves lies between them, and so its error is at most the larger one of theirs.
     const double range = interval.high[c] > display.white() || !std::isfinite(display.white()) ? 1.5 : 1;
@@ -31,7 +30,7 @@ double squared_error_bound(const RadianceInterval& interval, const Color& value,
 
 double squared_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {
   double sum = 0;
-  for (const auto channel : channels) {
+  for (const auto channel : color_channels) {
     const double first = fresh[0].*channel, second = fresh[1].*channel, level = display.level(value.*channel);
     const auto distance = [&](double radiance) { return display.level(radiance) - level; };
     const double a = distance(first), b = distance(second), of_mean = distance((first + second) / 2);

@@ -20,7 +20,7 @@
 
 #include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/display/display_transform.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/confidence_sequence.h"
 #include "tracer/src/sampling/look_tracer.h"
@@ -69,9 +69,8 @@ class ErrorProof {
 
 /// Sets `proven` of the image, unless cancelled, and adds the counts of the looks. Nothing is proven if the brightest
 /// pixel divides the image, or if truncated rays have no bound. Throws std::bad_alloc.
-template <Tracer T>
-void prove_error(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
-                 Rendered& rendered) {
+inline void prove_error(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
+                        Rendered& rendered) {
   constexpr std::size_t first_looks = 256, timed_looks = 64;
   ErrorEstimate& error = rendered.error;
   const double truncated = error.depth + error.cutoff;
@@ -83,8 +82,8 @@ void prove_error(const CompiledScene& scene, const RenderSettings& settings, Ren
                hurry_ms = start_ms + (end_ms - start_ms) / 2;
   const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings.threads, work); };
   ErrorProof proof(scene, rendered.image, in_parallel, control, [&] { return timed && elapsed_ms() > hurry_ms; });
-  TracerPool<T> pool(scene, control, {});
-  LookTracer<T> tracer({scene, settings, control, pool}, PartKind::exact_looks);
+  TracerPool<> pool(make_wavefront, scene, control, {});
+  LookTracer tracer({scene, settings, control, pool}, PartKind::exact_looks);
   const std::uint64_t most = std::max<std::uint64_t>(looks_min, rendered.statistics.samples / (2 * look_half));
   const double target = scene.accuracy.target().value_or(0);
   for (double before = elapsed_ms(), now = before; !control.cancelled() && (timed || proof.count() < most);) {

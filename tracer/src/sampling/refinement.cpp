@@ -116,7 +116,7 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
       first_round ? allocation_->solve(goal_of_first_round(rays), left_, found_.classes) : further_samples(rays);
   bool any = first_round || fresh_looks_;
   for (std::size_t c = 0; c < class_count; ++c) {
-    const bool rarely_hit = kind_of(c) == PixelKind::feature || is_grown(c);  // one hit is most of the error
+    const bool rarely_hit = pixel_kind(c) == PixelKind::feature || is_grown(c);  // one hit is most of the error
     plan.measured[c] = rarely_hit || !decay_.stratified
                            ? 1
                            : static_cast<float>(std::max(measured_share, measured_min / std::max(1.0, pixels_[c])));
@@ -198,9 +198,9 @@ ClassAllocation::Goal Refinement::goal_of_first_round(double rays) const {
 void Refinement::set_look_probabilities(SetsPlan& plan) const {
   constexpr std::array<double, 3> looks{768, 1024, 512};
   const auto group_of = [](std::size_t c) -> std::size_t {
-    return kind_of(c) == PixelKind::smooth ? 0 : kind_of(c) == PixelKind::reflecting ? 1 : 2;
+    return pixel_kind(c) == PixelKind::smooth ? 0 : pixel_kind(c) == PixelKind::reflecting ? 1 : 2;
   };
-  const auto gets_looks = [&](std::size_t c) { return plan.samples[c] == 0 && kind_of(c) != PixelKind::feature; };
+  const auto gets_looks = [&](std::size_t c) { return plan.samples[c] == 0 && pixel_kind(c) != PixelKind::feature; };
   std::array<double, 3> pixels{};
   for (std::size_t c = 0; c < class_count; ++c)
     if (gets_looks(c)) pixels[group_of(c)] += pixels_[c];

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tracer/accuracy.h"
-#include "tracer/src/parallel/in_parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/class_allocation.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/film.h"

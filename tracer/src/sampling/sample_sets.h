@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/pixel_sums.h"
 #include "tracer/src/sampling/tiles.h"
@@ -72,8 +72,7 @@ inline void push_sets(Batch& batch, const CompiledScene& scene, std::span<const 
 }
 
 /// `first`: of the samples of the sets in the batch.
-template <Tracer T>
-SetSums sums_of(const CompiledScene& scene, const T& tracer, const SampleSets& sets, std::size_t first) {
+inline SetSums sums_of(const CompiledScene& scene, const Tracer& tracer, const SampleSets& sets, std::size_t first) {
   SetSums sums;
   const std::size_t split = sets.kind == SampleSets::Kind::joint ? sets.samples : sets.samples / 2;
   for (std::size_t i = 0; i < sets.samples; ++i) {
@@ -91,9 +90,9 @@ SetSums sums_of(const CompiledScene& scene, const T& tracer, const SampleSets& s
 
 /// Traces sets of samples of the pixels of one tile, in batches. `use(index, sums)` is called for each, in order.
 /// Returns false if cancelled, or when `stop(samples)` is true before a batch.
-template <Tracer T, class Stop, class Use>
-bool trace_sets(const CompiledScene& scene, std::span<const Pixel> pixels, std::span<const SampleSets> sets, T& tracer,
-                const Stop& stop, const Use& use) {
+template <class Stop, class Use>
+bool trace_sets(const CompiledScene& scene, std::span<const Pixel> pixels, std::span<const SampleSets> sets,
+                Tracer& tracer, const Stop& stop, const Use& use) {
   constexpr std::size_t batch_samples = 2048;
   Batch& batch = tracer.batch();
   std::size_t done = 0;

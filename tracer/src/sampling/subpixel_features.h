@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/tiles.h"
 
@@ -35,16 +35,15 @@ std::vector<SubpixelFeature> find_indirect_features(const CompiledScene& scene, 
 inline constexpr Color unknown_radiance{std::numeric_limits<double>::quiet_NaN(), 0, 0};
 
 /// Radiance of one sample in the middle of each feature; unknown where `stop` was true or the tracer cancelled.
-template <Tracer T>
-std::vector<Color> sample_features(std::span<const SubpixelFeature> features, const CompiledScene& scene,
-                                   TracerPool<T>& pool, const InParallel& in_parallel,
-                                   const std::function<bool()>& stop) {
+inline std::vector<Color> sample_features(std::span<const SubpixelFeature> features, const CompiledScene& scene,
+                                          TracerPool<>& pool, const InParallel& in_parallel,
+                                          const std::function<bool()>& stop) {
   constexpr std::size_t at_once = 1024;
   std::vector<Color> radiance(features.size(), unknown_radiance);
   in_parallel((features.size() + at_once - 1) / at_once, [&](std::uint64_t block) {
     if (stop()) return;
     const std::size_t first = block * at_once, count = std::min(at_once, features.size() - first);
-    typename TracerPool<T>::Lease tracer(pool);
+    TracerPool<>::Lease tracer(pool);
     Batch& batch = (*tracer).batch();
     batch.clear();
     batch.light_points = 1;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracer/src/sampling/pixel_sums.h"
+
 namespace tracer {
 namespace {
-
-constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 
 /// A find is as different as this, in squared code values, summed over the channels.
 constexpr double find_min = 3 * 40;
@@ -59,7 +59,7 @@ std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, 
 
 double squared_error(const Color& mean, const Color& deviation, const DisplayTransform& display) {
   double sum = 0;
-  for (const auto channel : channels) {
+  for (const auto channel : color_channels) {
     const double difference =
         display.level(mean.*channel) - display.level(std::max(0.0, mean.*channel - std::abs(deviation.*channel)));
     sum += difference * difference;
@@ -114,7 +114,7 @@ void TileMerger::look(std::size_t place, const SetSums& sums, TileBook& book) co
   const PixelClass c = classes_[place];
   const Color pilot = film_.mean(place);
   double product = 0, first = 0, second = 0, both = 0;
-  for (const auto channel : channels) {
+  for (const auto channel : color_channels) {
     const double one = sums.mean[0].*channel, other = sums.mean[1].*channel, own = display_.level(pilot.*channel),
                  a = own - display_.level(one), b = own - display_.level(other),
                  mean = own -

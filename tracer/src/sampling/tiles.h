@@ -14,7 +14,7 @@
 #include "tracer/control.h"
 #include "tracer/scene.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/parallel/in_parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 

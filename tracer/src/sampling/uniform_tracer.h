@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/part_bytes.h"
@@ -85,7 +85,6 @@ struct UniformFilm {
   }
 };
 
-template <Tracer T>
 class UniformTracer {
  public:
   /// The arguments must outlive it.
@@ -93,7 +92,7 @@ class UniformTracer {
       : scene_(scene), film_(film), samples_(scene.accuracy.samples) {}
 
   /// Returns false if cancelled. Different tiles may be traced concurrently.
-  bool trace_tile(std::uint64_t index, T& tracer) {
+  bool trace_tile(std::uint64_t index, Tracer& tracer) {
     const std::vector<Pixel> pixels = film_.tiles.pixels(index);
     const std::size_t at_once = std::max(batch_pixels_min, batch_rays / samples_);
     std::vector<OmittedSample> omitted;
@@ -116,7 +115,7 @@ class UniformTracer {
     OmittedRadiance omitted;
   };
 
-  bool trace_pixels(std::span<const Pixel> pixels, T& tracer, std::vector<OmittedSample>& omitted) {
+  bool trace_pixels(std::span<const Pixel> pixels, Tracer& tracer, std::vector<OmittedSample>& omitted) {
     std::array<Sums, batch_pixels_min> partial;  // of pixels with more samples than a batch
     std::array<LayerAccumulator, batch_pixels_min> partial_layers;
     const std::uint32_t at_once = std::max(1u, batch_rays / static_cast<std::uint32_t>(pixels.size()));
@@ -139,7 +138,7 @@ class UniformTracer {
   }
 
   /// Writes pixels with one sample each, without sums.
-  void write_each(std::span<const Pixel> pixels, const T& tracer, std::vector<OmittedSample>& omitted_samples) {
+  void write_each(std::span<const Pixel> pixels, const Tracer& tracer, std::vector<OmittedSample>& omitted_samples) {
     const std::vector<Color>& radiance = tracer.radiance();
     const std::vector<OmittedRadiance>& omitted = tracer.omitted();
     const Tiles tiles = film_.tiles;  // local copies, read once and not for each pixel
@@ -161,7 +160,7 @@ class UniformTracer {
   };
   /// Accumulates the batch's samples of each pixel; calls write(i, sums) after the last part.
   template <class Sum, class Write>
-  void accumulate(const BatchPart& part, const T& tracer, std::array<Sum, batch_pixels_min>& partial,
+  void accumulate(const BatchPart& part, const Tracer& tracer, std::array<Sum, batch_pixels_min>& partial,
                   const Write& write) const {
     const std::size_t samples = tracer.radiance().size();
     for (std::size_t i = 0; i < part.pixels; ++i) {
@@ -178,11 +177,11 @@ class UniformTracer {
     }
   }
 
-  void add_sample(const T& tracer, std::size_t sample, std::uint32_t /*index*/, LayerAccumulator& sums) const {
+  void add_sample(const Tracer& tracer, std::size_t sample, std::uint32_t /*index*/, LayerAccumulator& sums) const {
     sums.add(tracer.gbuffer(), sample);
   }
   /// The first half of a pixel's sequence is stratified by itself, and so is the second.
-  void add_sample(const T& tracer, std::size_t sample, std::uint32_t index, Sums& sums) const {
+  void add_sample(const Tracer& tracer, std::size_t sample, std::uint32_t index, Sums& sums) const {
     const Color& radiance = tracer.radiance()[sample];
     sums.radiance.add(radiance);
     if (index < samples_ / 2) sums.half.add(radiance);

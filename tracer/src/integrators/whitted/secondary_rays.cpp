@@ -68,8 +68,8 @@ WHITTLE_INLINE void refract(const HitPacket& __restrict p, const InterfacePacket
 }
 
 /// offset_origin() with a given clearance.
-WHITTLE_INLINE void offset_origins(const HitPacket& __restrict packet, const ShadingPointPacket& __restrict f,
-                                   SecondaryRayPacket& __restrict to) {
+WHITTLE_INLINE void clear_origins(const HitPacket& __restrict packet, const ShadingPointPacket& __restrict f,
+                                  SecondaryRayPacket& __restrict to) {
   const PointPacket& p = packet.points;
   for (int i = 0; i < lanes; ++i) to.origin.set(i, clear_of(p.position[i], p.face[i], f.clearance[i], to.direction[i]));
 }
@@ -114,7 +114,7 @@ WHITTLE_WIDE void spawn_reflection(const HitPacket& __restrict packet,
   choose_normals(packet, shading_points, geometry);
   reflect(packet, geometry, reflection);
   reflect_to_side(packet, 1, reflection);
-  offset_origins(packet, shading_points, reflection);
+  clear_origins(packet, shading_points, reflection);
   for (int i = 0; i < lanes; ++i) scale_throughput(packet, i, packet.coefficients.reflectance[i], reflection);
   reflection.going = packet.coefficients.reflects & first_lanes(packet.count);
   hash_paths(packet, 0, reflection);
@@ -132,13 +132,13 @@ WHITTLE_WIDE void spawn_dielectric(const HitPacket& __restrict packet,
   if (transmission.going != 0) {
     refract(packet, interfaces, geometry, transmission);
     if (perturbed) reflect_to_side(packet, -1, transmission);
-    offset_origins(packet, shading_points, transmission);
+    clear_origins(packet, shading_points, transmission);
     hash_paths(packet, 1, transmission);
   }
   if (reflection.going == 0) return;
   reflect(packet, geometry, reflection);
   reflect_to_side(packet, 1, reflection);
-  offset_origins(packet, shading_points, reflection);
+  clear_origins(packet, shading_points, reflection);
   hash_paths(packet, 0, reflection);
 }
 

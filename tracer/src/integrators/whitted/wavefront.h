@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/integrators/whitted/direct_lighting.h"
 #include "tracer/src/integrators/whitted/secondary_rays.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
@@ -154,30 +154,30 @@ class TextureLookup {
   FootprintPacket footprint_ = {};
 };
 
-/// Models Tracer. Contributions to one sample are added in an order that depends on that sample alone (bounce, then
-/// kind, then the order of the parents, then light), so that no choice of batch, tile or thread changes a bit of the
-/// image.
+/// The integrator for a set of features. Contributions to one sample are added in an order that depends on that sample
+/// alone (bounce, then kind, then the order of the parents, then light), so that no choice of batch, tile or thread
+/// changes a bit of the image.
 template <class Features>
-class Wavefront {
+class Wavefront : public Tracer {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
       : state_(scene, control, approximations), textures_(state_), lighting_(state_), secondary_(state_) {}
   Wavefront(const Wavefront&) = delete;
   Wavefront& operator=(const Wavefront&) = delete;
 
-  [[nodiscard]] Batch& batch() { return state_.batch; }
-  bool trace();
+  [[nodiscard]] Batch& batch() override { return state_.batch; }
+  bool trace() override;
   /// Traces these rays in place of camera rays, one for each sample of the batch: samples without a place in the image.
   bool trace(const RayQueue& rays);
   /// Traces diffuse rays in place of camera rays, one for each sample of the batch, and appends to `terminations` where
   /// their paths end at patches; radiance() is the rest. Precondition: the scene has patches.
   bool trace_from_patches(const RayQueue& diffuse, std::vector<PathTermination>& terminations);
 
-  [[nodiscard]] const std::vector<Color>& radiance() const { return state_.radiance; }
-  [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const { return state_.omitted; }
-  [[nodiscard]] const std::vector<SampleSignature>& signatures() const { return state_.signatures; }
-  [[nodiscard]] const GBuffer& gbuffer() const { return state_.gbuffer; }
-  [[nodiscard]] const RenderStatistics& statistics() const { return state_.statistics; }
+  [[nodiscard]] const std::vector<Color>& radiance() const override { return state_.radiance; }
+  [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const override { return state_.omitted; }
+  [[nodiscard]] const std::vector<SampleSignature>& signatures() const override { return state_.signatures; }
+  [[nodiscard]] const GBuffer& gbuffer() const override { return state_.gbuffer; }
+  [[nodiscard]] const RenderStatistics& statistics() const override { return state_.statistics; }
 
  private:
   bool trace_all(BounceQueuesPtr first_bounce);

@@ -10,7 +10,7 @@
 #include "tracer/render.h"
 #include "tracer/requirements.h"
 #include "tracer/src/compiled/medium_stack.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/integrators/tracer.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
 #include "tracer/src/radiosity/transport.h"
 
@@ -46,16 +46,6 @@ bool supports(const Requirements& needs) {
   return std::all_of(std::begin(requirement_names), std::end(requirement_names), [&](const RequirementName& name) {
     return !(needs.*name.needed) || Features::includes(name.needed);
   });
-}
-
-/// Calls use(Features{}) for the smallest set that supports the image and its exact samples.
-template <class Use>
-auto with_features(const CompiledScene& scene, const Use& use) {
-  const auto supported = [&](auto features) {
-    return supports<decltype(features)>(scene.needs) && supports<decltype(features)>(scene.exact.needs);
-  };
-  if (supported(WhittedFeatures{})) return use(WhittedFeatures{});
-  return supported(LocalFeatures{}) ? use(LocalFeatures{}) : use(AllFeatures{});
 }
 
 /// The hits from `first` on.

@@ -2,8 +2,8 @@
 /// The seam between samplers and integrators: a sampler fills a batch of samples, calls `trace()` and reads the
 /// results.
 
-#include <concepts>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -79,24 +79,37 @@ struct OmittedRadiance {
 };
 
 /// An integrator with the scratch memory of one thread. Results are valid until the next change of the batch.
-/// - Construction: `approximations` are the scene's, or none for exact samples.
-/// - `batch()`: samples to trace next. trace() does not change it.
-/// - `trace()`: traces the batch. Returns false if cancelled; results are then undefined. Throws std::bad_alloc.
-/// - `radiance()`: radiance of each sample; may be non-finite, which `statistics()` counts.
-/// - `omitted()`: omitted radiance of each sample; empty if the scene cannot omit any.
-/// - `gbuffer()`: first hits; filled if the scene needs a depth cue or layers.
-/// - `statistics()`: counts of all batches so far.
-template <class T>
-concept Tracer = std::constructible_from<T, const CompiledScene&, const RenderControl&, const Approximations&> &&
-    requires(T tracer, const T& traced) {
-  { tracer.batch() } -> std::same_as<Batch&>;
-  { tracer.trace() } -> std::same_as<bool>;
-  { traced.radiance() } -> std::same_as<const std::vector<Color>&>;
-  { traced.omitted() } -> std::same_as<const std::vector<OmittedRadiance>&>;
-  { traced.signatures() } -> std::same_as<const std::vector<SampleSignature>&>;
-  { traced.gbuffer() } -> std::same_as<const GBuffer&>;
-  { traced.statistics() } -> std::same_as<const RenderStatistics&>;
+class Tracer {
+ public:
+  virtual ~Tracer() = default;
+  /// Samples to trace next. trace() does not change it.
+  [[nodiscard]] virtual Batch& batch() = 0;
+  /// Traces the batch. Returns false if cancelled; results are then undefined. Throws std::bad_alloc.
+  virtual bool trace() = 0;
+  /// Radiance of each sample; may be non-finite, which `statistics()` counts.
+  [[nodiscard]] virtual const std::vector<Color>& radiance() const = 0;
+  /// Omitted radiance of each sample; empty if the scene cannot omit any.
+  [[nodiscard]] virtual const std::vector<OmittedRadiance>& omitted() const = 0;
+  [[nodiscard]] virtual const std::vector<SampleSignature>& signatures() const = 0;
+  /// First hits; filled if the scene needs a depth cue or layers.
+  [[nodiscard]] virtual const GBuffer& gbuffer() const = 0;
+  [[nodiscard]] virtual const RenderStatistics& statistics() const = 0;  ///< counts of all batches so far
 };
+
+/// Makes a tracer. `approximations`: the scene's, or none for exact samples.
+template <class T>
+using Make = std::function<std::unique_ptr<T>(const CompiledScene&, const RenderControl&, const Approximations&)>;
+using MakeTracer = Make<Tracer>;
+
+template <class T>
+std::unique_ptr<T> make(const CompiledScene& scene, const RenderControl& control,
+                        const Approximations& approximations) {
+  return std::make_unique<T>(scene, control, approximations);
+}
+
+/// The Whitted integrator with the smallest set of features that supports the image and its exact samples.
+std::unique_ptr<Tracer> make_wavefront(const CompiledScene& scene, const RenderControl& control,
+                                       const Approximations& approximations);
 
 inline void add(RenderStatistics& total, const RenderStatistics& part) {
   for (const auto& [name, count] : ray_kinds) total.rays.*count += part.rays.*count;
@@ -110,11 +123,12 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
 }
 
 /// Pool of tracers with their scratch memory, one for each thread that needs one at the same time.
-template <Tracer T>
+template <class T = Tracer>
 class TracerPool {
  public:
-  TracerPool(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
-      : scene_(scene), control_(control), approximations_(approximations) {}
+  TracerPool(const Make<T>& make, const CompiledScene& scene, const RenderControl& control,
+             const Approximations& approximations)
+      : make_(make), scene_(scene), control_(control), approximations_(approximations) {}
 
   /// Holds a tracer for its lifetime.
   class Lease {
@@ -129,6 +143,8 @@ class TracerPool {
     TracerPool& pool_;
     std::unique_ptr<T> tracer_;
   };
+
+  [[nodiscard]] const Make<T>& make() const { return make_; }
 
   /// Sums over all tracers and add_statistics(). Precondition: no tracer is leased.
   [[nodiscard]] RenderStatistics statistics() const {
@@ -146,7 +162,7 @@ class TracerPool {
  private:
   std::unique_ptr<T> acquire() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<T>(scene_, control_, approximations_);
+    if (idle_.empty()) return make_(scene_, control_, approximations_);
     std::unique_ptr<T> idle = std::move(idle_.back());
     idle_.pop_back();
     return idle;
@@ -156,6 +172,7 @@ class TracerPool {
     idle_.push_back(std::move(idle));
   }
 
+  const Make<T> make_;
   const CompiledScene& scene_;
   const RenderControl& control_;
   const Approximations approximations_;
