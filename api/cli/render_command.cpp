@@ -62,8 +62,7 @@ void print_error(const tracer::ErrorEstimate& error) {
       {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}, {"tone", error.tone}}};
   for (const auto& [part, levels] : parts)
     if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
-  std::fputs(error.bounded ? "\n" : "; depth and cutoff are estimates, the radiance of this scene has no bound\n",
-             stderr);
+  std::fputs(error.bounded ? "\n" : "; the radiance of this scene has no bound\n", stderr);
   print_error_details(error);
 }
 

@@ -56,7 +56,7 @@ Json artifacts_json(const std::vector<ReportedArtifact>& artifacts) {
 /// Upper bound of the radiance that culled shadow rays omit, as a mean over all samples.
 double culled_radiance(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   if (statistics.samples == 0) return 0;
-  return static_cast<double>(statistics.culled_radiance) * 0x1p-20 * scene.accuracy.cutoff /
+  return static_cast<double>(statistics.culled_radiance) * 0x1p-20 * scene.accuracy.cutoff.value_or(0) /
          static_cast<double>(statistics.samples);
 }
 

@@ -55,7 +55,6 @@ std::optional<double> number_or_none(const Json& json) {
 }  // namespace
 
 Json accuracy_json(const tracer::Accuracy& accuracy) {
-  const tracer::Accuracy usual;
   Json json = Json::object();
   if (accuracy.model == tracer::Accuracy::Model::global) json["model"] = "global";
   if (const auto target = accuracy.target()) json["target_error"] = *target;
@@ -68,11 +67,8 @@ Json accuracy_json(const tracer::Accuracy& accuracy) {
     if (adaptive.samples_min != usual_adaptive.samples_min || adaptive.samples_max != usual_adaptive.samples_max)
       json["samples"] = {adaptive.samples_min, adaptive.samples_max};
   }
-  if (accuracy.max_depth != tracer::default_max_depth(accuracy.adaptive.has_value(), accuracy.cutoff))
-    json["max_depth"] = accuracy.max_depth;
-  // Without the field, adaptive sampling ends rays by Russian roulette.
-  if (accuracy.cutoff != usual.cutoff || accuracy.cutoff_by_chance != accuracy.adaptive.has_value())
-    json["cutoff"] = accuracy.cutoff;
+  if (accuracy.max_depth) json["max_depth"] = *accuracy.max_depth;
+  if (accuracy.cutoff) json["cutoff"] = *accuracy.cutoff;
   if (accuracy.seed != 0) json["seed"] = accuracy.seed;
   if (accuracy.proof) json["proof"] = true;
   if (accuracy.approximate.any()) json["approximate"] = approximations_json(accuracy.approximate);

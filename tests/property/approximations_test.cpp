@@ -46,7 +46,7 @@ TEST(WithoutShadows, EveryLightIsUnoccluded) {
     const Scene scene = scenes::random(seed, 24);
     Scene shadowless = scene;
     for (Light& light : shadowless.lights) light.shadows = false;
-    const Rendered seen = scenes::approximated(scene, no_shadows), expected = scenes::render(shadowless);
+    const Rendered seen = scenes::approximated(scene, no_shadows), expected = scenes::approximated(shadowless, {});
     ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, expected.statistics) << seed;
     ASSERT_EQ(seen.statistics.rays.shadow, 0u) << seed;
@@ -75,7 +75,7 @@ TEST(WithoutReflections, MirrorsAreBlack) {
       material.opacity = Color{1, 1, 1};
     });
     const Scene dull = with_materials(scene, [](Material& material) { material.reflection = 0; });
-    const Rendered seen = scenes::approximated(scene, no_reflections), expected = scenes::render(dull);
+    const Rendered seen = scenes::approximated(scene, no_reflections), expected = scenes::approximated(dull, {});
     ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, expected.statistics) << seed;
     reflected += scenes::render(scene).statistics.rays.reflection;
@@ -182,7 +182,8 @@ TEST(NearestLights, AreAllLightsIfThereAreNoMore) {
   for (std::uint64_t seed = 0; seed < effort::cases(50); ++seed) {
     const Scene scene = scenes::random(seed, 16);
     const auto count = static_cast<std::uint32_t>(std::max<std::size_t>(scene.lights.size(), 1));
-    const Rendered seen = scenes::approximated(scene, {.nearest_lights = count}), exact = scenes::render(scene);
+    const Rendered seen = scenes::approximated(scene, {.nearest_lights = count}),
+                   exact = scenes::approximated(scene, {});
     ASSERT_EQ(seen.image.rgb, exact.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, exact.statistics) << seed;
   }

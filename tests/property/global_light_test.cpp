@@ -186,9 +186,7 @@ Scene furnace() {
   Scene scene = scenes::empty(16);
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.samples = 16;
-  scene.accuracy.max_depth = 1000;
-  scene.accuracy.cutoff = 0.01;
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   scene.camera = {{0, -1.9, 0.3}, {0, 0, 0}, {0, 0, 1}, 80};
   const MaterialId wall = scenes::add(scene, surface(0.7, 0.3)), ball = scenes::add(scene, surface(0.4, 0.6));
   scenes::add(scene, Box{{-2, -2, -2}, {2, 2, 2}}, wall);
@@ -276,8 +274,6 @@ TEST(GlobalLight, ReachesATargetErrorThatIsTrue) {
   scene.accuracy = {};
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.adaptive.emplace().target_error = 3;
-  scene.accuracy.cutoff_by_chance = true;
-  scene.accuracy.max_depth = default_max_depth(true);
   scenes::add(scene, Box{{-2, -2, -2}, {2, 2, 2}}, surface(0.6));
   scenes::add(scene, Box{{-1, -0.5, 1.9}, {1, 1.5, 1.95}}, scenes::glowing({3, 3, 3}));
   scenes::add(scene, Sphere{{0.5, 0.5, -1.2}, 0.8}, surface(0.7));

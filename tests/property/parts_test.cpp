@@ -143,7 +143,7 @@ Scene adaptive(std::uint64_t seed, double target_error) {
   scene.accuracy.target_error = target_error;
   scene.accuracy.adaptive.emplace().target_error = target_error;
   scene.accuracy.adaptive->samples_max = 256;
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   return scene;
 }
 

@@ -27,7 +27,7 @@ Scene exact(std::uint32_t samples) {
 Scene adaptive() {
   Scene scene = scenes::random(3, side);
   scene.accuracy.adaptive.emplace().target_error = 0.3;
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   return scene;
 }
 

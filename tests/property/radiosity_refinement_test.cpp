@@ -30,7 +30,7 @@ Scene with_patches(Scene scene, std::optional<double> target = {}) {
 Scene adaptive(const Scene& of, double target, std::optional<double> time_budget_ms = {}) {
   Scene scene = with_patches(of);
   scene.accuracy.adaptive = Adaptive{.target_error = target, .time_budget_ms = time_budget_ms};
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   return scene;
 }
 

@@ -104,7 +104,7 @@ TEST(Radiosity, LeavesTheSamplesTheRestOfTheTargetError) {
   Scene scene = scenes::room();
   scene.image = {96, 96, {}};
   scene.accuracy.adaptive = Adaptive{.target_error = 4, .time_budget_ms = {}};
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   const ErrorEstimate error = rendered_with(scene, Interreflection::radiosity).error;
   EXPECT_TRUE(error.target_met) << error.estimate;
   EXPECT_EQ(error.limit, ErrorEstimate::Limit::target);
@@ -200,7 +200,7 @@ Scene ball_between_mirrors() {
   scene.camera = {{0.3, 0.2, 0.8}, {0, 0, 0}, {0, 1, 0}, 60};
   scene.accuracy.max_depth = 1000;
   scene.accuracy.adaptive = Adaptive{.target_error = 0.01, .time_budget_ms = 1000};
-  scene.accuracy.cutoff_by_chance = true;
+  scenes::end_by_chance(scene);
   scenes::add(scene, Box{{-1, -1, -1}, {1, 1, 1}}, scenes::mirror(0.99));
   scenes::add(scene, Sphere{{0, 0, 0}, 0.1}, surface(0.8));
   scene.lights.push_back(scenes::point_light({0.7, 0.5, 0.6}, {0.5, 0.5, 0.5}));

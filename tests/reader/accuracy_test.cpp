@@ -123,35 +123,17 @@ TEST(AccuracyReader, IgnoresTheServicesSampleLimit) {
   EXPECT_FALSE(api::parse_scene(document_with(), limits));
 }
 
-/// Russian roulette ends paths where samples adapt and no cutoff is set; the default depth is one that it does not
-/// reach.
-TEST(AccuracyReader, DerivesTheEndOfPathsFromSamplesAndCutoff) {
-  struct Row {
-    const char* members;
-    double cutoff;
-    bool by_chance;
-    std::uint32_t max_depth;
-  };
-  for (const auto& [members, cutoff, by_chance, max_depth] : std::initializer_list<Row>{
-           {"", 1e-3, true, 1000},
-           {R"("samples": [1, 4])", 1e-3, true, 1000},
-           {R"("time_budget_ms": 100)", 1e-3, true, 1000},
-           {R"("target_error": 0.5)", 1e-3, true, 1000},
-           {R"("target_error": 100)", 1e-3, true, 1000},
-           {R"("tile_error": 0.5)", 1e-3, true, 1000},
-           {R"("max_depth": 64)", 1e-3, true, 64},
-           {R"("samples": [4, 4])", 1e-3, false, 64},
-           {R"("samples": [4, 4], "target_error": 0.5)", 1e-3, false, 64},
-           {R"("samples": [4, 4], "max_depth": 3)", 1e-3, false, 3},
-           {R"("cutoff": 0.001)", 1e-3, false, 1000},
-           {R"("cutoff": 0)", 0, false, 64},
-           {R"("time_budget_ms": 100, "cutoff": 0.5)", 0.5, false, 1000},
-           {R"("target_error": 0.5, "cutoff": 0.25)", 0.25, false, 1000},
-       }) {
-    const Accuracy accuracy = accuracy_of(members);
-    EXPECT_EQ(accuracy.cutoff, cutoff) << members;
-    EXPECT_EQ(accuracy.cutoff_by_chance, by_chance) << members;
-    EXPECT_EQ(accuracy.max_depth, max_depth) << members;
+TEST(AccuracyReader, EndsRaysByChanceUnlessACutoffOrADepthIsNamed) {
+  for (const char* members : {"", R"("samples": [4, 4])", R"("samples": [1, 4])", R"("time_budget_ms": 100)",
+                              R"("target_error": 0.5)", R"("target_error": 0.5, "samples": [4, 4])"})
+    EXPECT_FALSE(accuracy_of(members).truncates()) << members;
+  for (const char* kind : {"", R"("samples": [4, 4], )"}) {
+    const std::string sampling = kind;
+    EXPECT_EQ(accuracy_of(sampling + R"("cutoff": 0.25)").cutoff, 0.25);
+    EXPECT_EQ(accuracy_of(sampling + R"("cutoff": 0)").cutoff, 0.0);
+    EXPECT_EQ(accuracy_of(sampling + R"("cutoff": 0.25)").max_depth, std::nullopt);
+    EXPECT_EQ(accuracy_of(sampling + R"("max_depth": 0)").max_depth, 0u);
+    EXPECT_EQ(accuracy_of(sampling + R"("max_depth": 3)").cutoff, std::nullopt);
   }
 }
 

@@ -96,6 +96,7 @@ TEST(Report, HasEveryMember) {
   statistics.non_finite = 3;
   statistics.duplicates = 11;
   statistics.culled_shadow_rays = 144;
+  scene.accuracy.cutoff = 1e-3;
   statistics.culled_radiance = 80 << 19;  // half of the cutoff in every sample
   tracer::ErrorEstimate error;
   error.estimate = 1.5;

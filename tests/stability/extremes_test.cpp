@@ -80,9 +80,9 @@ TEST(MirrorCorridor, TakesNoMemoryForDepth) {
 #endif
   const Rendered rendered = stability::render(scene);
   const oracle::Real rho = 0.999999;
-  const oracle::Real expected = (1 - std::pow(rho, scene.accuracy.max_depth + 1.0L)) / (1 - rho);
+  const oracle::Real expected = (1 - std::pow(rho, *scene.accuracy.max_depth + 1.0L)) / (1 - rho);
   EXPECT_LT(growth.kibibytes(), bound_kib);
-  EXPECT_EQ(rendered.statistics.rays.reflection, scene.accuracy.max_depth);
+  EXPECT_EQ(rendered.statistics.rays.reflection, *scene.accuracy.max_depth);
   const bool right = std::abs(rendered.image.rgb[0] - expected) <= 1e-6L * expected;
   row.count(rendered.statistics.rays.reflection, right ? 0 : rendered.statistics.rays.reflection, "its radiance");
 }

@@ -79,7 +79,7 @@ class Everything {
     add("/depth_cue", scene.depth_cue);
     add("/medium", scene.medium);
     add("/ambient", scene.ambient);
-    add("/accuracy/cutoff", scene.accuracy.cutoff);
+    add("/accuracy/cutoff", *scene.accuracy.cutoff);
     add("/output", scene.output);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
       add("/lights/" + std::to_string(i), scene.lights[i].source);

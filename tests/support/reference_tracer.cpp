@@ -288,7 +288,7 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
   const Point point = point_at(ray, hit);
   const Inside after = beyond(ray.inside, point);
   if (hides(ray.inside, after, hit.body)) {  // a nested boundary: skipped
-    if (depth >= scene_.accuracy.max_depth) {
+    if (depth >= *scene_.accuracy.max_depth) {
       ++path.counted.truncated_branches;
       return {};
     }
@@ -383,12 +383,12 @@ Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const I
                                const Light3& factor, std::uint32_t depth, std::uint64_t& kind, Path& path) const {
   if (largest(factor) == 0) return {};
   const Light3 arriving = weight * factor;
-  if (scene_.accuracy.cutoff > 0) path.near_miss(largest(arriving) / scene_.accuracy.cutoff - 1);
-  if (largest(arriving) < scene_.accuracy.cutoff || largest(arriving) == 0) {
+  if (const double cutoff = *scene_.accuracy.cutoff; cutoff > 0) path.near_miss(largest(arriving) / cutoff - 1);
+  if (largest(arriving) < *scene_.accuracy.cutoff || largest(arriving) == 0) {
     ++path.counted.cut_branches;
     return {};
   }
-  if (depth >= scene_.accuracy.max_depth) {
+  if (depth >= *scene_.accuracy.max_depth) {
     ++path.counted.truncated_branches;
     return {};
   }

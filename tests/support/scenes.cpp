@@ -1,5 +1,6 @@
 #include "tests/support/scenes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -23,7 +24,18 @@ Scene empty(std::uint32_t side) {
   scene.image = {side, side};
   scene.accuracy.samples = 1;
   scene.accuracy.cutoff = 0;
+  scene.accuracy.max_depth = 64;
   return scene;
+}
+
+void end_by_chance(Scene& scene) {
+  scene.accuracy.max_depth.reset();
+  scene.accuracy.cutoff.reset();
+  for (Material& material : scene.materials) {
+    const double sum = material.fresnel ? 1 : std::max(1.0, material.reflection + material.transmission);
+    material.reflection /= sum;
+    material.transmission /= sum;
+  }
 }
 
 MaterialId add(Scene& scene, const Material& material) {

@@ -11,8 +11,13 @@
 
 namespace scenes {
 
-/// A scene of `side` x `side` pixels with one sample at each pixel's center, a black background and no cutoff.
+/// A scene of `side` x `side` pixels with one sample at each pixel's center, a black background, no cutoff and a depth
+/// of 64, so that nothing depends on chance.
 tracer::Scene empty(std::uint32_t side);
+
+/// Rays end by chance, as in a document that names neither `max_depth` nor `cutoff`. No material splits a ray into more
+/// than it was, so that trees end.
+void end_by_chance(tracer::Scene& scene);
 
 /// Adds a material or an object with it. Any material and shape may be given.
 tracer::MaterialId add(tracer::Scene& scene, const tracer::Material& material);

@@ -27,7 +27,6 @@ struct RequestedAccuracy {
   std::optional<Preset> preset;
   std::optional<double> target_error, tile_error, time_budget_ms;
   SampleRange samples;
-  bool has_cutoff = false, has_max_depth = false;
 
   [[nodiscard]] bool exact() const { return samples.least == samples.most; }
 
@@ -77,8 +76,6 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   Fields fields(reading, at, "the accuracy");
   read_all_fields(fields, requested);
   read_all_fields(fields, accuracy);
-  requested.has_max_depth = fields.has("max_depth");
-  requested.has_cutoff = fields.has("cutoff");
   // With exact samples the scene has no time budget that tracer::validate could check.
   if (requested.exact() && requested.time_budget_ms && *requested.time_budget_ms <= 0)
     fields.add_issue("time_budget_ms", "out_of_range", "must be > 0, got " + number_text(*requested.time_budget_ms));
@@ -124,9 +121,6 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
       adaptive.samples_max =
           tracer::bounded_samples(adaptive.samples_max, adaptive.samples_min, reading.scene().image.window().pixels());
   }
-  accuracy.cutoff_by_chance = !requested.has_cutoff && accuracy.adaptive.has_value();
-  if (!requested.has_max_depth)
-    accuracy.max_depth = tracer::default_max_depth(accuracy.adaptive.has_value(), accuracy.cutoff);
 }
 
 }  // namespace api

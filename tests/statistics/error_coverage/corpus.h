@@ -17,7 +17,7 @@ enum class SettingGroup {
   targets,        ///< target errors of 4 to 0.5 levels
   budgets,        ///< target errors and time budgets
   fixed_samples,  ///< 1 to 64 samples in every pixel
-  bounds,         ///< with the default depth and cutoff
+  bounds,         ///< with the depth and the cutoff of the scene
   files,          ///< target errors, compared with the decoded files
   tiles,          ///< target errors, also of the worst tile
   noisy_tiles,    ///< the same with larger targets: small ones take thousands of samples in every pixel

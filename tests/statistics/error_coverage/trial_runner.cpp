@@ -30,7 +30,7 @@ Rendered render_scene(const Scene& scene, const Assets& assets, Renderer rendere
   return std::move(*rendered);
 }
 
-/// The defaults of a document: with a target error or a time budget, cutoff by chance and its depth.
+/// The defaults of a document.
 Accuracy accuracy_of(const Setting& setting, const Approximations& approximate, std::uint64_t seed) {
   Accuracy accuracy;
   accuracy.seed = seed;
@@ -39,8 +39,6 @@ Accuracy accuracy_of(const Setting& setting, const Approximations& approximate, 
     accuracy.samples = setting.samples;
     return accuracy;
   }
-  accuracy.cutoff_by_chance = true;
-  accuracy.max_depth = default_max_depth(true);
   accuracy.adaptive = Adaptive{.target_error = setting.target_error, .time_budget_ms = setting.time_budget_ms};
   return accuracy;
 }
@@ -116,6 +114,10 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed, 
   scene.accuracy = accuracy_of(setting, scene_.scene.accuracy.approximate, seed);
   scene.accuracy.model = scene_.scene.accuracy.model;
   scene.accuracy.proof = seed % 2 == 0;
+  if (entry_.settings == SettingGroup::bounds) {
+    scene.accuracy.max_depth = scene_.scene.accuracy.max_depth;
+    scene.accuracy.cutoff = scene_.scene.accuracy.cutoff;
+  }
   if (measures_tiles(entry_.settings)) scene.output.layers = {Layer::error};
   const Rendered rendered = render_scene(scene, scene_.assets, renderer);
   Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};

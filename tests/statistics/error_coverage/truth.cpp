@@ -14,8 +14,6 @@ Scene reference_scene(const Scene& scene, std::uint32_t samples, std::uint64_t s
   reference.accuracy = {};
   reference.accuracy.model = scene.accuracy.model;
   reference.accuracy.samples = samples;
-  reference.accuracy.max_depth = 500;
-  reference.accuracy.cutoff_by_chance = true;
   reference.accuracy.seed = seed;
   for (Texture& texture : reference.textures)
     if (texture.filter == Texture::Filter::mipmap) texture.filter = Texture::Filter::bilinear;

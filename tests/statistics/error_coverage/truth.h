@@ -28,7 +28,7 @@ class Truth {
   std::array<tracer::DisplayImage, 2> halves_;
 };
 
-/// The scene with uniform samples, Russian roulette in place of a cutoff, and without approximations. Textures are
+/// The scene with uniform samples, without a cutoff or a depth, and without approximations. Textures are
 /// looked up at points, to which filtering converges.
 tracer::Scene reference_scene(const tracer::Scene& scene, std::uint32_t samples, std::uint64_t seed);
 

@@ -2,6 +2,8 @@
 // of rays, between which a render can be cancelled.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_optics.h"
@@ -173,15 +175,15 @@ TEST(SecondaryRayPacket, OffsetsOriginsToTheSideOfTheDirection) {
   }
 }
 
-TEST(BelowCutoff, SelectsRaysBelowTheCutoffAndBlackRays) {
+TEST(RaysNotAbove, AThroughputAreFaintOrNotANumber) {
   SecondaryRayPacket rays{};
   rays.going = 0b1011;
   rays.largest[0] = 0.1;
   rays.largest[1] = 0.01;
   rays.largest[2] = 0.01;  // not a lane of `going`
-  rays.largest[3] = 0;
-  EXPECT_EQ(below_cutoff(rays, 0.05), 0b1010u);
-  EXPECT_EQ(below_cutoff(rays, 0), 0b1000u);
+  rays.largest[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(not_above(rays, 0.05), 0b1010u);
+  EXPECT_EQ(not_above(rays, 0.1), 0b1011u);
 }
 
 TEST(PartsOfRays, EndAfterACancellation) {

@@ -9,14 +9,6 @@
 namespace tracer {
 namespace {
 
-std::vector<float> image(std::uint32_t width, std::uint32_t height, double (*level)(double x, double y)) {
-  std::vector<float> codes;
-  for (std::uint32_t y = 0; y < height; ++y)
-    for (std::uint32_t x = 0; x < width; ++x)
-      for (int channel = 0; channel < 3; ++channel) codes.push_back(static_cast<float>(level(x, y)));
-  return codes;
-}
-
 /// Contrasts of all pixels; `codes`: three code values per pixel.
 std::vector<float> contrasts(const std::vector<float>& codes, std::size_t columns, bool descending = false) {
   const std::size_t rows = codes.size() / 3 / columns;
@@ -69,26 +61,6 @@ TEST(Contrast, IsTheLargestSecondDifferenceInImagesOfAnyShapeAndOrderOfRows) {
           << columns << 'x' << rows << " at " << i;
     }
   }
-}
-
-TEST(Contrast, IsZeroInGradients) {
-  for (const float contrast : contrasts(image(9, 7, [](double x, double y) { return 8 * x + 16 * y; }), 9))
-    EXPECT_EQ(contrast, 0);
-}
-
-TEST(Contrast, IsTheHeightOfAnEdgeOnBothSidesAndZeroBeyond) {
-  const auto contrast = contrasts(image(10, 4, [](double x, double) { return x < 5 ? 10.0 : 110.0; }), 10);
-  for (std::size_t i = 0; i < contrast.size(); ++i) {
-    const bool beside = i % 10 == 4 || i % 10 == 5;
-    EXPECT_EQ(contrast[i], beside ? 3 * 100 * 100 : 0) << i;
-  }
-}
-
-TEST(Contrast, IsDefinedAtTheBorderAndInImagesOfAnyShape) {
-  const auto contrast = contrasts(image(3, 1, [](double x, double) { return x < 1 ? 0.0 : 90.0; }), 3);
-  for (const float one : contrast) EXPECT_EQ(one, 3 * 90 * 90);
-  EXPECT_EQ(contrasts(image(1, 1, [](double, double) { return 7.0; }), 1), std::vector<float>{0});
-  EXPECT_EQ(contrasts(image(2, 2, [](double x, double) { return 7 * x; }), 2), std::vector<float>(4, 0));
 }
 
 TEST(PredictedVariance, IsThatOfAnEdgeAtARandomPosition) {

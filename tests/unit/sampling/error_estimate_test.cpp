@@ -35,15 +35,6 @@ TEST(FreshError, IsZeroWhereOneHalfAgrees) {
   EXPECT_EQ(fresh_error({0.3, 0.2, 0.1}, {Color{0.3, 0.2, 0.1}, Color{0.9, 0.9, 0.9}}, DisplayTransform({}, 1)), 0);
 }
 
-TEST(OmittedError, IsTheChangeOfTheDisplayedImage) {
-  const DisplayTransform display({}, 1);
-  OmittedError omitted;
-  omitted.add(0.25, 0.01, 0.02, display);
-  EXPECT_NEAR(std::sqrt(omitted.depth), display.level(0.26) - display.level(0.25), 1e-9);
-  EXPECT_NEAR(std::sqrt(omitted.cutoff), display.level(0.27) - display.level(0.25), 1e-9);
-  EXPECT_NEAR(std::sqrt(omitted.both), display.level(0.28) - display.level(0.25), 1e-9);
-}
-
 TEST(ErrorEstimate, AddsVariancesAndSquaredBiases) {
   const ErrorEstimate error =
       error_estimate({.sampled = {3, 12}, .omitted = {.depth = 3, .cutoff = 27, .both = 36}}, 4);

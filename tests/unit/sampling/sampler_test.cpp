@@ -39,7 +39,7 @@ class AnalyticTracer : public Tracer {
     return !control_.cancelled();
   }
   const std::vector<Color>& radiance() const override { return radiance_; }
-  const std::vector<OmittedRadiance>& omitted() const override { return omitted_; }
+  const std::vector<float>& omitted() const override { return omitted_; }
   const std::vector<SampleSignature>& signatures() const override { return signatures_; }
   const GBuffer& gbuffer() const override { return gbuffer_; }
   const RenderStatistics& statistics() const override { return statistics_; }
@@ -49,7 +49,7 @@ class AnalyticTracer : public Tracer {
   Batch batch_;
   std::vector<Color> radiance_;
   std::vector<SampleSignature> signatures_;
-  std::vector<OmittedRadiance> omitted_;
+  std::vector<float> omitted_;
   GBuffer gbuffer_;
   RenderStatistics statistics_;
 };

@@ -19,8 +19,7 @@ namespace tracer {
 
 // ---- reference -----------------------------------------------------------------------------------------------------
 // Reference image for measurements, computed independently of the measured settings: independent images of uniform
-// samples with other seeds, unfiltered textures, cutoff by chance (unbiased), the depth of adaptive samples, no
-// approximations; summed in double.
+// samples with other seeds, unfiltered textures, no limits of rays and no approximations; summed in double.
 
 /// Minimum that gives several images of more than the pixel's center, so that their variance can be computed.
 inline constexpr std::uint32_t reference_samples_min = 16;

@@ -35,15 +35,15 @@ struct RenderStatistics {
   std::uint64_t holdout_samples = 0;  ///< part of `samples` that only validates the error estimate, not in any mean
   std::uint64_t non_finite = 0;  ///< NaN or infinite samples, omitted from their pixel's mean; 0 unless there is a bug
   /// Shadow rays not traced because the radiance of their lights, summed over the lights culled at the same hit, is
-  /// within `cutoff`. Only in scenes with many lights.
+  /// within `cutoff`, or by chance without one. Only in scenes with many lights.
   std::uint64_t culled_shadow_rays = 0;
   /// Upper bound of the radiance omitted with them, summed over all samples: maximum over RGB, in units of
-  /// 2^-20 `cutoff`, rounded up per hit. An integer, so the order of summation does not matter.
+  /// 2^-20 `cutoff`, rounded up per hit; 0 without it. An integer, so the order of summation does not matter.
   std::uint64_t culled_radiance = 0;
   /// Shapes, and triangles of meshes, that equal an earlier one and are left out: no ray hits them. In lists of more
   /// than 4,096 they are left out if a sample of one in 16 has equal ones.
   std::uint64_t duplicates = 0;
-  std::uint64_t cut_branches = 0;        ///< secondary rays not traced because of `cutoff`
+  std::uint64_t cut_branches = 0;        ///< secondary rays not traced because of `cutoff` or by chance
   std::uint64_t truncated_branches = 0;  ///< secondary rays not traced because of `max_depth`
   bool operator==(const RenderStatistics&) const = default;
 };

@@ -23,8 +23,7 @@ namespace tracer {
 ///
 /// A sample is what the integrator returns for any position in the pixel's closed square, any point of the lens and of
 /// the lights, and any share of the pixel's width, without approximations, with any `max_depth` and `cutoff`. Only
-/// Russian roulette may exceed it: a ray below `cutoff` that survives counts as one of the throughput `cutoff`. Its
-/// mean does not.
+/// Russian roulette may exceed it, by rays that survive with a larger throughput. Its mean does not.
 struct RadianceInterval {
   std::array<float, 3> low{}, high{};
 };

@@ -11,9 +11,8 @@ namespace tracer {
 ///
 /// The least L with L >= L_background and L >= E_m + rho_m L for every material m, in every channel, where E_m bounds
 /// the local shading and rho_m the albedo for secondary rays, with that of diffuse reflection under global light: L =
-/// max(L_background, max_m E_m / (1 - rho_m)). Materials count whose objects a path can reach: without global light,
-/// those that no opaque plane separates from the camera. None if there is no solution: a light with unbounded
-/// attenuation, or an emissive material with albedo 1.
+/// max(L_background, max_m E_m / (1 - rho_m)), for the materials of objects. None if there is no solution: a light with
+/// unbounded attenuation, or an emissive material with albedo 1.
 std::optional<double> radiance_bound(const CompiledScene& scene);
 
 }  // namespace tracer

@@ -50,6 +50,13 @@ struct Batch {
   std::vector<double> share;       ///< fraction of the pixel's width; empty in scenes without filtered textures
   std::uint32_t light_points = 1;  ///< points per area light at hits of camera rays; later bounces use one
   bool sign = false;               ///< signatures are wanted
+  /// Limits of the document that do not hold for these samples: rays that they would end are continued by chance, with
+  /// at least this throughput, and for any reason only after `depth_min` bounces.
+  struct Lifted {
+    bool cutoff = false, depth = false;
+    double throughput = Accuracy::roulette_throughput;
+    std::uint32_t depth_min = 0;
+  } lifted{};
 
   /// Empties the batch and keeps its memory.
   void clear() {
@@ -60,22 +67,8 @@ struct Batch {
     share.clear();
     light_points = 1;
     sign = false;
+    lifted = {};
   }
-};
-
-/// Upper bound of the radiance omitted from a sample (maximum over RGB), by cause.
-struct OmittedRadiance {
-  float depth = 0;   ///< throughput of the rays that `max_depth` terminated
-  float cutoff = 0;  ///< throughput of the rays that `cutoff` terminated
-  float culled = 0;  ///< radiance of culled shadow rays
-
-  OmittedRadiance& operator+=(const OmittedRadiance& other) {
-    depth += other.depth;
-    cutoff += other.cutoff;
-    culled += other.culled;
-    return *this;
-  }
-  OmittedRadiance operator*(float factor) const { return {depth * factor, cutoff * factor, culled * factor}; }
 };
 
 /// An integrator with the scratch memory of one thread. Results are valid until the next change of the batch.
@@ -88,8 +81,9 @@ class Tracer {
   virtual bool trace() = 0;
   /// Radiance of each sample; may be non-finite, which `statistics()` counts.
   [[nodiscard]] virtual const std::vector<Color>& radiance() const = 0;
-  /// Omitted radiance of each sample; empty if the scene cannot omit any.
-  [[nodiscard]] virtual const std::vector<OmittedRadiance>& omitted() const = 0;
+  /// Throughput of the rays that limits of the document ended in each sample, and radiance of its culled shadow rays
+  /// (sum of the maxima over RGB); empty if nothing can be left out.
+  [[nodiscard]] virtual const std::vector<float>& omitted() const = 0;
   [[nodiscard]] virtual const std::vector<SampleSignature>& signatures() const = 0;
   /// First hits; filled if the scene needs a depth cue or layers.
   [[nodiscard]] virtual const GBuffer& gbuffer() const = 0;

@@ -19,18 +19,12 @@ std::string shortest(double number) {
   return buffer.data();
 }
 
-/// The same accuracy with fixed samples (no `adaptive`) or adaptive ones. `max_depth` and `cutoff` are kept unless they
-/// are the defaults of documents, which differ with the kind of sampling.
+/// The same accuracy with fixed samples (no `adaptive`) or adaptive ones.
 Accuracy with_sampling(Accuracy accuracy, const std::optional<Adaptive>& adaptive) {
-  const bool was_adaptive = accuracy.adaptive.has_value(), is_adaptive = adaptive.has_value();
-  const bool has_depth = accuracy.max_depth != default_max_depth(was_adaptive, accuracy.cutoff);
-  const bool has_cutoff = accuracy.cutoff != Accuracy().cutoff || accuracy.cutoff_by_chance != was_adaptive;
   accuracy.samples = Accuracy().samples;
   accuracy.target_error.reset();
   accuracy.tile_error.reset();
   accuracy.adaptive = adaptive;
-  accuracy.cutoff_by_chance = is_adaptive && !has_cutoff;
-  if (!has_depth) accuracy.max_depth = default_max_depth(is_adaptive, accuracy.cutoff);
   return accuracy;
 }
 
@@ -104,8 +98,8 @@ class SettingList {
   }
 
   /// The baseline with each value of one member.
-  template <class Value>
-  void vary(std::string_view parameter, Value Accuracy::*member, std::initializer_list<Value> values) {
+  template <class Member, class Value>
+  void vary(std::string_view parameter, Member Accuracy::*member, std::initializer_list<Value> values) {
     for (const Value value : values) {
       settings_.push_back({std::string(parameter), shortest(value), baseline_});
       settings_.back().accuracy.*member = value;

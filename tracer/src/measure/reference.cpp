@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::uint32_t image_samples_max = 256;   // makes the time of compile() negligible
 constexpr std::uint32_t reference_images_min = 8;  // the variance of fewer images is too uncertain
-constexpr double reference_cutoff = 1e-3;          // by chance: unbiased; smaller values cost 1 / cutoff rays in glass
 
 /// Mean radiance plus `deviations` standard deviations.
 Image mean_beside(const Reference& reference, double deviations) {
@@ -47,9 +46,6 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   accuracy = Accuracy();
   accuracy.model = reference.model;
   accuracy.samples = reference.image_samples;
-  accuracy.max_depth = default_max_depth(true);
-  accuracy.cutoff = reference_cutoff;
-  accuracy.cutoff_by_chance = true;
   // The factor is odd, so no number of images repeats the seed of the measured images.
   accuracy.seed = scene.accuracy.seed + 0x9e3779b97f4a7c15u * (std::uint64_t{reference.images} + 1);
   for (Texture& texture : independent.textures)

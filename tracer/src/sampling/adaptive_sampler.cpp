@@ -17,12 +17,13 @@
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/film.h"
+#include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/pilot.h"
-#include "tracer/src/sampling/rare_light.h"
 #include "tracer/src/sampling/refinement.h"
 #include "tracer/src/sampling/subpixel_features.h"
+#include "tracer/src/sampling/truncation.h"
 
 namespace tracer {
 namespace {
@@ -52,7 +53,9 @@ class AdaptiveSampler {
     deadline_.reserve_time_to_write();
     trace_pilots();
     known_.pilots = pool_.statistics().samples;
-    display_.emplace(film_.display());
+    const ErrorContext context = error_context(scene_, film_.rgb());
+    display_.emplace(context.display);
+    known_.truncation = TruncationLooks(context_, mean_).measure(film_.omitted(), context);  // the same after rounds
     if (pilots_.complete() && !control_.cancelled()) {
       sample_thin_parts();
       find_brightest();
@@ -68,6 +71,7 @@ class AdaptiveSampler {
     control_.reach(progress_parts);
     Rendered rendered = finish();
     approximation.count_in(rendered);
+    known_.truncation.count_in(rendered);
     return rendered;
   }
 
@@ -223,7 +227,7 @@ class AdaptiveSampler {
   /// Shows the image with the brightest channel as it is known by now.
   void show() {
     const DisplayTransform before = *display_;
-    display_.emplace(film_.display());
+    display_.emplace(error_context(scene_, film_.rgb()).display);
     const double value = *std::ranges::max_element(film_.rgb()) / 4;  // clipped by neither
     if (!(before.level(value) > 0)) return;
     const double scale = std::pow(display_->level(value) / before.level(value), 2);
@@ -239,12 +243,11 @@ class AdaptiveSampler {
     const float brightest = rounded_up(radiance_bound(scene_).value_or(std::numeric_limits<double>::infinity()));
     const double level = display_->level(std::min(brightest, 1e30F));
     const std::vector<float> bounds(film_.size(), static_cast<float>(3 * level * level));
-    const LookDraws draws = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
+    const std::vector<Look> looks = draw_looks(bounds, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
     LookTracer tracer(context_, PartKind::looks);
-    const std::vector<double> errors = tracer.squared_errors(draws.looks, mean_, *display_);
-    SummedLooks sum;
-    for (std::size_t i = 0; i < errors.size(); ++i) sum.add(errors[i] * draws.looks[i].weight);
-    set_error(sum.estimate(errors.size(), draws.range), errors.size());
+    std::vector<double> errors = tracer.squared_errors(looks, mean_, *display_);
+    for (std::size_t i = 0; i < errors.size(); ++i) errors[i] *= looks[i].weight;
+    set_error(error_of_looks(errors, std::accumulate(bounds.begin(), bounds.end(), 0.0)), errors.size());
   }
 
   void update_error() {
@@ -273,10 +276,7 @@ class AdaptiveSampler {
   }
 
   void set_error(const SampledError& sampled, std::uint64_t looks) {
-    ErrorParts parts{.sampled = sampled,
-                     .omitted = film_.omitted_error(*display_, in_parallel_),
-                     .tone = known_.tone,
-                     .approximation = known_.approximation};
+    const ErrorParts parts{sampled, known_.truncation.error, known_.tone, known_.approximation};
     known_.sampled = sampled.squared_upper;
     known_.fixed = parts.omitted.both + known_.approximation.squared_upper;
     refinement_.set_fixed(known_.fixed + known_.tone);
@@ -343,9 +343,9 @@ class AdaptiveSampler {
     for (std::size_t place = 0; refinement_.classified() && place < film_.size(); ++place)
       errors[place] = refinement_.pixel_error(place);
     film_.write(rendered, errors, known_.pilots, in_parallel_);
+    known_.truncation.add_to(rendered.image.layers.error);
     rendered.error = error_;
-    rendered.error.bounded = scene_.has_bounded_patches() &&
-                             ((error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded);
+    rendered.error.bounded = scene_.has_bounded_patches() && known_.truncation.bounded;
     rendered.error.target_met = targets_reached(error_);
     rendered.error.limit = limit();
     return rendered;
@@ -372,6 +372,7 @@ class AdaptiveSampler {
   std::uint32_t brightest_steps_ = 0;
   std::optional<DisplayTransform> display_;
   struct {
+    TruncationError truncation;
     SampledError approximation;
     double tone = 0, fixed = 0, sampled = 0;  ///< squared, over the image; the last is an upper bound
     double first = 0;                         ///< levels

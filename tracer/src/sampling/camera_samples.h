@@ -65,20 +65,13 @@ inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::u
           {key, index}};
 }
 
-/// True if a sample's seeds select more than its positions in the pixel and on the lens.
-inline bool uses_random_choices(const CompiledScene& scene) {
-  const Requirements& needs = scene.needs;
-  return needs.soft_lights || needs.global_light ||
-         (has_secondary_rays(needs) && scene.accuracy.cutoff_by_chance && scene.accuracy.cutoff > 0);
-}
-
 /// Range [first, last) of the samples of each pixel, of `count` in total.
 struct SampleRange {
   std::uint32_t first, last, count;
 };
 
 /// Fills the batch with these samples of these pixels, the first sample of all pixels first. Equal to uniform_sample(),
-/// except for seeds that nothing uses.
+/// except for the seeds of single samples that chance does not place.
 inline void fill(Batch& batch, const CompiledScene& scene, std::span<const Pixel> pixels, const SampleRange& range) {
   const bool lens = scene.needs.lens;
   const std::size_t size = pixels.size() * (range.last - range.first);
@@ -87,15 +80,16 @@ inline void fill(Batch& batch, const CompiledScene& scene, std::span<const Pixel
   batch.y.resize(size);
   if (lens) batch.lens.resize(size);
   if (scene.needs.filtered_textures) batch.share.assign(size, uniform_share(range.count));
-  if (range.count == 1 && !lens && !uses_random_choices(scene)) {
-    // Hashing seeds would be most of the work of a simple image beside its rays.
+  const std::uint64_t seed = scene.accuracy.seed;
+  if (range.count == 1 && !lens && !scene.needs.soft_lights && !scene.needs.global_light) {
+    // Hashing seeds would be most of the work of a simple image beside its rays, and choices of rays hash them again.
     for (std::size_t i = 0; i < pixels.size(); ++i) {
+      batch.samples[i] = {pixel_index(scene, pixels[i].x, pixels[i].y) + (seed << 32), 0};
       batch.x[i] = pixels[i].x + 0.5;
       batch.y[i] = pixels[i].y + 0.5;
     }
     return;
   }
-  const std::uint64_t seed = scene.accuracy.seed;
   std::size_t i = 0;
   for (std::uint32_t index = range.first; index < range.last; ++index) {
     for (const Pixel& pixel : pixels) {

@@ -38,24 +38,6 @@ SampledError SummedErrors::estimated() const {
   return {squared, std::max(0.0, squared + error_deviations * std::sqrt(spread))};
 }
 
-void OmittedError::add(double mean, double omitted_depth, double omitted_cutoff, const DisplayTransform& display) {
-  const double code = display.level(mean);
-  const auto squared = [&](double radiance) {
-    const double difference = radiance > 0 ? display.level(mean + radiance) - code : 0;
-    return difference * difference;
-  };
-  const double by_depth = squared(omitted_depth), by_cutoff = squared(omitted_cutoff);
-  depth += by_depth;
-  cutoff += by_cutoff;
-  both += omitted_cutoff == 0 ? by_depth : omitted_depth == 0 ? by_cutoff : squared(omitted_depth + omitted_cutoff);
-}
-
-void OmittedError::add(const OmittedError& part) {
-  depth += part.depth;
-  cutoff += part.cutoff;
-  both += part.both;
-}
-
 void add_approximation(ErrorEstimate& error, const SampledError& approximation, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
   error.approximation = std::sqrt(approximation.squared_upper / channels);

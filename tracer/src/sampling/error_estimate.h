@@ -37,12 +37,9 @@ struct SummedErrors {
 
 SummedErrors summed(std::span<const float> squared_errors);
 
-/// Upper bound of the squared error by omitted radiance, in 8-bit code values, summed over the image.
+/// Squared error by rays that limits of the document ended, in 8-bit code values, summed over the image.
 struct OmittedError {
   double depth = 0, cutoff = 0, both = 0;
-  /// Adds one channel of a pixel with this mean.
-  void add(double mean, double omitted_depth, double omitted_cutoff, const DisplayTransform& display);
-  void add(const OmittedError& part);
 };
 
 /// Squared error of an image by cause, in squared code values over pixels and channels.

@@ -28,7 +28,7 @@ Film::Film(const CompiledScene& scene, const PixelWindow& window, SampleDecay de
       signatures_(size_) {
   if (!decay.stratified) deviation_.resize(3 * size_);
   if (scene.needs.layers) layers_.resize(size_);
-  if (has_secondary_rays(scene.needs) || scene.needs.many_lights) omitted_.resize(size_);
+  if (scene.accuracy.truncates()) omitted_.resize(size_);
 }
 
 void Film::set_pilot(std::size_t place, std::uint32_t side, const Color& radiance, const SampleSignature& signature) {
@@ -58,10 +58,6 @@ void Film::add(std::size_t place, const SetSums& sums) {
   write_color(&rgb_[3 * place], before == 0 ? fresh : mean(place) * (1 - share) + fresh * share);
   weight_[place] += static_cast<float>(1 / decay_.of(count));
   count_[place] = before + count;
-  if (!omitted_.empty()) {
-    if (before == 0) omitted_[place] = {};
-    omitted_[place] += sums.omitted;
-  }
   if (!layers_.empty()) {
     if (before == 0) layers_[place] = {};
     layers_[place].add(sums.layers);
@@ -80,31 +76,12 @@ void Film::add_deviation(std::size_t place, double share, const Color& deviation
   write_color(all, {combined(all[0], deviation.r), combined(all[1], deviation.g), combined(all[2], deviation.b)});
 }
 
-void Film::add_pilot_sums(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
+void Film::add_pilot_sums(std::size_t place, const std::vector<float>& omitted, const GBuffer& gbuffer,
                           std::size_t sample) {
-  if (!omitted_.empty()) omitted_[place] = omitted[sample];
+  if (!omitted.empty()) omitted_[place] = omitted[sample];
   if (layers_.empty()) return;
   layers_[place] = {};
   layers_[place].add(gbuffer, sample);
-}
-
-DisplayTransform Film::display() const {
-  const bool scales = scene_.output.overflow == Output::Overflow::scale;
-  return {scene_.output, scales ? *std::ranges::max_element(rgb_) : 0.0};
-}
-
-OmittedError Film::omitted_error(const DisplayTransform& display, const InParallel& in_parallel) const {
-  const auto omits = [](const OmittedRadiance& omitted) {
-    return omitted.depth != 0 || omitted.cutoff != 0 || omitted.culled != 0;
-  };
-  if (std::ranges::none_of(omitted_, omits)) return {};
-  const ErrorContext context{display, omitted_bound(), scene_.output};
-  const Blocks blocks(size_, width_);
-  return sum_in_parallel<OmittedError>(in_parallel, blocks.count(), [&](std::uint64_t block, OmittedError& sum) {
-    blocks.each_pixel(block, [&](std::size_t i, std::size_t, std::size_t) {
-      tracer::add(sum, rgb_.data() + 3 * i, mean_omitted(i), context);
-    });
-  });
 }
 
 void Film::write(Rendered& rendered, std::span<const float> errors, std::uint64_t pilots,
@@ -118,7 +95,6 @@ void Film::write(Rendered& rendered, std::span<const float> errors, std::uint64_
   in_means -= size_ - pilots;
   statistics.holdout_samples = statistics.samples - std::min(statistics.samples, in_means);
   Image& image = rendered.image;
-  const ErrorContext context{display(), omitted_bound(), scene_.output};
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   if (!layers_.empty()) each_place(in_parallel, size_, width_, [&](std::size_t i) { layers_[i].write(image, i); });
@@ -126,9 +102,7 @@ void Film::write(Rendered& rendered, std::span<const float> errors, std::uint64_
   if (error.empty()) return;
   // An upper bound for parts of the image: the squared error of some 30 pixels exceeds its expectation by up to twice.
   constexpr double margin = 2.2;
-  each_place(in_parallel, size_, width_, [&](std::size_t i) {
-    error[i] = pixel_error(margin * errors[i], image.rgb.data() + 3 * i, mean_omitted(i), context);
-  });
+  each_place(in_parallel, size_, width_, [&](std::size_t i) { error[i] = rms_of_channels(margin * errors[i]); });
 }
 
 }  // namespace tracer

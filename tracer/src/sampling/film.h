@@ -1,5 +1,5 @@
 #pragma once
-/// The image during adaptive sampling: means, their errors, layers and omitted radiance.
+/// The image during adaptive sampling: means, their errors and layers.
 
 #include <optional>
 #include <span>
@@ -56,9 +56,8 @@ class Film {
   }
   /// Expected squared error of the mean with its samples, relative to that of one.
   [[nodiscard]] double decay(std::size_t place) const { return 1 / weight_[place]; }
-  /// Adds the omitted radiance and the layers of a pilot.
-  void add_pilot_sums(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
-                      std::size_t sample);
+  /// Stores the ended rays and the layers of a pilot.
+  void add_pilot_sums(std::size_t place, const std::vector<float>& omitted, const GBuffer& gbuffer, std::size_t sample);
 
   [[nodiscard]] Color mean(std::size_t place) const {
     return {rgb_[3 * place], rgb_[3 * place + 1], rgb_[3 * place + 2]};
@@ -69,31 +68,16 @@ class Film {
   [[nodiscard]] float& error(std::size_t place) { return error_[place]; }
   [[nodiscard]] float error(std::size_t place) const { return error_[place]; }
 
-  /// The sums that samples of a pixel change beside its mean, by reference; null: the scene has none of it.
-  struct PixelSums {
-    OmittedRadiance* omitted;
-    LayerAccumulator* layers;
-  };
-  [[nodiscard]] PixelSums sums(std::size_t place) {
-    return {omitted_.empty() ? nullptr : &omitted_[place], layers_.empty() ? nullptr : &layers_[place]};
-  }
-
-  [[nodiscard]] DisplayTransform display() const;
-  [[nodiscard]] OmittedError omitted_error(const DisplayTransform& display, const InParallel& in_parallel) const;
+  /// Null if the scene has none.
+  [[nodiscard]] LayerAccumulator* layers(std::size_t place) { return layers_.empty() ? nullptr : &layers_[place]; }
+  /// Tracer::omitted() of the pilots; empty if nothing can be left out.
+  [[nodiscard]] std::span<float> omitted() { return omitted_; }
 
   /// Moves the image and its layers into `rendered` and counts its samples; ends the film. `errors`: squared errors of
   /// the pixels, for the layer `error`. `pilots`: the number of pixels with a sample of their own.
   void write(Rendered& rendered, std::span<const float> errors, std::uint64_t pilots, const InParallel& in_parallel);
 
  private:
-  [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const {
-    if (omitted_.empty()) return {};
-    return omitted_[place] * (1.0f / static_cast<float>(std::max(1u, count_[place])));
-  }
-  [[nodiscard]] RadianceBound omitted_bound() const {
-    return bound_omitted_radiance(scene_, brightest_if_needed(scene_, rgb_));
-  }
-
   const CompiledScene& scene_;
   SampleDecay decay_;
   std::uint32_t width_;
@@ -105,7 +89,7 @@ class Film {
   std::vector<float> deviation_;             ///< see deviations()
   std::vector<SampleSignature> signatures_;  ///< those of the pilots
   std::vector<LayerAccumulator> layers_;     ///< empty in scenes without layers
-  std::vector<OmittedRadiance> omitted_;     ///< sums; empty in scenes that cannot omit radiance
+  std::vector<float> omitted_;               ///< see omitted()
 };
 
 }  // namespace tracer

@@ -9,7 +9,6 @@
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/sampling/brightest_pixel.h"
 #include "tracer/src/sampling/pixel_sums.h"
-#include "tracer/src/sampling/rare_light.h"
 #include "tracer/src/sampling/tile_errors.h"
 #include "tracer/src/textures/texture.h"
 
@@ -42,8 +41,46 @@ WHITTLE_WIDE void predict_variances(const float* contrast, std::size_t count, fl
   for (std::size_t x = 0; x < count; ++x) variance[x] = static_cast<float>(predicted_variance(contrast[x]));
 }
 
-/// Root mean square over the channels of a squared error that is their sum.
-float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
+/// Pixels [first, last) of the rows of a block.
+struct Cell {
+  std::size_t first, last, first_row, last_row;
+  [[nodiscard]] double pixels() const { return static_cast<double>((last - first) * (last_row - first_row)); }
+};
+
+/// Spread of the pixels of a cell that is due to chance.
+struct ChanceSpread {
+  double squared = 0;  ///< sum of squared distances from the cell's mean, in squared code values
+  double hits = 1;     ///< number of bright pixels that would have the same mean and spread
+};
+
+/// The spread of one channel. The cell's mean stands for the true value of its pixels. Of their variance around it,
+/// chance causes what the pixels' deviations explain or, of a single sample, the differences between neighbors; the
+/// rest is what the image shows.
+ChanceSpread chance_spread(const UniformPixels& pixels, const DisplayTransform& display, const Cell& cell,
+                           std::size_t channel, double chance_min) {
+  double sum = 0, squares = 0, by_chance = 0;
+  const auto each_value = [&](const auto& use) {
+    for (std::size_t y = cell.first_row; y < cell.last_row; ++y)
+      for (std::size_t x = cell.first; x < cell.last; ++x) use(3 * (y * pixels.width + x) + channel, x);
+  };
+  each_value([&](std::size_t i, std::size_t x) {
+    const double value = pixels.rgb[i];
+    sum += value;
+    squares += value * value;
+    if (!pixels.deviation.empty()) {
+      by_chance += double{pixels.deviation[i]} * pixels.deviation[i];
+    } else if (x > cell.first) {
+      by_chance += std::pow(value - pixels.rgb[i - 3], 2) / 2;
+    }
+  });
+  const double count = cell.pixels(), mean = sum / count, spread = squares - sum * mean;
+  if (!(spread > 0) || by_chance < chance_min * spread) return {};
+  const double level = display.level(mean);
+  ChanceSpread result{0, sum * sum / squares};
+  each_value([&](std::size_t i, std::size_t) { result.squared += std::pow(display.level(pixels.rgb[i]) - level, 2); });
+  result.squared *= std::min(1.0, by_chance / spread);
+  return result;
+}
 
 /// Squared error of a pixel whose samples have missed a feature of any height, in squared code values, summed over the
 /// channels.
@@ -76,21 +113,6 @@ SampledError measure_samples(Image& image, const UniformPixels& pixels, const Er
   SampledError error = sum_in_parallel<SummedErrors>(in_parallel, blocks.count(), add_block).estimated();
   if (pixels.indirect) error.add_possible(unsearched_error(pixels.samples));
   return error;
-}
-
-/// Precondition: measure_samples() wrote the layer `error`, to which it adds.
-OmittedError measure_omitted(Image& image, std::span<const std::vector<OmittedSample>> omitted,
-                             const ErrorContext& context, const InParallel& in_parallel) {
-  return sum_in_parallel<OmittedError>(in_parallel, omitted.size(), [&](std::uint64_t tile, OmittedError& sum) {
-    for (const OmittedSample& sample : omitted[tile]) {
-      OmittedError pixel;
-      add(pixel, image.rgb.data() + 3 * std::size_t{sample.place}, sample.omitted, context);
-      sum.add(pixel);
-      if (image.layers.error.empty()) continue;
-      float& error = image.layers.error[sample.place];
-      error = rms_of_channels(3.0 * error * error + pixel.both);
-    }
-  });
 }
 
 }  // namespace
@@ -210,6 +232,37 @@ std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> feat
   return missed;
 }
 
+SummedErrors add_rare_light(const UniformPixels& pixels, const DisplayTransform& display, std::size_t first_row,
+                            std::span<float> variances, double chance_min) {
+  constexpr std::size_t cell_pixels = 1024;  // few enough to be alike, enough to have hits of one in a hundred
+  const std::size_t rows = variances.size() / pixels.width;
+  const std::size_t cells = std::max<std::size_t>(1, variances.size() / cell_pixels);
+  SummedErrors added;
+  for (std::size_t i = 0; i < cells; ++i) {
+    const Cell cell{i * pixels.width / cells, (i + 1) * pixels.width / cells, first_row, first_row + rows};
+    if (cell.first == cell.last) continue;
+    const auto each_row = [&](const auto& use) {
+      for (std::size_t row = 0; row < rows; ++row)
+        use(variances.subspan(row * pixels.width + cell.first, cell.last - cell.first));
+    };
+    double missing = 0, variance = 0;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const ChanceSpread spread = chance_spread(pixels, display, cell, channel, chance_min);
+      missing += spread.squared;
+      variance += spread.squared * spread.squared / spread.hits;
+    }
+    each_row([&](std::span<float> row) { missing -= std::accumulate(row.begin(), row.end(), 0.0); });
+    if (!(missing > 0)) continue;
+    // The channels of a hit are alike: their deviations add up, to at most the square root of three times the sum.
+    added.add(SummedErrors{0, 3 * variance, 0});
+    const auto each = static_cast<float>(missing / cell.pixels());
+    each_row([&](std::span<float> row) {
+      for (float& one : row) one += each;
+    });
+  }
+  return added;
+}
+
 PixelFeatures features_of_pixels(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
                                  const UniformPixels& pixels, const PixelWindow& window,
                                  const DisplayTransform& display) {
@@ -239,30 +292,39 @@ double brightest_if_needed(const CompiledScene& scene, std::span<const float> rg
   return needed && !rgb.empty() ? *std::max_element(rgb.begin(), rgb.end()) : 0;
 }
 
-RadianceBound bound_omitted_radiance(const CompiledScene& scene, double brightest_pixel) {
+ErrorContext error_context(const CompiledScene& scene, std::span<const float> rgb) {
+  const double brightest = brightest_if_needed(scene, rgb);
   const auto bound = radiance_bound(scene);
-  return bound ? RadianceBound{*bound, true} : RadianceBound{brightest_pixel, false};
+  return {{scene.output, brightest}, {bound.value_or(brightest), bound.has_value()}, scene.output};
 }
 
-void add(OmittedError& sums, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context) {
-  const double depth = omitted.depth * context.bound.radiance;
-  const double cutoff = omitted.cutoff * context.bound.radiance + omitted.culled;
-  if (!(depth + cutoff > 0)) return;
-  for (int channel = 0; channel < 3; ++channel) sums.add(rgb[channel], depth, cutoff, context.display);
+TruncationBounds truncation_bounds(std::span<const float> omitted, const std::function<Color(std::size_t)>& value,
+                                   double radiance, const DisplayTransform& display) {
+  constexpr double elsewhere = 0.125;  // of the mean
+  TruncationBounds bounds{.squared = std::vector<float>(omitted.size())};
+  for (std::size_t place = 0; place < omitted.size(); ++place) {
+    if (!(omitted[place] > 0)) continue;
+    const Color mean = value(place);
+    const double added = std::min(1e30, omitted[place] * radiance);
+    double bound = 0;
+    for (const double channel : {mean.r, mean.g, mean.b})
+      bound += std::pow(display.level(channel + added) - display.level(channel), 2);
+    bounds.squared[place] = static_cast<float>(bound);
+    bounds.sum += bound;
+    bounds.throughput += bound * omitted[place];
+  }
+  if (!(bounds.sum > 0)) return {};
+  bounds.throughput /= bounds.sum;
+  const auto least = static_cast<float>(elsewhere * bounds.sum / static_cast<double>(bounds.squared.size()));
+  for (float& bound : bounds.squared) bound += least;
+  bounds.sum *= 1 + elsewhere;
+  return bounds;
 }
 
-float pixel_error(double variance, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context) {
-  OmittedError error;
-  add(error, rgb, omitted, context);
-  return rms_of_channels(variance + error.both);
-}
-
-ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
-                                     std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
-                                     const InParallel& in_parallel) {
+ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels, const OmittedError& omitted,
+                                     const ErrorContext& context, const InParallel& in_parallel) {
   TileErrors tiles(pixels.width, pixels.rows());
-  ErrorParts parts{.sampled = measure_samples(image, pixels, context, tiles, in_parallel),
-                   .omitted = measure_omitted(image, omitted, context, in_parallel)};
+  ErrorParts parts{.sampled = measure_samples(image, pixels, context, tiles, in_parallel), .omitted = omitted};
   if (context.output.overflow == Output::Overflow::scale) {
     BrightestRange range;
     for (std::size_t i = 0; i < pixels.rgb.size(); ++i)

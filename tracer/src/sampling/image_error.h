@@ -1,7 +1,9 @@
 #pragma once
-/// Error of an image from its pixels, without further rays: local contrast, sampling and omitted radiance.
+/// Error of an image from its pixels, without further rays: local contrast, sampling, and the most that ended rays may
+/// have.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -55,7 +57,6 @@ struct RadianceBound {
   double radiance = 0;
   bool bounded = true;
 };
-RadianceBound bound_omitted_radiance(const CompiledScene& scene, double brightest_pixel);
 
 /// Parameters of a pixel's error.
 struct ErrorContext {
@@ -63,18 +64,24 @@ struct ErrorContext {
   RadianceBound bound;
   const Output& output;  ///< must outlive it
 };
+/// The context of an image with these pixels.
+ErrorContext error_context(const CompiledScene& scene, std::span<const float> rgb);
 
-/// Adds the error of a pixel with mean `rgb` by its omitted radiance.
-void add(OmittedError& sums, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context);
-
-/// A pixel of the layer `error`, from the variance of its mean and its omitted radiance.
-float pixel_error(double variance, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context);
-
-/// A pixel that omits radiance; few pixels do.
-struct OmittedSample {
-  std::uint32_t place;      ///< images have at most 2^26 pixels
-  OmittedRadiance omitted;  ///< mean over the pixel's samples
+/// Largest effects of the rays that limits of the document ended.
+struct TruncationBounds {
+  /// Squared errors, summed over the channels, by pixel; empty if the image has all rays. Each pixel has a little,
+  /// since its own samples need not show what others lack.
+  std::vector<float> squared{};
+  double sum = 0;
+  double throughput = 0;  ///< mean over the ended rays of a drawn pixel
 };
+/// `omitted`: means of Tracer::omitted() over the samples of each pixel. `value`: the image's pixel at a place.
+/// `radiance`: of an omitted ray, at most.
+TruncationBounds truncation_bounds(std::span<const float> omitted, const std::function<Color(std::size_t)>& value,
+                                   double radiance, const DisplayTransform& display);
+
+/// Root mean square over the channels of a squared error that is their sum.
+inline float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
 
 /// Subpixel features that the samples of their pixel have missed.
 struct MissedFeature {
@@ -102,6 +109,14 @@ struct UniformPixels {
 std::vector<MissedFeature> missed_features(std::span<const SubpixelFeature> features, std::span<const Color> radiance,
                                            const UniformPixels& pixels, const PixelWindow& window,
                                            const DisplayTransform& display);
+
+/// Raises `variances`, those of whole rows from `first_row` on, where light is rare and bright, as a lamp that paths
+/// find by chance in a mirror: most pixels then have no sample of it and hence no deviation, and it is cut off at white
+/// in the others. Each cell of about a thousand pixels gets the mean squared distance of its pixels from the cell's
+/// mean, as far as chance causes it. A cell without any sample of the light gets nothing. Returns the uncertainty that
+/// this adds. Cells of which chance causes less than `chance_min` of the spread are left out.
+SummedErrors add_rare_light(const UniformPixels& pixels, const DisplayTransform& display, std::size_t first_row,
+                            std::span<float> variances, double chance_min = 0);
 
 /// The pixels of a window that have a feature in them or next to them, row by row; empty: there are none.
 struct PixelFeatures {
@@ -140,9 +155,8 @@ class UniformVariance {
 };
 
 /// Measures the error of an image with equally many samples per pixel; deterministic for any number of threads. Also
-/// writes the layer `error` if `image` has one. `omitted`: by tile, each pixel at most once.
-ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
-                                     std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
-                                     const InParallel& in_parallel);
+/// writes the layer `error`, without `omitted`, if `image` has one.
+ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels, const OmittedError& omitted,
+                                     const ErrorContext& context, const InParallel& in_parallel);
 
 }  // namespace tracer

@@ -20,7 +20,7 @@ namespace tracer {
 
 class LookTracer {
  public:
-  /// `kind`: looks or exact_looks. References must outlive it.
+  /// `kind`: one of looks. References must outlive it.
   LookTracer(const PartContext& context, PartKind kind)
       : context_(context), kind_(kind), tiles_(context.scene.image.window()) {}
 
@@ -31,8 +31,7 @@ class LookTracer {
       for_each_tile(round.count(), context_.settings.threads, [&](std::uint64_t unit) {
         if (context_.control.cancelled()) return;
         TracerPool<>::Lease tracer(context_.pool);
-        trace_looks(context_.scene, tiles_, round.looks(unit), half,
-                    look_share(context_.scene, kind_ == PartKind::exact_looks), *tracer, round.halves(unit));
+        trace_looks(context_.scene, kind_, tiles_, round.looks(unit), half, *tracer, round.halves(unit));
       });
     }
     samples_ += std::uint64_t{2} * half * looks.size();
@@ -63,15 +62,19 @@ class LookTracer {
   std::uint64_t samples_ = 0;
 };
 
-/// Error of the approximations of an image, and of fixed samples that filter textures: of its limit for many samples.
-struct ApproximationError {
-  SampledError error;
+/// Looks beside the samples of an image.
+struct LookCounts {
   std::size_t looks = 0;
   RenderStatistics statistics;
   void count_in(Rendered& rendered) const {
     add(rendered.statistics, statistics);
     rendered.error.looks += looks;
   }
+};
+
+/// Error of the approximations of an image, and of fixed samples that filter textures: of its limit for many samples.
+struct ApproximationError : LookCounts {
+  SampledError error;
 };
 
 /// Measures approximations and filters by looks: the same samples with and without them, so that noise which both have
@@ -235,23 +238,23 @@ class ApproximationLooks {
 
   /// Adds `count` looks at pixels drawn by their bounds; false if no pixel has one.
   bool add(std::span<const float> bounds, std::size_t count, std::uint32_t half, Found& found) {
-    LookDraws draws = draw_looks(bounds, count, found.squares.size(), scene_.accuracy.seed);
-    for (Look& look : draws.looks) look.index += static_cast<std::uint32_t>(looks_);  // no samples of earlier looks
-    looks_ += draws.looks.size();
-    const std::vector<std::optional<Halves>> exact = exact_.halves(draws.looks, half),
-                                             approximate = approximate_.halves(draws.looks, half);
-    for (std::size_t i = 0; i < draws.looks.size(); ++i) {
+    std::vector<Look> looks = draw_looks(bounds, count, found.squares.size(), scene_.accuracy.seed);
+    for (Look& look : looks) look.index += static_cast<std::uint32_t>(looks_);  // no samples of earlier looks
+    looks_ += looks.size();
+    const std::vector<std::optional<Halves>> exact = exact_.halves(looks, half),
+                                             approximate = approximate_.halves(looks, half);
+    for (std::size_t i = 0; i < looks.size(); ++i) {
       found.squares.push_back(0);
       if (!exact[i] || !approximate[i]) continue;
-      const HalvesDistance distance(value_(draws.looks[i].place), *exact[i], *approximate[i], display_);
-      found.squares.back() = distance.squared * draws.looks[i].weight;
-      found.noise += distance.noise * draws.looks[i].weight;
+      const HalvesDistance distance(value_(looks[i].place), *exact[i], *approximate[i], display_);
+      found.squares.back() = distance.squared * looks[i].weight;
+      found.noise += distance.noise * looks[i].weight;
     }
-    return !draws.looks.empty();
+    return !looks.empty();
   }
 
   [[nodiscard]] ApproximationError measured(const SampledError& error) const {
-    ApproximationError measured{.error = error, .looks = looks_, .statistics = exact_pool_.statistics()};
+    ApproximationError measured{{looks_, exact_pool_.statistics()}, error};
     tracer::add(measured.statistics, pool_.statistics());
     measured.statistics.holdout_samples += exact_.samples() + approximate_.samples() + 2 * pairs_;
     return measured;

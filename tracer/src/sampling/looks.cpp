@@ -2,24 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {
-namespace {
 
-/// Mean error that `count` looks without a find leave, relative to the sum of the bounds (Laplace's rule of
-/// succession), less what `enough` looks leave.
-double unseen_share(double count, double enough) { return std::max(0.0, 1 / (count + 2) - 1 / (enough + 2)); }
-
-}  // namespace
-
-LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed) {
+std::vector<Look> draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed) {
   double sum = 0;
   for (const float bound : bounds) sum += bound;
-  LookDraws draws{.looks = {}, .range = sum};
-  if (!(sum > 0)) return draws;
+  std::vector<Look> looks;
+  if (!(sum > 0)) return looks;
   // Points of a sequence of which any number is stratified: neighboring places, of similar errors, are drawn as often
   // as expected.
   std::vector<double> positions(count);
@@ -32,26 +24,46 @@ LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size
     const double share = bounds[place] / sum;
     end += share;
     for (std::uint32_t again = 0; next < count && positions[next] < end; ++next)
-      draws.looks.push_back({static_cast<std::uint32_t>(place), again++, 1 / share});
+      looks.push_back({static_cast<std::uint32_t>(place), again++, 1 / share});
   }
-  return draws;
+  return looks;
 }
 
 double unseen_error(std::size_t looks, double bounds, double found, std::size_t enough) {
   const auto count = static_cast<double>(looks);
   // The number of finds, if each were as large as the bounds allow: the more has been found, the less is unseen.
   const double finds = bounds > 0 ? std::max(0.0, found) * count / bounds : 0;
-  return bounds * unseen_share(count, static_cast<double>(enough)) * std::max(0.0, 1 - finds);
+  const double share = std::max(0.0, 1 / (count + 2) - 1 / (static_cast<double>(enough) + 2));
+  return bounds * share * std::max(0.0, 1 - finds);
 }
 
-SampledError SummedLooks::estimate(std::size_t looks, double bounds) const {
-  const auto count = static_cast<double>(looks);
-  const double unseen = unseen_error(looks, bounds, looks > 0 ? sum_ / count : 0);
-  if (looks == 0) return {unseen, unseen};
+SampledError error_of_looks(std::span<const double> errors, double bounds) {
+  SummedErrors sum;
+  for (const double error : errors) sum.add({error, error * error, std::abs(error)});
+  const double count = std::max(1.0, static_cast<double>(errors.size())), mean = sum.squared / count;
+  const double unseen = unseen_error(errors.size(), bounds, mean);
   // The largest error counts once more: a few finds do not show how much larger others are.
-  const double mean = sum_ / count, squared = mean + unseen;
-  const double variance = (squares_ + largest_ * largest_ - count * mean * mean) / (count * count);
-  return {squared, std::max(0.0, squared + error_deviations * std::sqrt(variance))};
+  const double spread = sum.spread + sum.largest * sum.largest - count * mean * mean;
+  return {mean + unseen, std::max(0.0, mean + unseen + error_deviations * std::sqrt(spread) / count)};
+}
+
+SampledError truncation_error(std::span<const double> squares, double bound) {
+  SampledError error = error_of_looks(squares, 0);
+  const double unseen = bound * 3 / static_cast<double>(std::max<std::size_t>(1, squares.size()));
+  error.squared_upper = std::min(bound, error.squared > 0 ? error.squared_upper : unseen);
+  return error;
+}
+
+double squared_change(const Color& value, const Halves& added, const DisplayTransform& display) {
+  double squared = 0;
+  for (const double Color::*channel : {&Color::r, &Color::g, &Color::b}) {
+    const double level = display.level(value.*channel);
+    const auto change = [&](const Color& sample) {
+      return std::isfinite(sample.*channel) ? display.level(value.*channel + sample.*channel) - level : 0;
+    };
+    squared += change(added[0]) * change(added[1]);
+  }
+  return squared;
 }
 
 }  // namespace tracer

@@ -35,34 +35,23 @@ inline constexpr std::size_t looks_min = 1024;
 inline constexpr std::size_t path_looks_min = 64;
 inline std::size_t path_looks(std::size_t pixels) { return std::clamp<std::size_t>(pixels, path_looks_min, 512); }
 
-/// Independent draws, ascending by place, and the largest weighted bound that a draw can have.
-struct LookDraws {
-  std::vector<Look> looks;
-  double range = 0;
-};
-
-/// Draws from all pixels by `bounds` of their squared errors alone, after `first` earlier draws. All of them are
-/// stratified over the sum: the draws depend on each other, and estimates from them vary less.
-LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed);
+/// Draws from all pixels by `bounds` of their squared errors alone, after `first` earlier draws; ascending by place.
+/// All of them are stratified over the sum: the draws depend on each other, and estimates from them vary less.
+std::vector<Look> draw_looks(std::span<const float> bounds, std::size_t count, std::size_t first, std::uint64_t seed);
 
 /// Error that fewer looks than `enough` cannot exclude, if those show `found` where at most `bounds` is possible: by
 /// Laplace's rule of succession, as if each find were as large as it can be.
 double unseen_error(std::size_t looks, double bounds, double found, std::size_t enough = looks_min);
 
-/// Squared errors of looks, each divided by the probability of its pixel.
-class SummedLooks {
- public:
-  void add(double error) {
-    sum_ += error;
-    squares_ += error * error;
-    largest_ = std::max(largest_, std::abs(error));
-  }
-  /// Their mean over `count` looks, which estimates the error of all pixels with bounds that add up to `bounds`. Fewer
-  /// looks than `looks_min` without a find add what they cannot exclude.
-  [[nodiscard]] SampledError estimate(std::size_t count, double bounds) const;
+/// Mean of the squared errors of looks, each divided by the probability of its pixel: the error of all pixels with
+/// bounds that add up to `bounds`. Fewer looks than `looks_min` without a find add what they cannot exclude.
+SampledError error_of_looks(std::span<const double> errors, double bounds);
 
- private:
-  double sum_ = 0, squares_ = 0, largest_ = 0;
-};
+/// Mean of the squared errors by ended rays that looks have found. The upper bound is at most `bound`, and 3 / n of it
+/// if all n are 0 (rule of three: Hanley & Lippman-Hand 1983, "If nothing goes wrong, is everything all right?").
+SampledError truncation_error(std::span<const double> squares, double bound);
+
+/// Product of what two samples add to the displayed pixel, summed over the channels.
+double squared_change(const Color& value, const Halves& added, const DisplayTransform& display);
 
 }  // namespace tracer

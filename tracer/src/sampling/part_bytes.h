@@ -22,7 +22,6 @@ class PartWriter {
   void put(Number value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof value); }
   void put(const Color& color) { put_each(color.r, color.g, color.b); }
   void put(const Vec3& vector) { put_each(vector.x, vector.y, vector.z); }
-  void put(const OmittedRadiance& omitted) { put_each(omitted.depth, omitted.cutoff, omitted.culled); }
   template <class... Values>
   void put_each(const Values&... values) {
     (put(values), ...);
@@ -59,7 +58,6 @@ class PartReader {
   }
   [[nodiscard]] bool get(Color& color) { return get_each(color.r, color.g, color.b); }
   [[nodiscard]] bool get(Vec3& vector) { return get_each(vector.x, vector.y, vector.z); }
-  [[nodiscard]] bool get(OmittedRadiance& omitted) { return get_each(omitted.depth, omitted.cutoff, omitted.culled); }
   template <class... Values>
   [[nodiscard]] bool get_each(Values&... values) {
     return (get(values) && ...);

@@ -38,7 +38,7 @@ inline std::variant<UnitOutcome, std::string> trace_units(const MakeTracer& make
   PartReader reader(part, source);
   std::uint8_t kind = 0;
   std::uint32_t count = 0;
-  if (!reader.get_each(kind, count) || kind > static_cast<std::uint8_t>(PartKind::exact_looks) || count > part.size())
+  if (!reader.get_each(kind, count) || kind > static_cast<std::uint8_t>(PartKind::whole_looks) || count > part.size())
     return UnitOutcome::malformed;
   std::vector<std::string_view> units(count);
   for (std::string_view& unit : units) {
@@ -46,7 +46,7 @@ inline std::variant<UnitOutcome, std::string> trace_units(const MakeTracer& make
     if (!reader.get(size) || !reader.get_bytes(size, unit)) return UnitOutcome::malformed;
   }
   if (!reader.at_end()) return UnitOutcome::malformed;
-  const bool exact = static_cast<PartKind>(kind) == PartKind::exact_looks;
+  const bool exact = static_cast<PartKind>(kind) >= PartKind::exact_looks;
   TracerPool<> pool(make, scene, control, exact ? Approximations{} : scene.accuracy.approximate);
   std::vector<std::string> results(count);
   std::vector<UnitOutcome> outcomes(count, UnitOutcome::cancelled);

@@ -23,7 +23,8 @@
 
 namespace tracer {
 
-enum class PartKind : std::uint8_t { uniform, pilots, round, looks, exact_looks };
+/// Looks are as the samples of the image, exact ones without approximations, whole ones also without limits of rays.
+enum class PartKind : std::uint8_t { uniform, pilots, round, looks, exact_looks, whole_looks };
 
 /// A round of samples in units that touch different pixels.
 class PartRound {
@@ -89,15 +90,13 @@ struct TileFilm {
   PreviewTiles preview;
 };
 
-inline void write_sums(const Film::PixelSums& sums, PartWriter& writer) {
-  if (sums.omitted != nullptr) writer.put(*sums.omitted);
-  if (sums.layers != nullptr)
-    LayerAccumulator::with_fields(*sums.layers, [&](const auto&... fields) { writer.put_each(fields...); });
+inline void write_layers(const LayerAccumulator* layers, PartWriter& writer) {
+  if (layers == nullptr) return;
+  LayerAccumulator::with_fields(*layers, [&](const auto&... fields) { writer.put_each(fields...); });
 }
-[[nodiscard]] inline bool read_sums(const Film::PixelSums& sums, PartReader& reader) {
-  if (sums.omitted != nullptr && !reader.get(*sums.omitted)) return false;
-  return sums.layers == nullptr ||
-         LayerAccumulator::with_fields(*sums.layers, [&](auto&... fields) { return reader.get_each(fields...); });
+[[nodiscard]] inline bool read_layers(LayerAccumulator* layers, PartReader& reader) {
+  return layers == nullptr ||
+         LayerAccumulator::with_fields(*layers, [&](auto&... fields) { return reader.get_each(fields...); });
 }
 
 /// The pilot of every pixel.
@@ -117,7 +116,8 @@ class PilotRound final : public PartRound {
       Color radiance;
       SampleSignature signature;
       const bool read = signature.with_fields([&](auto&... fields) { return result.get_each(fields...); });
-      if (!read || !result.get(radiance) || !read_sums(film_.sums(place), result)) return false;
+      if (!read || !result.get(radiance) || !read_layers(film_.layers(place), result)) return false;
+      if (!film_.omitted().empty() && !result.get(film_.omitted()[place])) return false;
       film_.set_pilot(place, 1, radiance, signature);
     }
     pilots_.set_traced(unit);
@@ -143,7 +143,8 @@ inline UnitOutcome trace_pilot_unit(const CompiledScene& scene, PartReader& unit
     const std::size_t place = own.tiles.place(pixel);
     SampleSignature(own.film.signatures()[place]).with_fields([&](auto&... fields) { result.put_each(fields...); });
     result.put(own.film.mean(place));
-    write_sums(own.film.sums(place), result);
+    write_layers(own.film.layers(place), result);
+    if (!own.film.omitted().empty()) result.put(own.film.omitted()[place]);
   }
   return UnitOutcome::traced;
 }
@@ -183,7 +184,7 @@ class SetsRound final : public PartRound {
     if (!result.get_each(sums.count[0], sums.count[1], sums.mean[0], sums.mean[1])) return false;
     const std::uint32_t most = sets.kind == SampleSets::Kind::joint ? sets.samples : sets.samples / 2;
     if (sums.count[0] > most || sums.count[1] > most) return false;
-    return read_sums({&sums.omitted, scene_.needs.layers ? &sums.layers : nullptr}, result);
+    return read_layers(scene_.needs.layers ? &sums.layers : nullptr, result);
   }
 
   const CompiledScene& scene_;
@@ -209,7 +210,7 @@ inline UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderContr
   }
   const auto write = [&](std::size_t, SetSums sums) {
     result.put_each(sums.count[0], sums.count[1], sums.mean[0], sums.mean[1]);
-    write_sums({&sums.omitted, scene.needs.layers ? &sums.layers : nullptr}, result);
+    write_layers(scene.needs.layers ? &sums.layers : nullptr, result);
   };
   const bool traced = trace_sets(
       scene, pixels, sets, tracer, [&](std::size_t) { return control.cancelled(); }, write);
@@ -282,12 +283,14 @@ class LookRound final : public PartRound {
 
 /// Traces looks at pixels of a window and writes the means of their halves, one entry for each look; nothing where a
 /// half has no finite sample. Returns false if cancelled.
-inline bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::span<const Look> looks,
-                        std::uint32_t half_size, double share, Tracer& tracer, std::span<std::optional<Halves>> means) {
+inline bool trace_looks(const CompiledScene& scene, PartKind kind, const Tiles& tiles, std::span<const Look> looks,
+                        std::uint32_t half_size, Tracer& tracer, std::span<std::optional<Halves>> means) {
   constexpr std::uint64_t first_stream = std::uint64_t{1} << 40;  // beyond the streams of the image
   Batch& batch = tracer.batch();
   batch.clear();
   batch.light_points = 2;
+  if (kind == PartKind::whole_looks) batch.lifted = {true, true, 1e-3, 512};  // so that few exceed their bounds
+  const double share = look_share(scene, kind != PartKind::looks);
   for (const Look& look : looks) {
     const Pixel pixel = tiles.pixel(look.place);
     for (std::uint32_t half = 0; half < 2; ++half)
@@ -302,7 +305,7 @@ inline bool trace_looks(const CompiledScene& scene, const Tiles& tiles, std::spa
   return true;
 }
 
-inline UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartReader& unit, Tracer& tracer,
+inline UnitOutcome trace_look_unit(PartKind kind, const CompiledScene& scene, PartReader& unit, Tracer& tracer,
                                    PartWriter& result) {
   const Tiles tiles(scene.image.window());
   std::uint32_t half = 0;
@@ -314,7 +317,7 @@ inline UnitOutcome trace_look_unit(const CompiledScene& scene, bool exact, PartR
       return UnitOutcome::malformed;
   }
   std::vector<std::optional<Halves>> halves(looks.size());
-  if (!trace_looks(scene, tiles, looks, half, look_share(scene, exact), tracer, halves)) return UnitOutcome::cancelled;
+  if (!trace_looks(scene, kind, tiles, looks, half, tracer, halves)) return UnitOutcome::cancelled;
   for (const std::optional<Halves>& entry : halves) {
     result.put(static_cast<std::uint8_t>(entry ? 1 : 0));
     if (entry) result.put_each((*entry)[0], (*entry)[1]);
@@ -333,7 +336,8 @@ inline UnitOutcome trace_unit(PartKind kind, const CompiledScene& scene, const R
       return trace_sets_unit(scene, control, unit, tracer, result);
     case PartKind::looks:
     case PartKind::exact_looks:
-      return trace_look_unit(scene, kind == PartKind::exact_looks, unit, tracer, result);
+    case PartKind::whole_looks:
+      return trace_look_unit(kind, scene, unit, tracer, result);
   }
   return UnitOutcome::malformed;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "tracer/src/math/sampling.h"
@@ -69,11 +70,14 @@ void ErrorProof::add(std::span<const Look> looks, std::span<const std::optional<
   for (std::size_t i = 0; i < looks.size(); ++i) {
     const std::size_t place = looks[i].place;
     const double bound = sums_[place] - (place > 0 ? sums_[place - 1] : 0);
-    sequence_.add(halves[i] ? squared_error(value(place), *halves[i], display_) / bound : 1);
+    const double share = halves[i] ? squared_error(value(place), *halves[i], display_) / bound : 1;
+    exceeded_ |= share > 1.01;
+    sequence_.add(share);
   }
 }
 
 double ErrorProof::bound() const {
+  if (exceeded_) return std::numeric_limits<double>::infinity();
   return std::sqrt(sequence_.upper_bound() * sums_.back() / (3 * static_cast<double>(sums_.size())));
 }
 

@@ -4,8 +4,8 @@
 ///
 /// 1. The radiance of each pixel lies in an interval (certify), which bounds its squared error by some u.
 /// 2. Looks at pixels, drawn in proportion to u: a look estimates the squared error of a pixel by two fresh halves of
-///    exact samples, without approximations. Divided by u the estimate is at most 1, and its mean over all draws is the
-///    squared error of the image divided by the sum of u.
+///    samples, without approximations and limits of rays. Divided by u the estimate is at most 1, and its mean over all
+///    draws is the squared error of the image divided by the sum of u.
 /// 3. A confidence sequence bounds that mean (confidence_sequence.h): n looks without a find prove about 3.2 / n of the
 ///    sum of u, for images of any size. Looks go on until the target is proven or they have cost as much as the image.
 
@@ -53,7 +53,7 @@ class ErrorProof {
   void add(std::span<const Look> looks, std::span<const std::optional<Halves>> halves);
 
   [[nodiscard]] std::uint64_t count() const { return sequence_.count(); }
-  /// Upper bound of the root mean square error, in levels.
+  /// Upper bound of the root mean square error, in levels; infinity if Russian roulette exceeded the bound of a look.
   [[nodiscard]] double bound() const;
 
  private:
@@ -65,16 +65,16 @@ class ErrorProof {
   const DisplayTransform display_;
   std::vector<double> sums_;  ///< bounds of the squared errors, summed up to and including each pixel
   ConfidenceSequence sequence_{alpha};
+  bool exceeded_ = false;  ///< a look had more than its bound
 };
 
 /// Sets `proven` of the image, unless cancelled, and adds the counts of the looks. Nothing is proven if the brightest
-/// pixel divides the image, or if truncated rays have no bound. Throws std::bad_alloc.
+/// pixel divides the image. Throws std::bad_alloc.
 inline void prove_error(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
                         Rendered& rendered) {
   constexpr std::size_t first_looks = 256, timed_looks = 64;
   ErrorEstimate& error = rendered.error;
-  const double truncated = error.depth + error.cutoff;
-  if (scene.output.overflow == Output::Overflow::scale || (truncated > 0 && !error.bounded)) return;
+  if (scene.output.overflow == Output::Overflow::scale) return;
   const bool timed = settings.elapsed_ms && scene.accuracy.adaptive && scene.accuracy.adaptive->time_budget_ms;
   const double budget_ms = timed ? *scene.accuracy.adaptive->time_budget_ms : std::numeric_limits<double>::infinity();
   const auto elapsed_ms = [&] { return timed ? settings.elapsed_ms() : 0.0; };
@@ -83,7 +83,7 @@ inline void prove_error(const CompiledScene& scene, const RenderSettings& settin
   const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings.threads, work); };
   ErrorProof proof(scene, rendered.image, in_parallel, control, [&] { return timed && elapsed_ms() > hurry_ms; });
   TracerPool<> pool(make_wavefront, scene, control, {});
-  LookTracer tracer({scene, settings, control, pool}, PartKind::exact_looks);
+  LookTracer tracer({scene, settings, control, pool}, PartKind::whole_looks);
   const std::uint64_t most = std::max<std::uint64_t>(looks_min, rendered.statistics.samples / (2 * look_half));
   const double target = scene.accuracy.target().value_or(0);
   for (double before = elapsed_ms(), now = before; !control.cancelled() && (timed || proof.count() < most);) {
@@ -92,13 +92,12 @@ inline void prove_error(const CompiledScene& scene, const RenderSettings& settin
     const std::vector<std::optional<Halves>> halves = tracer.halves(looks, look_half);
     if (looks.empty() || control.cancelled()) break;
     proof.add(looks, halves);
-    // The roots of mean squares of sums are at most the sums of the roots (Minkowski).
-    error.proven = proof.bound() + truncated;
+    error.proven = proof.bound();
     now = elapsed_ms();
     if (error.proven <= target || 2 * now - before >= end_ms) break;
     before = now;
   }
-  if (proof.bound() == 0) error.proven = truncated;  // no pixel is in doubt
+  if (proof.bound() == 0) error.proven = 0;  // no pixel is in doubt
   error.looks += proof.count();
   add(rendered.statistics, pool.statistics());
   rendered.statistics.holdout_samples += tracer.samples();

@@ -44,8 +44,13 @@ double Refinement::wanted() const {
   return channels() * error * error;
 }
 
-/// If what samples cannot lower prevents the target, the rest need not be smaller than that.
-double Refinement::goal() const { return leaves_room() ? wanted() - fixed_ : fixed_; }
+/// If what samples cannot lower prevents the target, looks alone show the rest: any error is small enough. Without a
+/// target the rest need not be smaller than that.
+double Refinement::goal() const {
+  constexpr double any = 255.0 * 255;
+  if (leaves_room()) return wanted() - fixed_;
+  return target_.target_error || target_.tile_error ? channels() * any : fixed_;
+}
 
 bool Refinement::begin_round() {
   if (rounds_ == rounds_max) return false;

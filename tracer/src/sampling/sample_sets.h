@@ -31,7 +31,6 @@ struct SampleSets {
 struct SetSums {
   std::array<Color, 2> mean{};           ///< mean of each set; joint samples are the first
   std::array<std::uint32_t, 2> count{};  ///< finite samples in each set
-  OmittedRadiance omitted{};             ///< sum, where the scene can omit radiance
   LayerAccumulator layers{};             ///< empty unless the scene has layers
 };
 
@@ -80,7 +79,6 @@ inline SetSums sums_of(const CompiledScene& scene, const Tracer& tracer, const S
     if (!finite(radiance)) continue;  // counted by the tracer
     sums.mean[i < split ? 0 : 1] += radiance;
     ++sums.count[i < split ? 0 : 1];
-    if (!tracer.omitted().empty()) sums.omitted += tracer.omitted()[first + i];
     if (scene.needs.layers) sums.layers.add(tracer.gbuffer(), first + i);
   }
   for (std::size_t set = 0; set < 2; ++set)

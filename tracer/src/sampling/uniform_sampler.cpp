@@ -12,9 +12,9 @@
 
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/image_error.h"
-#include "tracer/src/sampling/look_tracer.h"
 #include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/tiles.h"
+#include "tracer/src/sampling/truncation.h"
 #include "tracer/src/sampling/uniform_tracer.h"
 
 namespace tracer {
@@ -38,13 +38,13 @@ class UniformSampler {
     if (control_.cancelled() || control_.tiles_done() < film_.tiles.count())
       return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     Image& image = film_.image;
-    const double brightest = brightest_if_needed(scene_, image.rgb);
-    const ErrorContext context{DisplayTransform(scene_.output, brightest), bound_omitted_radiance(scene_, brightest),
-                               scene_.output};
+    const ErrorContext context = error_context(scene_, image.rgb);
     Rendered rendered;
     rendered.statistics = pool_.statistics();  // without the samples of features
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
-    rendered.error = estimate(image, context);
+    const TruncationError truncation = TruncationLooks(context_, mean_).measure(film_.omitted, context);
+    rendered.error = estimate(image, truncation, context);
+    truncation.add_to(image.layers.error);
     if (scene_.accuracy.approximate.any() || filtering_changes_means(scene_)) {
       ApproximationLooks looks(pool_.make(), scene_, settings_, control_, context.display, mean_);
       const ApproximationError approximation = scene_.accuracy.approximate.any()
@@ -53,6 +53,7 @@ class UniformSampler {
       add_approximation(rendered.error, approximation.error, image.rgb.size() / 3);
       approximation.count_in(rendered);
     }
+    truncation.count_in(rendered);
     rendered.error.target_met = targets_reached(rendered.error);
     rendered.image = std::move(image);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
@@ -81,7 +82,7 @@ class UniformSampler {
   }
 
   /// Also samples features that the pixels may have missed.
-  ErrorEstimate estimate(Image& image, const ErrorContext& context) {
+  ErrorEstimate estimate(Image& image, const TruncationError& truncation, const ErrorContext& context) {
     const auto in_parallel = [&](auto count, const auto& work) { for_each_tile(count, settings_.threads, work); };
     const std::vector<SubpixelFeature> features =
         find_subpixel_features(scene_, features_min + image.rgb.size() / 3 * samples_ / samples_per_feature);
@@ -93,8 +94,8 @@ class UniformSampler {
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
     pixels.noisy = scene_.needs.global_light;
-    ErrorEstimate error = measure_uniform_errors(image, pixels, film_.omitted, context, in_parallel);
-    error.bounded = scene_.has_bounded_patches() && (context.bound.bounded || (error.depth == 0 && error.cutoff == 0));
+    ErrorEstimate error = measure_uniform_errors(image, pixels, truncation.error, context, in_parallel);
+    error.bounded = scene_.has_bounded_patches() && truncation.bounded;
     error.target = scene_.accuracy.target();
     error.tile_target = scene_.accuracy.tile_target();
     return error;

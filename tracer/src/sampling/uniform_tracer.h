@@ -21,7 +21,7 @@ struct UniformFilm {
   UniformFilm(const CompiledScene& scene, const PixelWindow& window) : tiles(window) {
     allocate(image, window, scene.output);
     if (scene.accuracy.samples > 1) deviation.resize(image.rgb.size());
-    omitted.resize(tiles.count());
+    if (scene.accuracy.truncates()) omitted.resize(window.pixels());
   }
 
   /// Writes the tile as result of a part.
@@ -33,18 +33,10 @@ struct UniformFilm {
         return true;
       });
     }
-    writer.put(static_cast<std::uint32_t>(omitted[tile].size()));
-    const std::vector<Pixel> pixels = tiles.pixels(tile);
-    for (const OmittedSample& sample : omitted[tile]) {
-      const Pixel pixel = tiles.pixel(sample.place), first = pixels.front();
-      writer.put(static_cast<std::uint16_t>((pixel.y - first.y) * Tiles::side + pixel.x - first.x));
-      writer.put(sample.omitted);
-    }
   }
 
   /// Reads what write_tile() of an equal tile has written. False if it is something else; the tile is then undefined.
   bool read_tile(std::uint64_t tile, PartReader& reader) {
-    const PixelWindow window = tiles.window(tile);
     for (const Pixel& pixel : tiles.pixels(tile)) {
       const std::size_t place = tiles.place(pixel);
       const bool read = each_plane([&](auto& plane, std::size_t channels) {
@@ -55,24 +47,13 @@ struct UniformFilm {
       });
       if (!read) return false;
     }
-    std::uint32_t count = 0;
-    if (!reader.get(count) || count > window.pixels()) return false;
-    std::vector<OmittedSample> samples(count);
-    for (OmittedSample& sample : samples) {
-      std::uint16_t at = 0;
-      if (!reader.get(at) || !reader.get(sample.omitted)) return false;
-      const Pixel pixel{window.x0 + at % Tiles::side, window.y0 + at / Tiles::side};
-      if (pixel.x >= window.x1 || pixel.y >= window.y1) return false;
-      sample.place = static_cast<std::uint32_t>(tiles.place(pixel));
-    }
-    omitted[tile] = std::move(samples);
     return true;
   }
 
   Tiles tiles;
   Image image;
   std::vector<float> deviation;  ///< standard deviation of each pixel's mean, three channels; empty for one sample
-  std::vector<std::vector<OmittedSample>> omitted;  ///< by tile
+  std::vector<float> omitted;    ///< mean of Tracer::omitted() over each pixel's samples; empty if all are traced
 
  private:
   /// Calls use(values, channels) for each array that samples fill; returns whether all calls returned true.
@@ -80,8 +61,9 @@ struct UniformFilm {
   bool each_plane(const Use& use) {
     const auto used = [&](auto& plane, std::size_t channels) { return plane.empty() || use(plane, channels); };
     Layers& layers = image.layers;
-    return used(image.rgb, 3) && used(deviation, 3) && used(image.alpha, 1) && used(layers.depth, 1) &&
-           used(layers.normal, 3) && used(layers.albedo, 3) && used(layers.object_id, 1) && used(layers.samples, 1);
+    return used(image.rgb, 3) && used(deviation, 3) && used(omitted, 1) && used(image.alpha, 1) &&
+           used(layers.depth, 1) && used(layers.normal, 3) && used(layers.albedo, 3) && used(layers.object_id, 1) &&
+           used(layers.samples, 1);
   }
 };
 
@@ -95,10 +77,8 @@ class UniformTracer {
   bool trace_tile(std::uint64_t index, Tracer& tracer) {
     const std::vector<Pixel> pixels = film_.tiles.pixels(index);
     const std::size_t at_once = std::max(batch_pixels_min, batch_rays / samples_);
-    std::vector<OmittedSample> omitted;
     for (std::span<const Pixel> left = pixels; !left.empty(); left = left.subspan(std::min(at_once, left.size())))
-      if (!trace_pixels(left.first(std::min(at_once, left.size())), tracer, omitted)) return false;
-    film_.omitted[index] = std::vector<OmittedSample>(omitted.begin(), omitted.end());  // without spare capacity
+      if (!trace_pixels(left.first(std::min(at_once, left.size())), tracer)) return false;
     return true;
   }
 
@@ -112,10 +92,10 @@ class UniformTracer {
   /// Sums over a pixel's samples. Layers are separate, since few scenes have any.
   struct Sums {
     PixelAccumulator radiance, half;
-    OmittedRadiance omitted;
+    float omitted = 0;
   };
 
-  bool trace_pixels(std::span<const Pixel> pixels, Tracer& tracer, std::vector<OmittedSample>& omitted) {
+  bool trace_pixels(std::span<const Pixel> pixels, Tracer& tracer) {
     std::array<Sums, batch_pixels_min> partial;  // of pixels with more samples than a batch
     std::array<LayerAccumulator, batch_pixels_min> partial_layers;
     const std::uint32_t at_once = std::max(1u, batch_rays / static_cast<std::uint32_t>(pixels.size()));
@@ -124,11 +104,11 @@ class UniformTracer {
       fill(tracer.batch(), scene_, pixels, {first, last, samples_});
       tracer.batch().light_points = (light_points_min + samples_ - 1) / samples_;
       if (!tracer.trace()) return false;
-      if (samples_ == 1) write_each(pixels, tracer, omitted);
+      if (samples_ == 1) write_each(pixels, tracer);
       const BatchPart part{pixels.size(), first, last == samples_};
       if (samples_ > 1)
         accumulate(part, tracer, partial,
-                   [&](std::size_t i, const Sums& sums) { write(sums, film_.tiles.place(pixels[i]), omitted); });
+                   [&](std::size_t i, const Sums& sums) { write(sums, film_.tiles.place(pixels[i])); });
       if (scene_.needs.layers)
         accumulate(part, tracer, partial_layers, [&](std::size_t i, const LayerAccumulator& sums) {
           sums.write(film_.image, film_.tiles.place(pixels[i]));
@@ -138,9 +118,9 @@ class UniformTracer {
   }
 
   /// Writes pixels with one sample each, without sums.
-  void write_each(std::span<const Pixel> pixels, const Tracer& tracer, std::vector<OmittedSample>& omitted_samples) {
+  void write_each(std::span<const Pixel> pixels, const Tracer& tracer) {
     const std::vector<Color>& radiance = tracer.radiance();
-    const std::vector<OmittedRadiance>& omitted = tracer.omitted();
+    const std::vector<float>& omitted = tracer.omitted();
     const Tiles tiles = film_.tiles;  // local copies, read once and not for each pixel
     float* const film = film_.image.rgb.data();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -148,8 +128,7 @@ class UniformTracer {
       if (!finite(sample)) continue;  // counted by the tracer; the pixel stays black
       write_color(film + 3 * tiles.place(pixels[i]), sample);
     }
-    for (std::size_t i = 0; i < omitted.size(); ++i)
-      if (finite(radiance[i])) add_omitted(omitted[i], tiles.place(pixels[i]), omitted_samples);
+    for (std::size_t i = 0; i < omitted.size(); ++i) film_.omitted[tiles.place(pixels[i])] = omitted[i];
   }
 
   /// Batch of some samples of all pixels, the first sample of all pixels first.
@@ -188,15 +167,10 @@ class UniformTracer {
     if (!tracer.omitted().empty()) sums.omitted += tracer.omitted()[sample];
   }
 
-  void write(const Sums& sums, std::size_t at, std::vector<OmittedSample>& omitted) {
+  void write(const Sums& sums, std::size_t at) {
     sums.radiance.write(film_.image.rgb.data() + 3 * at);
     if (!film_.deviation.empty()) sums.radiance.write_deviation(sums.half, film_.deviation.data() + 3 * at);
-    add_omitted(sums.omitted * (1.0f / static_cast<float>(samples_)), at, omitted);
-  }
-
-  static void add_omitted(const OmittedRadiance& radiance, std::size_t at, std::vector<OmittedSample>& omitted) {
-    if (radiance.depth + radiance.cutoff + radiance.culled > 0)
-      omitted.push_back({static_cast<std::uint32_t>(at), radiance});
+    if (!film_.omitted.empty()) film_.omitted[at] = sums.omitted / static_cast<float>(samples_);
   }
 
   const CompiledScene& scene_;

@@ -40,7 +40,7 @@ class Finder {
     }
     const std::size_t nearest = approximate_.nearest_lights;
     const std::size_t evaluated = nearest == 0 ? scene_.lights.size() : std::min(nearest, scene_.lights.size());
-    need(&Requirements::many_lights, exact_shadows() && evaluated > few_lights && scene_.accuracy.cutoff > 0,
+    need(&Requirements::many_lights, exact_shadows() && evaluated > few_lights && scene_.accuracy.cutoff != 0.0,
          "/lights");
     for_each_placed(scene_, [&](const Placed& placed) {
       add(scene_.materials[placed.material.index]);

@@ -215,7 +215,7 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   if (accuracy.tile_target()) check_target_error(checks, {where, "tile_error"}, *accuracy.tile_target());
   if (accuracy.adaptive) check_adaptive(checks, where, *accuracy.adaptive);
   check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
-  checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
+  if (accuracy.max_depth) checks.count({where, "max_depth"}, *accuracy.max_depth, checks.limits.max_depth, "max_depth");
   FieldChecks(checks, where).ranges(accuracy);
   if (accuracy.model == Accuracy::Model::whitted &&
       accuracy.approximate.interreflection != Approximations::Interreflection::exact)

@@ -152,7 +152,7 @@ class WarningFinder {
     if (const double rays = predicted_rays(scene_); rays > 1000)
       add("/accuracy/max_depth", "many_secondary_rays",
           "a sample may take " + text_of(std::round(rays)) +
-              " rays at glass and mirrors: lower max_depth, or raise cutoff");
+              " rays at glass and mirrors: set or lower max_depth, or raise cutoff");
     return std::move(found_);
   }
 
@@ -354,7 +354,7 @@ double predicted_rays(const Scene& scene) {
       after[from.place][to] += sum[to] / std::max(1.0, sum[glass] + sum[mirror]) / count;
     hits[0][from.place] += 1 / static_cast<double>(all.size());
   }
-  const double least = std::log(std::min(scene.accuracy.cutoff, 0.99));
+  const double least = std::log(std::min(scene.accuracy.cutoff.value_or(Accuracy::roulette_throughput), 0.99));
   for (double& factor : factors) factor = std::round(std::clamp(std::log(factor) / least, 0.0, 1.0) * bins);
   double rays = 1, added = 1;
   const auto spawn = [&](std::size_t bin, Place by, Place from, double count) {
@@ -363,7 +363,9 @@ double predicted_rays(const Scene& scene) {
     added += count;
     for (std::size_t to = 0; to < places; ++to) next[bin][to] += count * after[from][to];
   };
-  std::size_t level = 0, levels = std::min<std::size_t>(scene.accuracy.max_depth, levels_max);
+  const std::uint32_t growing = scene.accuracy.max_depth.value_or(scene.accuracy.roulette_depth()),
+                      depth = scene.accuracy.max_depth.value_or(2 * growing);
+  std::size_t level = 0, levels = std::min<std::size_t>(growing, levels_max);
   for (; level < levels && added > 1e-6 && rays < rays_max; ++level, rays += added) {
     added = 0;
     for (std::size_t bin = 0; bin < bins; ++bin) {
@@ -375,7 +377,7 @@ double predicted_rays(const Scene& scene) {
     }
     hits = std::exchange(next, {});
   }
-  return std::min(rays_max, rays + added * static_cast<double>(scene.accuracy.max_depth - level));
+  return std::min(rays_max, rays + added * static_cast<double>(depth - level));
 }
 
 }  // namespace tracer

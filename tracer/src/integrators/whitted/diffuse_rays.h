@@ -73,8 +73,8 @@ class DiffuseRays {
       const Batch::Sample& sample = state_.batch.samples[shading_points.sample[i]];
       random_.key[i] = sample.key;
       random_.index[i] = sample.index;
-      random_.path[i] = hit.path[i];
-      weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight;
+      random_.path[i] = state_.termination.random_path(hit.path[i]);
+      weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight * state_.termination.growth;
       after_diffuse_ |= lane_bit(i, weight_[i] > 0);
       media_[i] = shading_points.media[i];
     }
@@ -251,7 +251,7 @@ class DiffuseRays {
   WavefrontState<Features>& state_;
   RandomPacket random_ = {};
   ReceiverPacket places_;
-  SecondaryRayPacket rays_;
+  SecondaryRayPacket rays_ = {};
   LaneMask after_diffuse_ = 0, at_patch_ = 0;
   std::uint32_t patch_[lanes] = {};
   MediumStack::List media_[lanes] = {};

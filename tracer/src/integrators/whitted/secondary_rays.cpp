@@ -142,9 +142,9 @@ WHITTLE_WIDE void spawn_dielectric(const HitPacket& __restrict packet,
   hash_paths(packet, 0, reflection);
 }
 
-WHITTLE_WIDE LaneMask below_cutoff(const SecondaryRayPacket& rays, double cutoff) {
+WHITTLE_WIDE LaneMask not_above(const SecondaryRayPacket& rays, double throughput) {
   LaneMask lanes_below = 0;
-  for (int i = 0; i < lanes; ++i) lanes_below |= lane_bit(i, (rays.largest[i] < cutoff) | (rays.largest[i] == 0));
+  for (int i = 0; i < lanes; ++i) lanes_below |= lane_bit(i, !(rays.largest[i] > throughput));
   return lanes_below & rays.going;
 }
 

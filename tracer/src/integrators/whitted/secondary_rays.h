@@ -27,8 +27,8 @@ void spawn_dielectric(const HitPacket& packet, const ShadingPointPacket& shading
                       const InterfacePacket& interfaces, bool perturbed, SecondaryRayPacket& reflection,
                       SecondaryRayPacket& transmission);
 
-/// Lanes of `going` whose throughput is below `cutoff` or zero.
-LaneMask below_cutoff(const SecondaryRayPacket& rays, double cutoff);
+/// Lanes of `going` whose throughput is at most this one, or NaN.
+LaneMask not_above(const SecondaryRayPacket& rays, double throughput);
 
 template <class Features>
 class SecondaryRays {
@@ -86,17 +86,18 @@ class SecondaryRays {
     if (has_diffuse())
       diffuse_.begin(rays, shading_points, [&](int lane) { return far_side(shading_points, lane).media; });
     // Lane by lane: the order of additions to one sample must not depend on the packet.
-    const double cutoff = state_.scene.accuracy.cutoff;
-    LaneMask below = below_cutoff(reflection_, cutoff) | below_cutoff(transmission_, cutoff);
-    if (has_diffuse()) below = (below | below_cutoff(diffuse_.rays(), cutoff)) & ~diffuse_.after_diffuse();
+    const double most = state_.termination.most;
+    LaneMask below = not_above(reflection_, most) | not_above(transmission_, most);
+    if (has_diffuse()) below = (below | not_above(diffuse_.rays(), most)) & ~diffuse_.after_diffuse();
     for_each_lane(below, [&](int i) {
-      apply_cutoff(transmission_, 1, shading_points, i);
-      apply_cutoff(reflection_, 0, shading_points, i);
-      if (has_diffuse()) apply_cutoff(diffuse_.rays(), diffuse_kind, shading_points, i);
+      const double late = throughput_of_late_rays(rays, i);
+      terminate(transmission_, 1, late, shading_points.sample[i], i);
+      terminate(reflection_, 0, late, shading_points.sample[i], i);
+      if (has_diffuse()) terminate(diffuse_.rays(), diffuse_kind, late, shading_points.sample[i], i);
     });
     if (nested_boundary_ != 0) skip_nested_boundary(rays);
     if (!has_diffuse() && (reflection_.going | transmission_.going) == 0) return;
-    if (next.depth > state_.scene.accuracy.max_depth) {
+    if (state_.termination.all) {
       for_each_ray([&](const SecondaryRayPacket& packet, int i) {
         terminate_at_max_depth(packet.largest[i], shading_points.sample[i]);
       });
@@ -173,42 +174,42 @@ class SecondaryRays {
     transmission_.going |= nested_boundary_;
   }
 
-  /// Drops a ray below the cutoff, or divides its throughput by the probability with which it was kept.
-  void apply_cutoff(SecondaryRayPacket& packet, std::uint64_t kind, const ShadingPointPacket& shading_points,
-                    int lane) {
-    const LaneMask bit = lane_bit(lane);
-    const double largest = packet.largest[lane];
-    if ((packet.going & bit) == 0 || !(largest < state_.scene.accuracy.cutoff || largest == 0)) return;
-    const double probability = russian_roulette_probability(largest, shading_points.sample[lane],
-                                                            std::uint64_t{state_.hit.path[lane]} * 2 + kind);
-    if (!(probability > 0)) {
-      packet.going &= ~bit;
-      return;
-    }
-    const double factor = 1 / probability;
-    packet.throughput.set(lane, packet.throughput[lane] * factor);
-    packet.largest[lane] *= factor;
+  /// The least throughput with which late rays of a lane survive.
+  [[nodiscard]] double throughput_of_late_rays(const RayQueue& rays, int lane) {
+    if (!state_.termination.late) return 0;
+    double sum = 0;
+    for (const SecondaryRayPacket* packet : {&transmission_, &reflection_, &diffuse_.rays()})
+      if ((packet->going >> lane & 1) != 0) sum += packet->largest[lane];
+    const Color before = state_.throughput_at_hit(rays, static_cast<std::size_t>(state_.hit.ray[lane]));
+    return std::max(sum * state_.termination.growth, max_component(before));
   }
 
-  /// The probability with which a ray below the cutoff was kept, or 0 if it was dropped. Russian roulette is unbiased
-  /// (Arvo & Kirk 1990, "Particle Transport and Image Synthesis"); without it the dropped radiance counts as omitted.
-  double russian_roulette_probability(double largest, std::uint32_t sample, std::uint64_t bounce) {
-    const Accuracy& accuracy = state_.scene.accuracy;
-    if (accuracy.cutoff_by_chance && largest > 0) {
-      const Batch::Sample& seeds = state_.batch.samples[sample];
-      const std::uint64_t random = mix(mix(seeds.key ^ mix(seeds.index)) ^ mix(~bounce));
-      const double probability = largest / accuracy.cutoff;
-      if (static_cast<double>(random >> 11) * 0x1p-53 < probability) return probability;
+  /// Drops a ray below the cutoff, or leaves it to chance. See Termination.
+  void terminate(SecondaryRayPacket& packet, std::uint64_t kind, double late, std::uint32_t sample, int lane) {
+    const Termination& termination = state_.termination;
+    const LaneMask bit = lane_bit(lane);
+    const double largest = packet.largest[lane];
+    if ((packet.going & bit) == 0 || largest > termination.most) return;
+    if (largest < termination.cutoff) {
+      state_.omitted[sample] += static_cast<float>(largest);
     } else {
-      state_.omitted[sample].cutoff += static_cast<float>(largest);
+      const double kept = std::max(largest < termination.roulette ? termination.kept : largest, late);
+      const Batch::Sample& seeds = state_.batch.samples[sample];
+      const std::uint64_t choice = std::uint64_t{termination.random_path(state_.hit.path[lane])} * 2 + kind;
+      const std::uint64_t random = mix(mix(seeds.key ^ mix(seeds.index)) ^ mix(~choice));
+      if (static_cast<double>(random >> 11) * 0x1p-53 * kept < largest) {
+        packet.throughput.set(lane, packet.throughput[lane] * (kept / largest));
+        packet.largest[lane] = kept;
+        return;
+      }
     }
+    packet.going &= ~bit;
     ++state_.statistics.cut_branches;
-    return 0;
   }
 
   void terminate_at_max_depth(double largest, std::uint32_t sample) {
     ++state_.statistics.truncated_branches;
-    state_.omitted[sample].depth += static_cast<float>(largest);
+    state_.omitted[sample] += static_cast<float>(largest);
   }
 
   /// Environment mapping: the background replaces the secondary ray.

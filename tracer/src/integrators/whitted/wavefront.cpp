@@ -59,7 +59,7 @@ bool Wavefront<Features>::trace_all(BounceQueuesPtr first_bounce) {
   const std::size_t count = state_.batch.samples.size();
   state_.radiance.resize(count);
   std::fill(state_.radiance.begin(), state_.radiance.end(), Color{});  // inlined, unlike some assign()
-  if (state_.may_omit_radiance()) state_.omitted.assign(count, {});
+  if (state_.may_omit_radiance()) state_.omitted.assign(count, 0);
   state_.media.reset();
   if (state_.writes_gbuffer()) state_.gbuffer.reset(count);
   state_.statistics.samples += count;
@@ -113,7 +113,7 @@ void Wavefront<Features>::release_queues(BounceQueuesPtr queues) {
 
 template <class Features>
 void Wavefront<Features>::generate_camera_rays(RayQueue& rays) const {
-  const auto& [samples, x, y, lens, share, light_points, sign] = state_.batch;
+  const auto& [samples, x, y, lens, share, light_points, sign, lifted] = state_.batch;
   const CompiledScene& scene = state_.scene;
   const std::size_t count = samples.size();
   const std::size_t eyes = scene.camera.is_anaglyph() ? 2 : 1;
@@ -138,6 +138,7 @@ void Wavefront<Features>::trace_bounce(const BounceQueues& bounce, BounceQueues&
   counts.camera += bounce.camera.size();
   counts.reflection += bounce.reflection.size();
   counts.refraction += bounce.refraction.size();
+  state_.termination = Termination(state_.scene.accuracy, state_.batch.lifted, next.depth);
   const Coherence coherence = bounce.depth == 0 ? Coherence::coherent : Coherence::incoherent;
   const auto trace_rays = [&](const RayQueue& queue) {
     if (queue.empty()) return;

@@ -174,7 +174,7 @@ class Wavefront : public Tracer {
   bool trace_from_patches(const RayQueue& diffuse, std::vector<PathTermination>& terminations);
 
   [[nodiscard]] const std::vector<Color>& radiance() const override { return state_.radiance; }
-  [[nodiscard]] const std::vector<OmittedRadiance>& omitted() const override { return state_.omitted; }
+  [[nodiscard]] const std::vector<float>& omitted() const override { return state_.omitted; }
   [[nodiscard]] const std::vector<SampleSignature>& signatures() const override { return state_.signatures; }
   [[nodiscard]] const GBuffer& gbuffer() const override { return state_.gbuffer; }
   [[nodiscard]] const RenderStatistics& statistics() const override { return state_.statistics; }

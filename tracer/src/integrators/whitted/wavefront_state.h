@@ -3,8 +3,10 @@
 /// queue and the packet of hits being shaded.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <vector>
 
 #include "tracer/render.h"
@@ -72,6 +74,35 @@ struct PathTermination {
   TransportEntry entry;
 };
 
+/// The end of rays at a bounce: by the limits of the document, and by Russian roulette.
+struct Termination {
+  Termination(const Accuracy& accuracy, const Batch::Lifted& lifted, std::uint32_t bounces)
+      : depth(bounces),
+        all(accuracy.max_depth && depth > *accuracy.max_depth && !lifted.depth),
+        cutoff(accuracy.cutoff && !lifted.cutoff ? *accuracy.cutoff : 0) {
+    const bool deep = accuracy.max_depth && depth > *accuracy.max_depth && !all;
+    if (deep || lifted.cutoff) kept = lifted.throughput;
+    if (!all) roulette = deep || !accuracy.cutoff ? kept : lifted.cutoff ? std::min(kept, *accuracy.cutoff) : 0;
+    late = (deep || !accuracy.max_depth) && depth >= std::max(accuracy.roulette_depth(), lifted.depth_min);
+    if (late) growth = 1 / (1 - 2.0 / depth);
+    most = late ? std::numeric_limits<double>::infinity() : std::nextafter(std::max(cutoff, roulette), 0.0);
+  }
+  Termination() = default;
+
+  /// Hash of a path for random choices. That of the bounces alone has 32 bits and so repeats itself after some 2^16 of
+  /// them: a path that ends by chance might never end.
+  [[nodiscard]] std::uint32_t random_path(std::uint32_t path) const { return path + (depth >> 12); }
+
+  std::uint32_t depth = 0;                                    ///< bounces of the rays
+  bool all = false;                                           ///< no ray is traced
+  double cutoff = 0;                                          ///< rays of smaller throughput are not traced
+  double roulette = 0, kept = Accuracy::roulette_throughput;  ///< below the first a ray survives with the second
+  /// Rays survive with the throughput of the ray before them, or of all at their hit times `growth`, if that is larger.
+  bool late = false;
+  double growth = 1;
+  double most = 0;  ///< rays of a larger throughput are traced; infinite ones end late, too
+};
+
 template <class Features>
 struct WavefrontState {
   WavefrontState(const CompiledScene& compiled_scene, const RenderControl& render_control,
@@ -113,7 +144,8 @@ struct WavefrontState {
            approximate().reflections == Approximations::Reflections::environment;
   }
   [[nodiscard]] bool may_omit_radiance() const {
-    return spawns_secondary_rays() || needs<&Requirements::many_lights>() || needs<&Requirements::global_light>();
+    return scene.accuracy.truncates() &&
+           (spawns_secondary_rays() || needs<&Requirements::many_lights>() || needs<&Requirements::global_light>());
   }
   [[nodiscard]] bool writes_gbuffer() const {
     return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
@@ -146,7 +178,8 @@ struct WavefrontState {
 
   Batch batch;
   std::vector<Color> radiance;
-  std::vector<OmittedRadiance> omitted;
+  std::vector<float> omitted;
+  Termination termination;                  ///< at the next bounce
   std::vector<SampleSignature> signatures;  ///< empty unless the batch wants them
   GBuffer gbuffer;
   RenderStatistics statistics;
