@@ -39,7 +39,7 @@ def shapes():
                            {"translate": [1.0, 0.55, 1.4]}]},
             {"type": "triangle", "vertices": [[2.5, 0.02, 1.8], [3.9, 0.02, 1.3], [3.1, 1.05, 1.2]],
              "uvs": [[0, 0], [1, 0], [0, 1]], "material": "blue"}],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -127,7 +127,7 @@ def torus():
             *linked(1.3, -0.3, 0.35),
             *doughnut(-0.15, 1.3, "pink", ("cream", "green", "blue", "yellow")),
             *doughnut(1.25, 1.9, "chocolate", ())],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -168,7 +168,7 @@ def instances(levels=5):
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "grass"},
             tree(0.1, 0, 20, 1.0), tree(-2.7, -1.2, 130, 0.86), tree(2.8, -0.8, 250, 0.92),
             {**tree(-1.4, -5.5, 75, 1.05), "material": "stone"}, tree(4.6, -4.5, 10, 1.0)],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -210,7 +210,7 @@ def lights():
             + [part for x in places for part in (
                 {"type": "cylinder", "from": [x, 0, 0.1], "to": [x, 0.75, 0.1], "radius": 0.11, "material": "post"},
                 {"type": "sphere", "center": [x, 0.95, 0.1], "radius": 0.2, "material": "post"})],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -250,5 +250,5 @@ def transparency():
                 "apex_radius": 0.12, "material": "amber"},
                {"type": "sphere", "center": [2.0, 0.8, 0.3], "radius": 0.75, "material": "wine"},
                {"type": "sphere", "center": [2.95, 0.8, 0.3], "radius": 0.75, "material": "mint"}],
-        "accuracy": {"samples": [16, 16], "max_depth": 16},
+        "accuracy": {"target_error": 1},
     }

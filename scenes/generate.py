@@ -74,7 +74,7 @@ def tiny():
             {"type": "sphere", "center": [0, 0.8, 0], "radius": 0.8,
              "material": {"color": "#c03020", "diffuse": 0.7, "reflection": 0.3}},
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": 0.6}}],
-        "accuracy": {"samples": [1, 1]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -103,7 +103,7 @@ def whitted():
             {"type": "sphere", "center": ball, "radius": 1.0, "material": "glass"},
             {**cavity(ball, 0.93), "material": "glass"},
             {"type": "sphere", "center": [1.15, 1.05, -0.9], "radius": 1.05, "material": "mirror"}],
-        "accuracy": {"samples": [9, 9], "max_depth": 10, "cutoff": 0.004},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -152,7 +152,7 @@ def sphereflake():
         "objects": [{"type": "plane", "point": [0, 0, -0.5], "normal": [0, 0, 1], "material": "floor"}]
                    + [{"type": "sphere", "center": center, "radius": radius, "material": "ball"}
                       for center, radius in spheres],
-        "accuracy": {"samples": [4, 4], "max_depth": 12},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -187,7 +187,7 @@ def cornell():
             {**box((0.55, 0, 0.7), (2.05, 2.9, 2.2), 18.0), "material": "white"},
             {"type": "sphere", "center": [3.75, 1.1, 1.65], "radius": 1.1, "material": "mirror"},
             {"type": "sphere", "center": [2.2, 0.8, 3.9], "radius": 0.8, "material": "glass"}],
-        "accuracy": {"samples": [16, 16], "max_depth": 16},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -232,7 +232,7 @@ def glass():
             {"type": "sphere", "center": [-1.35, 0.6, -3.6], "radius": 0.6, "material": "red"},
             {"type": "sphere", "center": [0.9, 0.6, -4.4], "radius": 0.6, "material": "yellow"},
             {"type": "sphere", "center": [3.3, 0.5, 0.2], "radius": 0.5, "material": "blue"}],
-        "accuracy": {"samples": [9, 9], "max_depth": 16, "cutoff": 0.004},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -258,7 +258,7 @@ def local_models():
         "objects": [
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor"},
             ball(-2.3, "lambert"), ball(0, "phong"), ball(2.3, "blinn_phong")],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -329,7 +329,7 @@ def mountain(cells=440, size=13.0):
             "water": {"color": [0.015, 0.06, 0.085], "specular": 0.2, "shininess": 200, "reflection": 0.6}},
         "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "water"}]
                    + [mesh(material) for material in cells_of],
-        "accuracy": {"samples": [9, 9], "max_depth": 4},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -364,7 +364,7 @@ def textures():
             {"type": "cylinder", "from": [2.2, 0, -0.4], "to": [2.2, 2.0, -0.4], "radius": 0.75, "material": "sky"},
             {"type": "box", "min": [1.15, 0, 1.5], "max": [1.95, 0.8, 2.3], "material": "tile"},
             ball(-0.95, 2.0, 0.45, "mirror")],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 

@@ -22,7 +22,7 @@ def color_bleeding():
             {**box((1.85, 0, 0.35), (2.75, 1.75, 1.25), 15.0), "material": "blue"},
             {"type": "sphere", "center": [1.12, 0.5, 1.15], "radius": 0.5, "material": "white"},
             {"type": "cone", "base": [0.42, 0, 0.5], "apex": [0.42, 1.35, 0.5], "radius": 0.34, "material": "white"}],
-        "accuracy": {"model": "global", "samples": [100, 100]},
+        "accuracy": {"model": "global", "target_error": 2},
     }
 
 
@@ -48,7 +48,7 @@ def integrating_sphere():
              "material": "sample"},
             {"type": "disc", "center": [-0.1, -0.95, -1.1], "normal": [0.069, 0.652, 0.755], "radius": 0.22,
              "material": "port"}],
-        "accuracy": {"model": "global", "approximate": {"interreflection": "radiosity"}, "samples": [16, 16]},
+        "accuracy": {"model": "global", "approximate": {"interreflection": "radiosity"}, "target_error": 2},
     }
 
 
@@ -90,5 +90,5 @@ def daylight():
             {"type": "sphere", "center": [1.0, 0.96, 1.0], "radius": 0.2, "material": "clay"},
             {"type": "cone", "base": [1.55, 0.76, 0.9], "apex": [1.55, 1.2, 0.9], "radius": 0.13, "apex_radius": 0.07,
              "material": "white"}],
-        "accuracy": {"model": "global", "approximate": {"interreflection": "radiosity"}, "samples": [64, 64]},
+        "accuracy": {"model": "global", "approximate": {"interreflection": "radiosity"}, "target_error": 2},
     }

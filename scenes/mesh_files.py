@@ -110,5 +110,5 @@ def mesh_files():
              "transform": [{"scale": 1.1}, {"translate": [-2.6, 0.001, 0]}]},
             {"type": "mesh", "file": "assets/stone.glb", "material": "crystal",
              "transform": [{"rotate": {"axis": [0, 1, 0], "angle": 12}}, {"translate": [2.3, 0.002, 0.4]}]}],
-        "accuracy": {"samples": [9, 9], "max_depth": 16, "cutoff": 0.004},
+        "accuracy": {"target_error": 1},
     }

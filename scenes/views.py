@@ -33,7 +33,7 @@ def lens():
         "background": {"zenith": [0.3, 0.5, 0.85], "nadir": [0.85, 0.87, 0.9]},
         "ambient": 0.22, "lights": [SUN], "materials": PAINTS,
         "objects": [ROAD, *avenue(9, 1.6)],
-        "accuracy": {"samples": [100, 100]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -47,7 +47,7 @@ def haze():
         "background": {"color": [0.72, 0.76, 0.8]},
         "ambient": 0.22, "lights": [SUN], "materials": PAINTS,
         "objects": [ROAD, *avenue(14, 1.6)],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -65,7 +65,7 @@ def isometric():
         "materials": {"odd": {"model": "lambert", "color": [0.84, 0.42, 0.22]},
                       "even": {"model": "lambert", "color": [0.9, 0.8, 0.62]}},
         "objects": steps,
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -85,7 +85,7 @@ def panorama():
         "background": {"zenith": [0.2, 0.42, 0.85], "nadir": [0.9, 0.9, 0.92]},
         "ambient": 0.25, "lights": [SUN], "materials": PAINTS,
         "objects": [ROAD, *columns],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -122,7 +122,7 @@ def shading():
                       **{way: paint(way) for way in ("flat", "gouraud", "smooth")}},
         "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor"},
                     *(ball([x, 0.9, 0], 0.9, way) for x, way in ((-2, "flat"), (0, "gouraud"), (2, "smooth")))],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -144,6 +144,6 @@ def tone():
                     {"type": "sphere", "center": [0, 3.2, -0.6], "radius": 0.3, "material": "lamp"},
                     *({"type": "sphere", "center": [x, 0.6, 0.3], "radius": 0.6, "material": "glaze"}
                       for x in (-2, 0, 2))],
-        "accuracy": {"samples": [16, 16]},
+        "accuracy": {"target_error": 1},
         "output": {"exposure": -0.5, "overflow": "reinhard", "palette": 24},
     }

@@ -64,7 +64,7 @@ def environment():
             {"type": "sphere", "center": [-1.55, 1, -0.5], "radius": 1, "material": "chrome"},
             {"type": "sphere", "center": [1.5, 0.85, 0], "radius": 0.85, "material": "glass"},
             {"type": "sphere", "center": [0, 0.5, 1.1], "radius": 0.5, "material": "clay"}],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -89,7 +89,7 @@ def cube():
             {"type": "box", "min": [-0.5, -0.5, -0.5], "max": [0.5, 0.5, 0.5], "material": "mirror",
              "transform": [{"rotate": {"axis": [1, 2, 0.5], "angle": 40}}, {"translate": [2.1, -0.55, 0.6]}]},
             {"type": "sphere", "center": [1.2, 1.15, 0.2], "radius": 0.42, "material": "pearl"}],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -125,7 +125,7 @@ def relief():
              "material": "lathed"},
             {"type": "sphere", "center": [1.0, 0.95, 0], "radius": 0.95, "material": "glazed"},
             {"type": "sphere", "center": [2.95, 0.85, 0.2], "radius": 0.85, "material": "studded"}],
-        "accuracy": {"samples": [9, 9]},
+        "accuracy": {"target_error": 1},
     }
 
 
@@ -162,5 +162,5 @@ def cornell_box():
             face("red", [552.8, 0, 0], [549.6, 0, 559.2], [556, 548.8, 559.2], [556, 548.8, 0]),
             *block([(130, 65), (82, 225), (240, 272), (290, 114)], 165),
             *block([(423, 247), (265, 296), (314, 456), (472, 406)], 330)],
-        "accuracy": {"model": "global", "samples": [100, 100]},
+        "accuracy": {"model": "global", "target_error": 2},
     }

@@ -27,21 +27,32 @@ void print_rays(const tracer::RayCounts& rays, double trace_ms) {
     std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
                  static_cast<double>(count) / seconds / 1e6);
   };
-  for (const auto& [kind, count] : tracer::ray_kinds) print(kind, rays.*count);
+  for (const auto& [kind, count] : tracer::ray_kinds)
+    if (rays.*count != 0) print(kind, rays.*count);
   print("all", rays.total());
 }
 
-/// The bound that is proven, the worst tile and why sampling ended, as far as they are not trivial.
+/// The bound that is proven, and the worst tile, as far as they are not trivial.
 void print_error_details(const tracer::ErrorEstimate& error) {
   if (std::isfinite(error.proven)) {
     std::fprintf(stderr, "proven     at most %.3g levels, by %" PRIu64 " looks\n", error.proven, error.looks);
   }
-  if (error.tile_target) {
-    std::fprintf(stderr, "worst tile %.3g levels, target %.3g%s\n", error.worst_tile, *error.tile_target,
-                 error.worst_tile <= *error.tile_target ? "" : " not reached");
-  } else if (error.worst_tile > 0) {
-    std::fprintf(stderr, "worst tile %.3g levels\n", error.worst_tile);
-  }
+  if (error.worst_tile > 0 || error.tile_target) std::fprintf(stderr, "worst tile %.3g levels\n", error.worst_tile);
+}
+
+/// The error estimate, its parts other than sampling, and its details.
+void print_error(const tracer::ErrorEstimate& error) {
+  std::fprintf(stderr, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
+  const std::array<std::pair<const char*, double>, 4> parts{
+      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}, {"tone", error.tone}}};
+  for (const auto& [part, levels] : parts)
+    if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
+  std::fputs(error.bounded ? "\n" : "; the radiance of this scene has no bound\n", stderr);
+  print_error_details(error);
+}
+
+/// The last lines: which targets are met, and why sampling ended without them.
+void print_targets(const tracer::ErrorEstimate& error) {
   // In the order of ErrorEstimate::Limit.
   constexpr std::array<const char*, 6> reasons{nullptr,
                                                nullptr,
@@ -49,21 +60,16 @@ void print_error_details(const tracer::ErrorEstimate& error) {
                                                "samples_max is reached everywhere",
                                                "parts that samples cannot lower exceed the target",
                                                "nothing visible is left"};
-  if (const char* const reason = reasons[static_cast<std::size_t>(error.limit)]; reason != nullptr)
-    std::fprintf(stderr, "ended      %s\n", reason);
-}
-
-/// The error estimate, its parts other than sampling, and its details.
-void print_error(const tracer::ErrorEstimate& error) {
-  std::fprintf(stderr, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
-  if (error.target)
-    std::fprintf(stderr, ", target %.3g%s", *error.target, error.estimate <= *error.target ? "" : " not reached");
-  const std::array<std::pair<const char*, double>, 4> parts{
-      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}, {"tone", error.tone}}};
-  for (const auto& [part, levels] : parts)
-    if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
-  std::fputs(error.bounded ? "\n" : "; the radiance of this scene has no bound\n", stderr);
-  print_error_details(error);
+  const char* const reason = reasons[static_cast<std::size_t>(error.limit)];
+  const auto print = [&](const char* name, double target, double found) {
+    const bool met = found <= target;
+    std::fprintf(stderr, "%s %.3g: %s", name, target, met ? "met" : "missed");
+    if (!met && reason != nullptr) std::fprintf(stderr, ", %s", reason);
+    std::fputc('\n', stderr);
+  };
+  if (error.target) print("target", *error.target, error.estimate);
+  if (error.tile_target) print("tile target", *error.tile_target, error.worst_tile);
+  if (!error.target && !error.tile_target && reason != nullptr) std::fprintf(stderr, "ended      %s\n", reason);
 }
 
 void print_summary(const api::DocumentRender& render) {
@@ -88,6 +94,7 @@ void print_summary(const api::DocumentRender& render) {
       std::fprintf(stderr, ", error at most %.3g levels, encoding %.3g", error.estimate, error.encoding);
     std::fputc('\n', stderr);
   }
+  print_targets(render.rendered.error);
 }
 
 constexpr const char* nothing_written = "interrupted; nothing was written";

@@ -132,9 +132,10 @@ class Render(DirectoryTest):
     def test_prints_if_the_target_error_is_reached(self):
         image = {"width": 48, "height": 36}
         reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png")
-        self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % confidence\), target 2\n")
+        self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % confidence\)\n")
+        self.assertEqual(reached.stderr.decode().splitlines()[-1], "target 2: met")
         missed = self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png")
-        self.assertRegex(missed.stderr.decode(), r"target 0\.1 not reached")
+        self.assertEqual(missed.stderr.decode().splitlines()[-1], "target 0.1: missed, samples_max is reached everywhere")
 
     def test_prints_nothing_with_quiet(self):
         done = self.render(scene("tiny"), "a.png", options=("--quiet",))

@@ -1,4 +1,4 @@
-"""The nodes of docker/compose.yaml: the preparations in its first lines and then the commands of the README, as they stand, with podman
+"""The nodes of docker/compose.yaml: the preparations in its first lines and then the commands of server/README.md, as they stand, with podman
 and docker-compose in place of docker."""
 import collections
 import pathlib
@@ -16,7 +16,7 @@ from tests.http.daemon import json_of
 from tests.support.images import read_png
 from tests.support.sources import SOURCE, text
 
-(COMMANDS,) = [block.code for block in blocks("README.md", "console") if "--profile cluster" in block.code]
+(COMMANDS,) = [block.code for block in blocks("server/README.md", "console") if "--profile cluster" in block.code]
 PREPARATIONS = [line[4:] for line in re.findall(r"^#   .*", text("docker/compose.yaml"), re.MULTILINE) if "docker compose" not in line]
 
 

@@ -73,6 +73,10 @@ class Readme(Page):
         self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
 
     def test_renders_and_checks_on_the_command_line(self):
+        (shown,) = (block.code.splitlines() for block in blocks(self.page, "console") if block.code.startswith("$ "))
+        done = self.run_commands(shown[0].removeprefix("$ ")).stderr.splitlines()
+        self.assertEqual([line.split()[0] for line in done], [line.split()[0] for line in shown[1:]])
+        self.assertEqual([done[-1], shown[-1]], ["target 1: met"] * 2)
         self.assertRegex(self.output("whittle check"), r"\A.*valid.*\n(  \w+ +#\S+\n)+global light .+\n\Z")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
         self.assertEqual(images.read_exr((self.directory / "cornell.exr").read_bytes()).shape, (512, 512, 3))
