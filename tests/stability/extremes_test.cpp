@@ -41,8 +41,8 @@ TEST(MirrorCorridor, SumsTheGeometricSeriesToAnyDepth) {
         row.expect(off <= 1e-7 * expected + 1e-11 * depth, "rho " + std::to_string(rho));
       }
       if (std::pow(rho, depth + 1) > 0) {
-        ASSERT_EQ(rendered.statistics.rays.reflection, 4ull * depth);
-        ASSERT_EQ(rendered.statistics.truncated_branches, 4u);
+        const RenderStatistics found = scenes::approximated(corridor(rho, depth), {}).statistics;  // without looks
+        ASSERT_TRUE(found.rays.reflection == 4ull * depth && found.truncated_branches == 4u) << rho << " " << depth;
       }
     }
 }
