@@ -1,5 +1,7 @@
 // The seam between samplers and integrators: samplers render with any tracer. Images of analytic tracers have means and
 // errors in closed form.
+#include "tracer/src/sampling/sampler.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,9 +11,7 @@
 #include <numbers>
 
 #include "tests/support/scenes.h"
-#include "tracer/src/sampling/adaptive_sampler.h"
 #include "tracer/src/sampling/brightest_pixel.h"
-#include "tracer/src/sampling/uniform_sampler.h"
 
 namespace tracer {
 namespace {

@@ -13,8 +13,9 @@
 #include <algorithm>
 #endif
 
-namespace tracer {
+#include <cfenv>
 
+namespace tracer {
 std::uint32_t concurrency(std::uint32_t threads) {
 #if defined(__SANITIZE_THREAD__)
   return threads != 0 ? threads : 2;
@@ -24,7 +25,15 @@ std::uint32_t concurrency(std::uint32_t threads) {
 }
 
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const std::function<void(std::uint64_t)>& tile) {
-  if (count == 1) return tile(0);  // without the cost of the scheduler, for small images
+  // Embree lets threads of oneTBB round subnormal numbers to zero: an image would depend on the threads of its tiles.
+  const auto trace = [&](std::uint64_t i) {
+    std::fenv_t before;
+    std::fegetenv(&before);
+    std::fesetenv(FE_DFL_ENV);
+    tile(i);
+    std::fesetenv(&before);
+  };
+  if (count == 1) return trace(0);  // without the cost of the scheduler, for small images
 #if defined(__SANITIZE_THREAD__)
   // The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
   std::atomic<std::uint64_t> next{0};
@@ -32,7 +41,7 @@ void for_each_tile(std::uint64_t count, std::uint32_t threads, const std::functi
   std::exception_ptr thrown;
   const auto work = [&] {
     try {
-      for (std::uint64_t i = next++; i < count; i = next++) tile(i);
+      for (std::uint64_t i = next++; i < count; i = next++) trace(i);
     } catch (...) {
       const std::lock_guard lock(mutex);
       thrown = std::current_exception();
@@ -46,7 +55,7 @@ void for_each_tile(std::uint64_t count, std::uint32_t threads, const std::functi
   }
   if (thrown) std::rethrow_exception(thrown);
 #else
-  const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, tile); };
+  const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, trace); };
   if (threads == 0) {
     run();
   } else {
