@@ -41,31 +41,26 @@ class Count(NamedTuple):
     instructions: int   # of tracer::render alone
 
 
-def count_instructions(paths, directory):
-    """A Count for each scene. One process renders all: starting it under valgrind takes longer than the images."""
+def count(path, directory):
+    """A Count of a scene."""
     with tempfile.TemporaryDirectory() as output:
-        # Counted inside render(); dumped where compile() of the next scene begins, and at the end.
         command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=out", "--toggle-collect=tracer::render(*",
-                   "--dump-before=tracer::compile(*", directory / "trace_model", *paths]
+                   directory / "whittle", "render", path, "-o", "image.png", "--report", "-", "--threads", "1", "--quiet"]
         done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=output)
-        dumps = sorted(pathlib.Path(output).glob("out.*"), key=lambda path: int(path.suffix[1:]))
-        totals = [int(re.search(r"^totals: (\d+)", path.read_text(), re.MULTILINE)[1])
-                  for path in [*dumps[1:], pathlib.Path(output) / "out"]]
-    rays = [int(line) for line in done.stdout.splitlines()]
-    if not len(paths) == len(totals) == len(rays):
-        raise RuntimeError(f"{len(paths)} scenes, {len(rays)} images, {len(totals)} counts")
-    return [Count(*pair) for pair in zip(rays, totals)]
+        instructions = re.search(r"^totals: (\d+)", pathlib.Path(output, "out").read_text(), re.MULTILINE)[1]
+    return Count(sum(json.loads(done.stdout)["rays"].values()), int(instructions))
 
 
 def measure(directory=BIN):
     """{image: {"rays", "instructions_per_ray"}}"""
+    found = {}
     with tempfile.TemporaryDirectory() as scenes:
-        paths = []
         for name, (accuracy, _) in IMAGES.items():
-            paths.append(pathlib.Path(scenes) / f"{name}.json")
-            paths[-1].write_text(json.dumps(scene(name, accuracy=accuracy, image=SIZE)))
-        return {name: {"rays": count.rays, "instructions_per_ray": round(count.instructions / count.rays, 1)}
-                for name, count in zip(IMAGES, count_instructions(paths, directory))}
+            path = pathlib.Path(scenes, f"{name}.json")
+            path.write_text(json.dumps(scene(name, accuracy=accuracy, image=SIZE)))
+            rays, instructions = count(path, directory)
+            found[name] = {"rays": rays, "instructions_per_ray": round(instructions / rays, 1)}
+    return found
 
 
 def main():
