@@ -9,8 +9,8 @@
 
 #include "tests/statistics/error_coverage/trial_runner.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
-#include "tracer/src/sampling/adaptive_sampler.h"
-#include "tracer/src/sampling/uniform_sampler.h"
+#include "tracer/src/sampling/camera_samples.h"
+#include "tracer/src/sampling/sampler.h"
 
 namespace {
 

@@ -7,7 +7,6 @@
 
 #include "tracer/src/accel/primitive_bounds.h"
 #include "tracer/src/certify/shading_range.h"
-#include "tracer/src/certify/shadow_range.h"
 #include "tracer/src/math/rounding.h"
 
 namespace tracer {

@@ -4,7 +4,7 @@
 ///
 /// Blocks of 32 pixels are divided until one surface or the background covers them, or down to a pixel. The radiance of
 /// a covered block is bounded by affine arithmetic over its positions (affine_form.h), the visibility of lights by
-/// shafts from the surface to the light (shadow_range.h). Textures, mirrors, glass and what else light does on its way
+/// shafts from the surface to the light (shading_range.h). Textures, mirrors, glass and what else light does on its way
 /// count with their largest effect, so that certify needs no second copy of them. Conservative beams have a long
 /// history (Amanatides 1984, "Ray Tracing with Cones"; Haines, Wallace 1991, "Shaft Culling"; Mitchell 1990, "Robust
 /// Ray Intersection with Interval Arithmetic").

@@ -127,7 +127,7 @@ RadiosityAudit::Found RadiosityAudit::trace(Pool& pool, std::uint32_t half) cons
   Found found(looks_.size());
   for_each_tile(blocks, 0, [&](std::uint64_t number) {
     if (control_.cancelled()) return;
-    Pool::Lease lease(pool);
+    const auto lease = pool.lease();
     Wavefront<AllFeatures>& tracer = *lease;
     tracer.batch().clear();
     tracer.batch().light_points = 2;

@@ -118,7 +118,7 @@ SurfaceRows trace_rows(const CompiledScene& scene, const std::vector<std::vector
   for_each_tile(blocks, 0, [&](std::uint64_t number) {
     if (control.cancelled()) return;
     const std::size_t first = number * block;
-    TracerPool<Wavefront<AllFeatures>>::Lease tracer(pool);
+    const auto tracer = pool.lease();
     trace_some_rows(scene, points, first, row_rays, *tracer,
                     std::span(rows).subspan(first, std::min(block, rows.size() - first)));
     control.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(blocks));

@@ -124,19 +124,17 @@ class TracerPool {
              const Approximations& approximations)
       : make_(make), scene_(scene), control_(control), approximations_(approximations) {}
 
-  /// Holds a tracer for its lifetime.
-  class Lease {
-   public:
-    explicit Lease(TracerPool& pool) : pool_(pool), tracer_(pool.acquire()) {}
-    ~Lease() { pool_.release(std::move(tracer_)); }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    T& operator*() { return *tracer_; }
-
-   private:
-    TracerPool& pool_;
-    std::unique_ptr<T> tracer_;
-  };
+  /// A tracer, which returns to the pool when the pointer ends.
+  [[nodiscard]] auto lease() {
+    const auto give_back = [this](T* tracer) {
+      const std::lock_guard lock(mutex_);
+      idle_.emplace_back(tracer);
+    };
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<T> tracer = idle_.empty() ? make_(scene_, control_, approximations_) : std::move(idle_.back());
+    if (!idle_.empty()) idle_.pop_back();
+    return std::unique_ptr<T, decltype(give_back)>(tracer.release(), give_back);
+  }
 
   [[nodiscard]] const Make<T>& make() const { return make_; }
 
@@ -154,18 +152,6 @@ class TracerPool {
   }
 
  private:
-  std::unique_ptr<T> acquire() {
-    const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return make_(scene_, control_, approximations_);
-    std::unique_ptr<T> idle = std::move(idle_.back());
-    idle_.pop_back();
-    return idle;
-  }
-  void release(std::unique_ptr<T> idle) {
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(idle));
-  }
-
   const Make<T> make_;
   const CompiledScene& scene_;
   const RenderControl& control_;

@@ -8,9 +8,8 @@
 
 #include "tracer/parts.h"
 #include "tracer/src/integrators/tracer.h"
-#include "tracer/src/sampling/adaptive_sampler.h"
 #include "tracer/src/sampling/proof.h"
-#include "tracer/src/sampling/uniform_sampler.h"
+#include "tracer/src/sampling/sampler.h"
 
 namespace tracer {
 

@@ -1,5 +1,3 @@
-#include "tracer/src/sampling/adaptive_sampler.h"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -22,6 +20,7 @@
 #include "tracer/src/sampling/part_round.h"
 #include "tracer/src/sampling/pilot.h"
 #include "tracer/src/sampling/refinement.h"
+#include "tracer/src/sampling/sampler.h"
 #include "tracer/src/sampling/subpixel_features.h"
 #include "tracer/src/sampling/truncation.h"
 
@@ -88,7 +87,7 @@ class AdaptiveSampler {
       // In a scattered order, so that tiles that are left out at the deadline are spread over the image.
       for_each_tile(tiles_.count(), context_.settings.threads, [&](std::uint64_t index) {
         if (control_.cancelled()) return;
-        TracerPool<>::Lease tracer(pool_);
+        const auto tracer = pool_.lease();
         pilots_.trace(tiles_.scattered(index), stride, *tracer);
       });
       deadline_.measure_rate(pool_.statistics().samples);
@@ -165,7 +164,7 @@ class AdaptiveSampler {
     } else {
       for_each_tile(units.size(), context_.settings.threads, [&](std::uint64_t i) {
         if (control_.cancelled()) return;
-        TracerPool<>::Lease tracer(pool_);
+        const auto tracer = pool_.lease();
         PreviewTiles::Tile preview(preview_, units[i].tile);
         const auto stop = [&](std::size_t samples) {
           return control_.cancelled() || deadline_.over_before(static_cast<double>(samples));

@@ -30,7 +30,7 @@ class LookTracer {
     if (!trace_in_parts(round, context_)) {
       for_each_tile(round.count(), context_.settings.threads, [&](std::uint64_t unit) {
         if (context_.control.cancelled()) return;
-        TracerPool<>::Lease tracer(context_.pool);
+        const auto tracer = context_.pool.lease();
         trace_looks(context_.scene, kind_, tiles_, round.looks(unit), half, *tracer, round.halves(unit));
       });
     }
@@ -218,7 +218,7 @@ class ApproximationLooks {
     for_each_tile(tiles.count(), settings_.threads, [&](std::uint64_t tile) {
       if (control_.cancelled()) return;
       const std::vector<Pixel> pixels = tiles.pixels(tile);
-      TracerPool<>::Lease exact(exact_pool_), approximate(pool_);
+      const auto exact = exact_pool_.lease(), approximate = pool_.lease();
       for (Tracer* const tracer : {&*exact, &*approximate}) {
         tracer->batch().clear();
         for (const Pixel& pixel : pixels) push(tracer->batch(), scene_, uniform_sample(scene_, pixel.x, pixel.y, 0, 1));

@@ -53,7 +53,7 @@ inline std::variant<UnitOutcome, std::string> trace_units(const MakeTracer& make
   std::vector<RenderStatistics> statistics(count);
   in_parallel(count, [&](std::uint64_t i) {
     if (control.cancelled()) return;
-    TracerPool<>::Lease tracer(pool);
+    const auto tracer = pool.lease();
     const RenderStatistics before = (*tracer).statistics();
     PartReader unit(units[i], source);
     PartWriter writer;

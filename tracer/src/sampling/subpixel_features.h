@@ -43,7 +43,7 @@ inline std::vector<Color> sample_features(std::span<const SubpixelFeature> featu
   in_parallel((features.size() + at_once - 1) / at_once, [&](std::uint64_t block) {
     if (stop()) return;
     const std::size_t first = block * at_once, count = std::min(at_once, features.size() - first);
-    TracerPool<>::Lease tracer(pool);
+    const auto tracer = pool.lease();
     Batch& batch = (*tracer).batch();
     batch.clear();
     batch.light_points = 1;

@@ -82,7 +82,7 @@ class TruncationLooks {
     for_each_tile((looks.size() + unit_looks - 1) / unit_looks, settings_.threads, [&](std::uint64_t unit) {
       const std::size_t first = unit * unit_looks;
       const std::span<const Look> part = looks.subspan(first, std::min(unit_looks, looks.size() - first));
-      TracerPool<>::Lease tracer(pool_);
+      const auto tracer = pool_.lease();
       fill((*tracer).batch(), part, before);
       std::array<std::vector<Color>, 3> radiance;  // with the limits, without `cutoff`, without both
       for (std::size_t i = 0; i < radiance.size(); ++i) {

@@ -1,7 +1,4 @@
-#include "tracer/src/sampling/uniform_sampler.h"
-
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
 #include <mutex>
@@ -13,6 +10,7 @@
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/part_round.h"
+#include "tracer/src/sampling/sampler.h"
 #include "tracer/src/sampling/tiles.h"
 #include "tracer/src/sampling/truncation.h"
 #include "tracer/src/sampling/uniform_tracer.h"
@@ -71,7 +69,7 @@ class UniformSampler {
     UniformTracer uniform(scene_, film_);
     for_each_tile(film_.tiles.count(), settings_.threads, [&](std::uint64_t index) {
       if (control_.cancelled()) return;
-      TracerPool<>::Lease tracer(pool_);
+      const auto tracer = pool_.lease();
       if (!uniform.trace_tile(index, *tracer)) return;
       {
         PreviewTiles::Tile tile(preview_, index);
