@@ -74,7 +74,7 @@ def tiny():
             {"type": "sphere", "center": [0, 0.8, 0], "radius": 0.8,
              "material": {"color": "#c03020", "diffuse": 0.7, "reflection": 0.3}},
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": 0.6}}],
-        "accuracy": {"target_error": 1},
+        "accuracy": {"target_error": 8},
     }
 
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -22,72 +23,60 @@ namespace {
 
 /// Rates are over the whole trace time, in which all kinds are traced together.
 void print_rays(const tracer::RayCounts& rays, double trace_ms) {
-  const double seconds = std::max(trace_ms, 1e-3) / 1000;
-  const auto print = [seconds](const char* kind, std::uint64_t count) {
-    std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
-                 static_cast<double>(count) / seconds / 1e6);
+  const auto print = [us = std::max(trace_ms, 1e-3) * 1000](const char* kind, std::uint64_t count) {
+    if (count == 0) return;
+    std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count, static_cast<double>(count) / us);
   };
-  for (const auto& [kind, count] : tracer::ray_kinds)
-    if (rays.*count != 0) print(kind, rays.*count);
+  for (const auto& [kind, count] : tracer::ray_kinds) print(kind, rays.*count);
   print("all", rays.total());
 }
 
-/// The bound that is proven, and the worst tile, as far as they are not trivial.
-void print_error_details(const tracer::ErrorEstimate& error) {
-  if (std::isfinite(error.proven)) {
-    std::fprintf(stderr, "proven     at most %.3g levels, by %" PRIu64 " looks\n", error.proven, error.looks);
-  }
-  if (error.worst_tile > 0 || error.tile_target) std::fprintf(stderr, "worst tile %.3g levels\n", error.worst_tile);
-}
-
-/// The error estimate, its parts other than sampling, and its details.
+/// The error estimate, its parts other than sampling, the bound that is proven, and the worst tile.
 void print_error(const tracer::ErrorEstimate& error) {
   std::fprintf(stderr, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
-  const std::array<std::pair<const char*, double>, 4> parts{
-      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}, {"tone", error.tone}}};
-  for (const auto& [part, levels] : parts)
+  for (const auto& [part, levels] : {std::pair{"depth", error.depth},
+                                     {"cutoff", error.cutoff},
+                                     {"approximation", error.approximation},
+                                     {"tone", error.tone}})
     if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
   std::fputs(error.bounded ? "\n" : "; the radiance of this scene has no bound\n", stderr);
-  print_error_details(error);
+  if (std::isfinite(error.proven))
+    std::fprintf(stderr, "proven     at most %.3g levels, by %" PRIu64 " looks\n", error.proven, error.looks);
+  if (error.worst_tile > 0 || error.tile_target) std::fprintf(stderr, "worst tile %.3g levels\n", error.worst_tile);
 }
 
 /// The last lines: which targets are met, and why sampling ended without them.
 void print_targets(const tracer::ErrorEstimate& error) {
   // In the order of ErrorEstimate::Limit.
-  constexpr std::array<const char*, 6> reasons{nullptr,
-                                               nullptr,
+  constexpr std::array<const char*, 6> reasons{"the number of samples is fixed",
+                                               "",
                                                "the time budget is used",
                                                "samples_max is reached everywhere",
                                                "parts that samples cannot lower exceed the target",
                                                "nothing visible is left"};
-  const char* const reason = reasons[static_cast<std::size_t>(error.limit)];
+  const std::string reason = reasons[static_cast<std::size_t>(error.limit)];
   const auto print = [&](const char* name, double target, double found) {
-    const bool met = found <= target;
-    std::fprintf(stderr, "%s %.3g: %s", name, target, met ? "met" : "missed");
-    if (!met && reason != nullptr) std::fprintf(stderr, ", %s", reason);
-    std::fputc('\n', stderr);
+    std::fprintf(stderr, "%s %.3g: %s\n", name, target, found <= target ? "met" : ("missed, " + reason).c_str());
   };
   if (error.target) print("target", *error.target, error.estimate);
   if (error.tile_target) print("tile target", *error.tile_target, error.worst_tile);
-  if (!error.target && !error.tile_target && reason != nullptr) std::fprintf(stderr, "ended      %s\n", reason);
+  if (!error.target && !error.tile_target && error.limit != tracer::ErrorEstimate::Limit::none)
+    std::fprintf(stderr, "ended      %s\n", reason.c_str());
 }
 
 void print_summary(const api::DocumentRender& render) {
   const tracer::RenderStatistics& statistics = render.rendered.statistics;
-  const api::StageTimes& times = render.times;
   std::fprintf(stderr, "image      %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", render.rendered.image.width,
                render.rendered.image.height, statistics.samples);
-  print_rays(statistics.rays, times.trace);
+  print_rays(statistics.rays, render.times.trace);
   print_error(render.rendered.error);
-  std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", times.parse,
-               times.build, times.trace, times.encode);
-  if (statistics.culled_shadow_rays != 0)
-    std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
-  if (statistics.duplicates != 0)
-    std::fprintf(stderr, "duplicates %" PRIu64 " shapes or triangles equal earlier ones and are left out\n",
-                 statistics.duplicates);
-  if (statistics.non_finite != 0)
-    std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
+  std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", render.times.parse,
+               render.times.build, render.times.trace, render.times.encode);
+  for (const auto& [name, count, note] :
+       {std::tuple{"culled", statistics.culled_shadow_rays, "shadow rays of negligible lights"},
+        {"duplicates", statistics.duplicates, "shapes or triangles equal earlier ones and are left out"},
+        {"warning", statistics.non_finite, "samples were not finite and are omitted"}})
+    if (count != 0) std::fprintf(stderr, "%-10s %" PRIu64 " %s\n", name, count, note);
   for (const auto& [path, error, bytes] : render.artifacts) {
     std::fprintf(stderr, "wrote      %s, %" PRIu64 " bytes", path.c_str(), bytes);
     if (error.encoding >= 5e-4)

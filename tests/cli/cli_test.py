@@ -107,7 +107,7 @@ class Render(DirectoryTest):
         self.assertEqual(bytes_of[1], bytes_of[5])
 
     def test_prints_the_summary_on_standard_error_and_nothing_on_standard_output(self):
-        done = self.render(scene("tiny"), "a.png")
+        done = self.render(scene("tiny", accuracy={"samples": 1}), "a.png")
         figures = done.stderr.decode()
         self.assertEqual(done.stdout, b"")
         self.assertIn("image      16 x 16, 256 samples\n", figures)
@@ -115,7 +115,7 @@ class Render(DirectoryTest):
         self.assertEqual(rays["camera"], 256)
         self.assertGreater(rays["shadow"], 0)
         self.assertGreater(rays["reflection"], 0)
-        self.assertEqual(rays["refraction"], 0)
+        self.assertNotIn("refraction", rays, "a kind without rays")
         self.assertEqual(rays["all"], sum(rays.values()) - rays["all"])
         self.assertRegex(figures, r"time +parse [\d.]+ ms, build [\d.]+ ms, trace [\d.]+ ms, encode [\d.]+ ms\n")
         self.assertIn(f"{self.directory}/a.png, {(self.directory / 'a.png').stat().st_size} bytes", figures)

@@ -27,7 +27,7 @@ class ExampleScenes(unittest.TestCase):
         for name in NAMES:
             self.assertTrue(written[name] == (SCENES / f"{name}.json").read_bytes(), f"{name}.json differs")
 
-    def test_are_valid_and_ask_for_an_error(self):
+    def test_are_valid_and_have_a_target(self):
         for name in NAMES:
             self.assertIn("target_error", scene(name)["accuracy"], name)
             done = whittle("check", SCENES / f"{name}.json")
