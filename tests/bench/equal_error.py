@@ -3,13 +3,14 @@
 
     tests/bench/equal_error.py [SCENE ...] [--size 512x512] [--rounds 3] [--limit 20] [--avx2] [--points FILE]
 
-SCENE is a scene of peers/bench_scenes.py or a file; by default the scenes of DEFAULT_SCENES below. A file is rendered by Whittle
-alone, with the size and accuracy of this benchmark. Every program uses one thread per processor, 10 bounces and a cutoff of 0.001 (Tachyon
-has none) and is measured at a range of settings (peers/sweeps.py), POV-Ray with both methods of antialiasing, thresholds,
-depths, with and without jitter, and with the faster of +BM1 and +BM2. Errors are distances to the limit of the same program.
-The table of a target error interpolates between settings and extrapolates nothing: `never` means that Whittle does not reach
-it, `>3.0` that no setting of the other does, though the dearest costs 3.0 times as much. The settings of POV-Ray and Tachyon end
-at --limit times the cost of Whittle's most accurate image.
+SCENE is a scene of peers/bench_scenes.py or a file; by default the scenes of DEFAULT_SCENES below. A file is rendered by
+Whittle alone, with the size and accuracy of this benchmark. Every program uses one thread per processor. Rays of Whittle
+end by chance, those of POV-Ray and Tachyon after 10 bounces, and those of POV-Ray at a cutoff of 0.001, too. Each is
+measured at a range of settings (peers/sweeps.py), POV-Ray with both methods of antialiasing, thresholds, depths, with and
+without jitter, and with the faster of +BM1 and +BM2. Errors are distances to the limit of the same program. The table of a
+target error interpolates between settings and extrapolates nothing: `never` means that Whittle does not reach it, `>3.0`
+that no setting of the other does, though the dearest costs 3.0 times as much. The settings of POV-Ray and Tachyon end at
+--limit times the cost of Whittle's most accurate image.
 
 `cpu` is the CPU seconds of all threads minus those of an image of 16 x 12 pixels, `wall` the time likewise. Ratios are theirs
 to those of Whittle with a target error; rays are compared with uniform samples only. --points writes all points as JSON.

@@ -14,13 +14,12 @@ from tests.bench.peers import ppm, programs
 from tests.bench.peers.equal_error import Point
 from tests.support.images import read_tiff
 
-MODEL = {"max_depth": 10, "cutoff": 0.001}     # of exact samples and POV-Ray; Tachyon has no cutoff
-ADAPTIVE = {"max_depth": MODEL["max_depth"]}   # Russian roulette below the default cutoff, which is the same
-ONE_SAMPLE = {**MODEL, "samples": [1, 1]}
+ONE_SAMPLE = {"samples": [1, 1]}  # rays of Whittle end by chance
+MODEL = {"max_depth": 10, "cutoff": 0.001, **ONE_SAMPLE}  # of POV-Ray; Tachyon has no cutoff
 FEW_PIXELS = 16, 12
 
-TARGETS = [[{**ADAPTIVE, "target_error": target} for target in (16, 11, 8, 5.6, 4, 2.8, 2, 1.4, 1, 0.7, 0.5, 0.35, 0.25)]]
-UNIFORM = [[{**MODEL, "samples": [side * side] * 2} for side in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)]]
+TARGETS = [[{"target_error": target} for target in (16, 11, 8, 5.6, 4, 2.8, 2, 1.4, 1, 0.7, 0.5, 0.35, 0.25)]]
+UNIFORM = [[{"samples": [side * side] * 2} for side in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)]]
 SIDES = {1: (2, 3, 4, 5, 6, 7, 9), 2: (1, 2, 3, 4, 5)}  # +R of method 1 is limited to 9
 POVRAY = [["-A"]] + [[f"+AM{method} +A{threshold} +R{side} {jitter}" for side in SIDES[method]] for method, threshold, jitter in (
     (1, "0.0", "-J"), (2, "0.0", "-J"), (1, "0.03", "-J"), (1, "0.1", "-J"), (1, "0.03", "+J1.0"), (2, "0.003", "-J"),
@@ -85,7 +84,7 @@ def whittle(scene, directory, binaries, rounds, reference_samples):
     few.mkdir()
     program = programs.Whittle(scene, directory, binaries)
     idle = programs.Whittle({**scene, "accuracy": ONE_SAMPLE, "image": dict(zip(("width", "height"), FEW_PIXELS))}, few, binaries)
-    references = [levels(program.run({**MODEL, "cutoff": 0, "samples": [reference_samples] * 2, "seed": seed})) for seed in (1, 2)]
+    references = [levels(program.run({"samples": [reference_samples] * 2, "seed": seed})) for seed in (1, 2)]
     return [Contender(curves, program.run, idle.run, references, rounds) for curves in (TARGETS, UNIFORM)]
 
 
@@ -94,7 +93,7 @@ def peer(program, curves, scene, directory, rounds, factor):
     def export(width, height, **options):
         place = directory / f"{width}x{height}"
         place.mkdir(parents=True, exist_ok=True)
-        return program({**scene, "accuracy": ONE_SAMPLE, "image": {"width": width, "height": height}}, place, **options)
+        return program({**scene, "accuracy": MODEL, "image": {"width": width, "height": height}}, place, **options)
 
     def enlarged(times):
         image = export(times * width, times * height, **options).run().image
