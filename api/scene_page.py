@@ -4,9 +4,9 @@ import html
 import json
 
 SCALARS = ("name", "positive_integer", "index", "fraction", "not_negative", "positive")
-STYLE = """nav a{display:inline-block;margin-right:.75rem}dl{display:grid;grid-template-columns:minmax(9rem,max-content) 1fr;margin:0}
-dt,dd{border-top:1px solid #ddd;padding:.35rem .75rem .35rem 0;margin:0;overflow-wrap:anywhere}dt a{color:inherit;text-decoration:none}h3{font-size:1rem;margin:1.5rem 0 .5rem}
-dd p{margin:0}dd p:first-child{color:#595959}@media(max-width:40rem){dl{display:block}dd{border:0;padding:0 0 .5rem}dt{padding-bottom:0}}@media(prefers-color-scheme:dark){dt,dd{border-color:#444}a{color:#8bf}dd p:first-child{color:#aaa}}"""
+STYLE = """dl{display:grid;grid-template-columns:minmax(9rem,max-content) 1fr;margin:0}
+dt,dd{border-top:1px solid var(--line);padding:.35rem .75rem .35rem 0;margin:0;overflow-wrap:anywhere}dt a{color:inherit;text-decoration:none}h3{font-size:1rem;margin:1.5rem 0 .5rem}
+dd p{margin:0}dd p:first-child{color:var(--dim)}@media(max-width:40rem){dl{display:block}dd{border:0;padding:0 0 .5rem}dt{padding-bottom:0}}"""
 
 
 def code(value):
@@ -128,7 +128,6 @@ class ScenePage:
         return f"<p>{' '.join(found)}</p>" if found else ""
 
     def body(self):
-        links = "".join(f'<a href="#{anchor}">{anchor}</a>' for anchor, _ in self.sections)
         return (f"<h1>Scene documents</h1><p>{html.escape(self.schema['description'], quote=False)}</p><p>For programs: "
-                f'<a href="/schemas/scene.schema.json">scene.schema.json</a>. The routes that accept them: <a href="/docs">/docs</a>.</p>'
-                f"<nav>{links}</nav>\n" + "\n".join(text for _, text in self.sections))
+                f'<a href="/schemas/scene.schema.json">scene.schema.json</a>. The routes that accept them: <a href="/docs">/docs</a>.</p>\n'
+                + "\n".join(text for _, text in self.sections))

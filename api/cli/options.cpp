@@ -112,6 +112,7 @@ CLI::App* add_render(CLI::App& app, RenderOptions& options) {
   command->add_option("--report", options.report_path, "Write the report of the render as JSON (- is standard output)")
       ->type_name("FILE");
   add_threads(*command, options.threads);
+  command->add_flag("--require-target", options.require_target, "Exit code 1 if the image misses the target error");
   command->add_flag("--quiet", options.quiet, "No progress bar, no summary on standard error");
   return command;
 }

@@ -32,6 +32,7 @@ struct RenderOptions {
   std::string report_path;      ///< JSON file, "-" for standard output; empty: none
   std::uint32_t threads = 0;    ///< 0 is one per processor
   bool quiet = false;           ///< no progress bar, no summary
+  bool require_target = false;  ///< an image that misses the document's target error is a failure
 };
 
 struct CheckOptions {
@@ -75,6 +76,7 @@ enum ExitCode : int {
   success = 0,
   invalid_scene = 1,
   images_differ = 1,
+  target_missed = 1,
   invalid_usage = 2,
   incomparable_images = 2,
   environment_failure = 3,

@@ -148,7 +148,7 @@ ExitCode run(const RenderOptions& options) {
   if (const auto stopped = write_all(render, options.outputs, files, control)) return *stopped;
   if (prints_report) std::puts(render.report().c_str());
   if (!options.quiet) print_summary(render);
-  return success;
+  return options.require_target && !render.rendered.error.target_met ? target_missed : success;
 }
 
 }  // namespace cli

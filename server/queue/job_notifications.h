@@ -131,6 +131,16 @@ class RunningJobs {
     for (const auto& [id, job] : running_) work += static_cast<double>(job.work) * (1 - job.progress);
     return work;
   }
+  /// Seconds until the last running job ends if all go on as before; 0 while none has made progress.
+  double remaining_s(std::int64_t now) {
+    const std::lock_guard lock(mutex_);
+    double longest = 0;
+    for (const auto& [id, job] : running_) {
+      const double elapsed = static_cast<double>(now - job.started_at) / 1000;
+      if (job.progress >= 0.01) longest = std::max(longest, elapsed * (1 - job.progress) / job.progress);
+    }
+    return longest;
+  }
   /// Adds a running job that succeeds at `now` to the estimate.
   void add_duration(const std::string& id, std::int64_t now, ThroughputEstimate& throughput) {
     const std::lock_guard lock(mutex_);

@@ -39,7 +39,7 @@ std::int64_t count_labelled(sql::Database& database, const Label& label) {
 /// The shortest walk: the rarest label, or the state where that is rarer.
 Walk choose_walk(sql::Database& database, const JobFilter& filter) {
   Walk walk;
-  if (!filter.batch.empty()) return {Walk::Over::batch, {}};
+  if (!filter.batch.empty() && filter.batch != "none") return {Walk::Over::batch, {}};
   std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
   for (const auto& [key, value] : filter.labels) {
     const Label label(key, value);
@@ -70,7 +70,7 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter&
       sql += "jobs WHERE ";
       break;
   }
-  sql += id + " < ? AND jobs.keep = 1";
+  sql += id + (filter.batch == "none" ? " < ? AND jobs.keep = 1 AND jobs.batch_id IS NULL" : " < ? AND jobs.keep = 1");
   if (filter.state) sql += " AND jobs.state = ?";
   for (std::size_t i = 0; i < other_labels; ++i) {
     sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";

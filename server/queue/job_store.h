@@ -40,7 +40,7 @@ class StoreFailure : public std::runtime_error {
 struct JobFilter {
   std::optional<JobState> state;
   std::map<std::string, std::string> labels;  ///< all must match
-  std::string batch;                          ///< id of a batch; empty: any
+  std::string batch;                          ///< id of a batch, or "none": jobs without one; empty: any
   std::string text;                           ///< substring of the name, without the case of ASCII; empty: any
   std::optional<JobKind> kind = {};
   std::optional<std::string> owner = {};

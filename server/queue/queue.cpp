@@ -377,6 +377,8 @@ QueueState JobQueries::state() {
         static_cast<double>(std::max<std::int64_t>(context_.clock() - *state.depth.oldest_at, 0)) / 1000;
   }
   state.eta_s = eta_s(context_, static_cast<double>(state.depth.work));
+  const double running_s = context_.running.remaining_s(context_.clock());
+  if (running_s > state.eta_s.value_or(0)) state.eta_s = running_s;
   return state;
 }
 

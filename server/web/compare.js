@@ -4,13 +4,14 @@ import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {getJson, mayWrite} from './api.js';
 import {difference, load} from './compare-source.js';
-import {documentDifference} from './document-difference.js';
-import {upload} from './drop.js';
+import {documentDifference} from './pointers.js';
 import {count, duration, figure} from './format.js';
 import {addKeys, DIGITS} from './keys.js';
-import {attempt, Entry, HeatLegend, Icon, Thumbnail} from './parts.js';
+import {attempt, Entry, HeatLegend, Icon, Splitter, Thumbnail} from './parts.js';
 import {errorText} from './queue.js';
 import {route, setQuery} from './routes.js';
+import {upload} from './scenes.js';
+import {patchText} from './sweep.js';
 import {Viewer} from './viewer.js';
 import {Caller} from './workers.js';
 import {words} from './words.js';
@@ -30,17 +31,29 @@ export function Compare() {
 
 /** Recent jobs with an image. @param {{other: string}} properties */
 function Chooser({other}) {
-  const jobs = useSignal(/** @type {Job[] | null} */ (null));
+  const jobs = useSignal(/** @type {Job[] | null} */ (null)), unfit = useSignal(/** @type {Job[]} */ ([]));
   useEffect(() => {
-    getJson('/v1/jobs?state=succeeded&kind=render&limit=50').then((reply) => { jobs.value = reply.items.filter((/** @type {Job} */ job) => job.id !== other); }, () => { jobs.value = []; });
+    const [id] = other.split('/'), sized = id.length === 36 ? getJson(`/v1/jobs/${id}`).catch(() => null) : Promise.resolve(null);
+    Promise.all([getJson('/v1/jobs?state=succeeded&kind=render&limit=200'), sized]).then(([reply, first]) => {
+      const fits = (/** @type {Job} */ job) => job.image?.width === first?.image?.width && job.image?.height === first?.image?.height;
+      const others = reply.items.filter((/** @type {Job} */ job) => job.id !== other);
+      jobs.value = first ? others.filter(fits) : others;
+      unfit.value = first ? others.filter((/** @type {Job} */ job) => !fits(job)) : [];
+    }, () => { jobs.value = []; });
   }, [other]);
   const choose = (/** @type {string} */ id) => setQuery(other ? {a: other, b: id} : {a: id});
   const file = (/** @type {any} */ event) => attempt(async () => { if (event.target.files[0]) choose((await upload(event.target.files[0])).hash); });
   return html`<div class="page"><h1>${words.titles.compare}</h1><p class="dim">${other ? text.chooseOther : text.chooseFirst}</p>
     ${mayWrite.value && html`<label class="switch">${text.file}<input type="file" accept="image/*,.exr,.hdr" onChange=${file} /></label>`}
-    ${jobs.value?.length === 0 ? html`<div class="empty"><h2>${text.nothing}</h2><a class="button" href="#/">${words.toQueue}</a></div>`
-      : html`<ul class="choices">${jobs.value?.map((job) => html`<li><button onClick=${() => choose(job.id)}><${Thumbnail} job=${job} />
-        <span>${job.name || words.queue.untitled}<br /><span class="dim number">${job.image.width} × ${job.image.height}, ${errorText(job)}</span></span></button></li>`)}</ul>`}</div>`;
+    ${jobs.value?.length === 0 && unfit.value.length === 0 ? html`<div class="empty"><h2>${text.nothing}</h2><a class="button" href="#/">${words.toQueue}</a></div>`
+      : html`<${Choices} jobs=${jobs.value || []} choose=${choose} />`}
+    ${unfit.value.length > 0 && html`<h2>${text.otherSizes}</h2><${Choices} jobs=${unfit.value} choose=${choose} />`}</div>`;
+}
+
+/** @param {{jobs: Job[], choose: (id: string) => void}} properties */
+function Choices({jobs, choose}) {
+  return jobs.length > 0 && html`<ul class="choices">${jobs.map((job) => html`<li key=${job.id}><button onClick=${() => choose(job.id)}><${Thumbnail} job=${job} />
+    <span>${job.name || words.queue.untitled} ${patchText(job.variation?.values).slice(0, 2).map((each) => html`<span class="chip">${each}</span>`)}<br /><span class="dim number">${job.image.width} × ${job.image.height}, ${errorText(job)}</span></span></button></li>`)}</ul>`;
 }
 
 /** @param {{a: string, b: string}} properties */
@@ -89,6 +102,7 @@ function Pair({a, b}) {
       : mode === 'side' ? html`<div class="sides"><${Viewer} ...${viewer} url=${first.url} alt="A">${text.notShown}</${Viewer}><${Viewer} ...${viewer} url=${second.url} alt="B">${text.notShown}</${Viewer}></div>`
       : mode === 'difference' || mode === 'sign' ? html`<${Viewer} ...${viewer} url=${maps.value[mode]} alt=${text.modes[mode]}>${problem.value || words.loading}</${Viewer}>`
       : html`<${Viewer} ...${viewer} url=${first.url || second.url} alt=${first.url ? 'A' : 'B'} cover=${first.url && second.url} coverAlt="B" sides="A | B">${text.notShown}</${Viewer}>`}
+    <${Splitter} name="tabs" label=${words.panes.tabs} />
     <div class="tabs"><div class="tab">
       ${problem.value && html`<p class="note bad" role="alert">${problem.value}</p>`}
       ${mode === 'difference' && found.value?.white && html`<${HeatLegend} white=${found.value.white} unit=${words.queue.levels} />`}

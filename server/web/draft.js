@@ -6,6 +6,8 @@ const TYPING_PAUSE_MS = 150, REFINE_AFTER_MS = 600, POLL_MS = 500;
 const HISTORY_MAX = 24;
 const DRAFT_SIDE = 320, DRAFT_BUDGET_MS = 100, DRAG_BUDGET_MS = 40, PREVIEW_SIDE = 1024;
 const DRAG_IN_FLIGHT_MAX = 2;
+/** A busy machine traces a few samples within the budget, and the image is made of blocks. Later than this, fewer pixels have one sample each. */
+const DRAG_LATE_MS = 120, LATE_SIDE = 160;
 /** Above these a draft is made on request only. */
 const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
 
@@ -24,16 +26,19 @@ const AUTO_BYTES_MAX = 1_000_000, AUTO_SECONDS_MAX = 2;
  */
 /** @typedef {{valid: boolean, errors: Issue[], warnings: Issue[], requirements: any, reasons: any, global_light: string | null, estimate: any}} Validation */
 
-/** The document of a draft: small, quick, not kept. @param {any} scene @param {number} budgetMs @param {{width: number, height: number}} size */
-export function draftOf(scene, budgetMs, size) {
+/**
+ * The document of a draft: small, quick, not kept.
+ * @param {any} scene @param {number | null} budgetMs null: one sample for each pixel @param {{width: number, height: number}} size of documents that name none @param {number} [side] the longer one
+ */
+export function draftOf(scene, budgetMs, size, side = DRAFT_SIDE) {
   const width = scene.image?.width ?? size.width, height = scene.image?.height ?? size.height;
-  const scale = Math.min(1, DRAFT_SIDE / Math.max(width, height));
+  const scale = Math.min(1, side / Math.max(width, height));
   const {model, approximate, max_depth, cutoff} = scene.accuracy || {};
   const {exposure, overflow, palette} = scene.output || {};
   return {
     ...scene,
     image: {width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale))},
-    accuracy: {model, time_budget_ms: budgetMs, approximate, max_depth, cutoff},
+    accuracy: {model, ...(budgetMs === null ? {samples: [1, 1]} : {time_budget_ms: budgetMs}), approximate, max_depth, cutoff},
     output: {formats: ['png'], exposure, overflow, palette},
     job: {keep: false, priority: 100, cache: 'off'},
   };
@@ -71,6 +76,7 @@ export class Drafts {
     this.followed = new AbortController();  // ends the requests about it
     this.dragging = false;
     this.inDrag = 0;
+    this.isLate = false;  // a draft of this drag came late
     this.waiting = false;
     this.closed = false;
   }
@@ -165,11 +171,12 @@ export class Drafts {
 
   /** @param {number} number @param {string} text @param {number} budgetMs @param {AbortSignal} [signal] */
   async draft(number, text, budgetMs, signal) {
-    const document = draftOf(JSON.parse(text), budgetMs, this.size);
+    const document = this.dragging && this.isLate ? draftOf(JSON.parse(text), null, this.size, LATE_SIDE) : draftOf(JSON.parse(text), budgetMs, this.size);
     const begin = performance.now();
     const reply = await request('POST', '/v1/render', {json: document, headers: {Accept: 'image/png'}, signal});
     const bytes = await reply.blob();
     const milliseconds = performance.now() - begin;
+    this.isLate ||= this.dragging && milliseconds > DRAG_LATE_MS;
     if (this.closed || number < this.shownNumber || (!this.dragging && number !== this.latest)) return;
     const job = reply.headers.get('Content-Location')?.split('/')[3];
     this.show(number, {kind: 'draft', url: URL.createObjectURL(bytes), ...document.image, milliseconds, text, job});
@@ -208,6 +215,7 @@ export class Drafts {
 
   beginDrag() {
     this.dragging = true;
+    this.isLate = false;
     clearTimeout(this.timer);
     this.stopRefining();
     this.inFlight?.abort();

@@ -42,8 +42,8 @@ export function ErrorTab({job}) {
   if (!error) return html`<p class="dim">${words.job.notYet}</p>`;
   const parts = shares(error), percent = (/** @type {number} */ share) => `${(100 * share).toFixed(1)} %`;
   return html`<section>
-    <p class="sentence">${text.sentence(figure(error.estimate), Math.round(100 * error.confidence))}
-      ${error.target ? ' ' + (error.met ? text.met(figure(error.target)) : text.missed(figure(error.target))) : ' ' + text.noTarget}</p>
+    <p class="sentence">${text.sentence(figure(error.estimate), Math.round(100 * error.confidence))}${' '}
+      ${error.target ? error.met ? text.met(figure(error.target)) : html`<strong class="missed">${text.missed(figure(error.target))}</strong>` : text.noTarget}</p>
     ${error.proven !== null && html`<p class="dim">${text.proven(figure(error.proven))}</p>`}
     ${!error.bounded && html`<p class="dim">${text.unbounded}</p>`}
     ${error.limit && html`<p class="dim">${text.limits[/** @type {'target'} */ (error.limit)]}</p>`}
@@ -53,7 +53,7 @@ export function ErrorTab({job}) {
       ${parts.map((each) => html`<span class=${`part part-${each.name}`} data-share=${each.share} style=${{width: `${100 * each.share}%`}}></span>`)}</div>`}
     <table class="plain"><thead><tr><th>${text.part}</th><th class="right">${text.share}</th><th class="right">${words.queue.levels}</th></tr></thead><tbody>
       ${parts.map((each) => html`<tr><td><span class=${`key part-${each.name}`}></span>${text.parts[each.name]}</td><td class="right number">${percent(each.share)}</td><td class="right number">${figure(each.levels)}</td></tr>
-        ${each.name === 'truncation' && ['depth', 'cutoff', 'tone'].map((name) => html`<tr class="sub"><td>${text.alone[/** @type {'depth'} */ (name)]}</td><td></td><td class="right number">${figure(error.parts[name])}</td></tr>`)}`)}
+        ${each.name === 'truncation' && ['depth', 'cutoff', 'tone'].filter((name) => error.parts[name] > 0).map((name) => html`<tr class="sub"><td>${text.alone[/** @type {'depth'} */ (name)]}</td><td></td><td class="right number">${figure(error.parts[name])}</td></tr>`)}`)}
       <tr class="sum"><td>${text.whole}</td><td class="right number">100 %</td><td class="right number">${figure(error.estimate)}</td></tr></tbody></table>
   </section>`;
 }

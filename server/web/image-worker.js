@@ -1,7 +1,6 @@
 /** Work on bytes apart from the page: layers of EXR files, heat maps, differences of images, SHA-256. */
 import {compare} from './diff.js';
-import {developExr} from './develop.js';
-import {readExr} from './exr.js';
+import {developExr, readExr} from './exr.js';
 import {heatPixels} from './heat.js';
 import {sha256} from './sha256.js';
 

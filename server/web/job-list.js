@@ -1,16 +1,24 @@
-/** The jobs that match a filter, newest first: pages of the list, kept current by events. */
+/** The jobs that match a filter, newest first: pages of the list, kept current by events. Where batches are rows, these stand for their jobs. */
 import {signal} from '@preact/signals';
 import {getJson} from './api.js';
 import {connection, listen} from './store.js';
 
-const PAGE = 200, RELOAD_MS = 1000, POLL_MS = 5000, REFRESH_AT_ONCE = 20;
+/** Rows of a page. */
+const PAGE = {jobs: 200, batches: 50};
+const RELOAD_MS = 1000, POLL_MS = 5000, REFRESH_AT_ONCE = 20;
 
 /** @typedef {Record<string, any>} Job */
 
 export class JobList {
-  /** @param {Record<string, string>} filter parameters of GET /v1/jobs */
-  constructor(filter) {
-    this.filter = filter;
+  /** @param {Record<string, string>} filter parameters of GET /v1/jobs @param {boolean} [groups] batches are rows */
+  constructor(filter, groups = false) {
+    this.filter = groups ? {...filter, batch: 'none'} : filter;
+    this.groups = groups;
+    /** The lists that are read, and those to be read again. */
+    this.kinds = /** @type {readonly ('jobs' | 'batches')[]} */ (groups ? ['jobs', 'batches'] : ['jobs']);
+    this.stale = new Set(/** @type {('jobs' | 'batches')[]} */ ([]));
+    /** Ids of batches and the cursor of their list, and those of the jobs, whose order together is `order`. @type {Record<'jobs' | 'batches', {ids: string[], cursor: string | null}>} */
+    this.lists = {jobs: {ids: [], cursor: null}, batches: {ids: [], cursor: null}};
     /** @type {Map<string, Job>} */
     this.jobs = new Map();
     /** @type {string[]} */
@@ -20,8 +28,6 @@ export class JobList {
     this.loading = signal(true);
     /** @type {import('@preact/signals').Signal<any>} */
     this.problem = signal(null);
-    /** @type {string | null} */
-    this.cursor = null;
     this.frame = 0;
     this.reloadTimer = 0;
     this.reloadedAt = 0;
@@ -46,31 +52,45 @@ export class JobList {
     this.frame = requestAnimationFrame(() => { this.frame = 0; ++this.version.value; });
   }
 
-  /** @param {string | null} cursor */
-  async page(cursor) {
-    const query = new URLSearchParams({...this.filter, limit: String(PAGE), ...(cursor ? {cursor} : {})});
-    return getJson(`/v1/jobs?${query.toString().replaceAll('+', '%20')}`);  // + is no space in the service's queries
+  /** @param {'jobs' | 'batches'} kind @param {string | null} cursor */
+  async page(kind, cursor) {
+    const query = new URLSearchParams({...(kind === 'jobs' ? this.filter : {}), limit: String(PAGE[kind]), ...(cursor ? {cursor} : {})});
+    const {items, next_cursor} = await getJson(`/v1/${kind}?${query.toString().replaceAll('+', '%20')}`);  // + is no space in the service's queries
+    for (const item of items) this.jobs.set(item.id, kind === 'batches' ? {...item, kind: 'batch'} : item);
+    return {ids: /** @type {string[]} */ (items.map((/** @type {Job} */ item) => item.id)), cursor: /** @type {string | null} */ (next_cursor)};
   }
 
-  scheduleReload() {
+  /** Both lists by age: ids begin with the time. What is older than the last one that is known of a list may be missing, and waits for it. */
+  merge() {
+    const {jobs, batches} = this.lists, {state} = this.filter;
+    const shown = batches.ids.filter((id) => !state || this.jobs.get(id)?.jobs[state] > 0);
+    const oldest = [jobs, batches].map(({ids, cursor}) => cursor && ids.at(-1) || '').reduce((a, b) => a > b ? a : b);
+    this.order = this.groups ? [...jobs.ids, ...shown].filter((id) => id >= oldest).sort((a, b) => a < b ? 1 : -1) : jobs.ids;
+  }
+
+  /** @param {readonly ('jobs' | 'batches')[]} kinds */
+  scheduleReload(kinds = this.kinds) {
+    for (const kind of kinds) this.stale.add(kind);
     if (this.reloadTimer || this.closed) return;
     const wait = Math.max(0, this.reloadedAt + RELOAD_MS - performance.now());
-    this.reloadTimer = window.setTimeout(() => { this.reloadTimer = 0; this.reload(); }, wait);
+    this.reloadTimer = window.setTimeout(() => { this.reloadTimer = 0; this.reload([...this.stale]); }, wait);
   }
 
-  /** Reads the first page again; what is further down stays if the page joins it. */
-  async reload() {
+  /** Reads the first page again; what is further down stays if the page joins it. @param {readonly ('jobs' | 'batches')[]} kinds */
+  async reload(kinds = this.kinds) {
     this.reloadedAt = performance.now();
+    this.stale.clear();
     try {
-      const {items, next_cursor} = await this.page(null);
+      const pages = await Promise.all(kinds.map((kind) => this.page(kind, null)));
       if (this.closed) return;
-      const first = items.map((/** @type {Job} */ job) => job.id);
-      const join = first.length < PAGE ? -1 : this.order.indexOf(first.at(-1));
-      const rest = join < 0 ? [] : this.order.slice(join + 1);
-      if (join < 0) this.cursor = next_cursor;
-      this.order = [...first, ...rest];
-      for (const job of items) this.jobs.set(job.id, job);
-      if (this.jobs.size > 2 * this.order.length + PAGE) this.dropOthers();
+      pages.forEach(({ids, cursor}, i) => {
+        const list = this.lists[kinds[i]], join = ids.length < PAGE[kinds[i]] ? -1 : list.ids.indexOf(/** @type {string} */ (ids.at(-1)));
+        const rest = join < 0 ? [] : list.ids.slice(join + 1);
+        if (join < 0) list.cursor = cursor;
+        list.ids = [...ids, ...rest];
+      });
+      this.merge();
+      this.dropOthers();
       this.problem.value = null;
     } catch (error) {
       this.problem.value = error;
@@ -80,20 +100,22 @@ export class JobList {
   }
 
   dropOthers() {
-    const shown = new Set(this.order);
+    const {jobs, batches} = this.lists, shown = new Set([...jobs.ids, ...batches.ids]);
+    if (this.jobs.size <= 2 * shown.size + PAGE.jobs) return;
     for (const id of this.jobs.keys()) if (!shown.has(id)) this.jobs.delete(id);
   }
 
-  /** Reads the next page. */
+  /** Reads the next page, of the list that is known less far. */
   async more() {
-    if (!this.cursor || this.reading) return;
+    const {jobs, batches} = this.lists, kind = !jobs.cursor || (batches.cursor && (batches.ids.at(-1) || '') > (jobs.ids.at(-1) || '')) ? 'batches' : 'jobs';
+    const list = this.lists[kind];
+    if (!list.cursor || this.reading) return;
     this.reading = true;
     try {
-      const {items, next_cursor} = await this.page(this.cursor);
-      const known = new Set(this.order);
-      this.order.push(...items.map((/** @type {Job} */ job) => job.id).filter((/** @type {string} */ id) => !known.has(id)));
-      for (const job of items) this.jobs.set(job.id, job);
-      this.cursor = next_cursor;
+      const {ids, cursor} = await this.page(kind, list.cursor), known = new Set(list.ids);
+      list.ids.push(...ids.filter((id) => !known.has(id)));
+      list.cursor = cursor;
+      this.merge();
     } catch (error) {
       this.problem.value = error;
     }
@@ -103,7 +125,8 @@ export class JobList {
 
   /** @param {import('./event-stream.js').JobEvent} event */
   event(event) {
-    if (this.filter.batch && event.batch !== this.filter.batch) return;
+    if (this.groups && event.batch) return this.scheduleReload(['batches']);
+    if (this.filter.batch && !this.groups && event.batch !== this.filter.batch) return;
     const job = this.jobs.get(event.id);
     if (!job || (this.filter.state && event.type !== 'progress' && event.state !== this.filter.state)) {
       if (event.type !== 'progress') this.scheduleReload();
@@ -111,7 +134,8 @@ export class JobList {
     }
     if (event.state === 'removed') {
       this.jobs.delete(event.id);
-      this.order = this.order.filter((id) => id !== event.id);
+      this.lists.jobs.ids = this.lists.jobs.ids.filter((id) => id !== event.id);
+      this.merge();
     } else {
       this.jobs.set(event.id, {...job, state: event.state, progress: event.progress});
       if (event.type === 'done') this.ended.add(event.id);

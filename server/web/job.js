@@ -3,15 +3,16 @@ import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {getJson, mayWrite, postJson} from './api.js';
-import {commands} from './commands.js';
 import {ErrorTab, HeatMap} from './error-tab.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';
 import {count, duration, figure, size} from './format.js';
-import {announce, attempt, copy, download, Entry, Failure, imageUrl, NotModelled, State} from './parts.js';
+import {announce, attempt, copy, download, Entry, Failure, imageUrl, missedTarget, NotModelled, Splitter, State} from './parts.js';
 import {errorText} from './queue.js';
 import {addKeys, DIGITS} from './keys.js';
+import {readable} from './pointers.js';
 import {route, setQuery} from './routes.js';
+import {commands} from './scenes.js';
 import {Viewer} from './viewer.js';
 import {words} from './words.js';
 
@@ -24,7 +25,7 @@ const text = words.job;
 /** @typedef {Record<string, any>} Job */
 
 /** @param {Job} job */
-const pngOf = (job) => job.expired ? null : job.artifacts.find((/** @type {any} */ each) => each.media_type === 'image/png') || null;
+const pngOf = (job) => job.expired || job.kind === 'measure' ? null : job.artifacts.find((/** @type {any} */ each) => each.media_type === 'image/png') || null;
 
 /** The image of the job, or the samples so far. @param {import('@preact/signals').Signal<Job | null>} job */
 function useImage(job) {
@@ -83,19 +84,19 @@ export function JobPage({id}) {
   };
   return html`<div class="job">
     <header class="bar">
-      <h1>${value.name || words.queue.untitled}</h1> <${State} state=${value.state} />
+      <div class="title"><h1>${value.name || words.queue.untitled}</h1> <${State} state=${value.state} job=${value} />
       ${value.state === 'running' && html`<span class="number">${Math.floor(value.progress * 100)} % ${value.eta_s ? html`<span class="dim">${text.left(duration(value.eta_s))}</span>` : ''}</span>`}
-      ${error && html`<span class="number">${error} ${text.confidence(Math.round(100 * value.report.error.confidence))}</span>`}
-      ${value.report && html`<span class="number dim">${duration(value.report.time_ms.trace / 1000)}</span>`}
-      <span class="spring"></span>
-      <${Actions} job=${job} etag=${etag} />
+      ${error && html`<span class=${`number ${missedTarget(value) ? 'missed' : ''}`}>${error} ${text.confidence(Math.round(100 * value.report.error.confidence))}</span>`}
+      ${value.report && html`<span class="number dim">${duration(value.report.time_ms.trace / 1000)}</span>`}</div>
+      <div class="actions"><${Actions} job=${job} etag=${etag} /></div>
     </header>
     ${value.state === 'running' && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
     <${Viewer} url=${tab === 'image' && view.url || url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} size=${value.image} cover=${tab === 'error' && heat.value ? heat.value.url : ''} coverAlt=${text.heat}
       valueAt=${heat.value && tab === 'error' ? heat.value.valueAt : undefined}>
-      <h2>${text.noImage[/** @type {'queued'} */ (value.state)]}</h2>
-      <p>${value.problem ? value.problem.detail : waits(value)}</p>
+      ${value.kind === 'measure' ? html`<h2>${text.isMeasurement}</h2><p>${text.isMeasurementText}</p><a class="button primary" href=${`#/measure/${id}`}>${text.tradeOff}</a>`
+        : html`<h2>${text.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.problem ? value.problem.detail : waits(value)}</p>`}
     </${Viewer}>
+    <${Splitter} name="tabs" label=${words.panes.tabs} />
     <div class="tabs">
       <nav aria-label=${words.titles.jobs}>${TABS.map((each) => html`<a href=${tabRoute(each)} aria-current=${each === tab ? 'page' : undefined}>${text.tabs[each]}</a>`)}</nav>
       <div class="tab">
@@ -183,7 +184,7 @@ function Document({job}) {
     let left = false, close = () => {};
     Promise.all([documentOf(job.id), import('./editor.js')]).then(([value, {Editor}]) => {
       if (left || !host.current) return;
-      const editor = new Editor(host.current, {text: value, readOnly: true});
+      const editor = new Editor(host.current, {text: readable(value), readOnly: true});
       close = () => editor.destroy();
       document.value = value;
     }, (error) => { problem.value = error; });

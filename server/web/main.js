@@ -7,7 +7,8 @@ import {identify, key, locked, mayWrite, me, setKey} from './api.js';
 import {count, duration} from './format.js';
 import {addKeys, disabled, helpOpen, setEnabled} from './keys.js';
 import {announce, Dialog, Icon, toast, toastRoute} from './parts.js';
-import {go, route, routeOf} from './routes.js';
+import {go, route, routeOf, startRoutes} from './routes.js';
+import {acceptDrops} from './scenes.js';
 import {serviceState} from './service-state.js';
 import {connection, figures, health, rung, startStream} from './store.js';
 import {words} from './words.js';
@@ -111,6 +112,7 @@ function KeyHelp() {
     <p class="dim">${words.keys.help}</p>
     <div class="key-list">${words.keys.list.map(([name, what]) => html`<kbd>${name === ' ' ? words.keys.space : name}</kbd><span>${what}</span>
       <input type="checkbox" aria-label=${`${what}: ${words.keys.enabled}`} checked=${!disabled.value.has(name)} onChange=${(/** @type {any} */ event) => setEnabled(name, event.target.checked)} />`)}</div>
+    <h3>${words.titles.new}</h3><div class="key-list">${words.keys.playground.map(([name, what]) => html`<kbd>${name}</kbd><span>${what}</span><span></span>`)}</div>
     <div class="row"><button onClick=${close}>${words.close}</button></div>
   </div></${Dialog}>`;
 }
@@ -120,16 +122,14 @@ const opened = signal(null);
 
 function Main() {
   const {page, id} = route.value;
-  const main = useRef(/** @type {HTMLElement | null} */ (null));
   useEffect(() => {
     document.title = `${words.titles[/** @type {'queue'} */ (page)] || words.titles.unknown} · ${words.product}`;
     PAGES[page]?.().then((Component) => {
       if (route.value.page === page) opened.value = {page, Component};
     });
-    main.current?.scrollTo(0, 0);
   }, [page, id]);
   const ready = opened.value?.page === page && me.value !== undefined;
-  return html`<main ref=${main} id="main" tabindex="-1">
+  return html`<main id="main" tabindex="-1">
     ${!PAGES[page] ? html`<div class="empty"><h1>${words.titles.unknown}</h1><p>${words.unknownPage}</p><a class="button" href="#/">${words.toQueue}</a></div>`
       : ready ? html`<${/** @type {any} */ (opened.value).Component} key=${page + id} id=${id} />` : html`<p class="visually-hidden">${words.loading}</p>`}
   </main>`;
@@ -137,7 +137,7 @@ function Main() {
 
 function App() {
   useEffect(() => addKeys({
-    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g b': () => go('#/batches'), 'g s': () => go('#/system'),
+    '?': () => { helpOpen.value = true; }, 'g q': () => go('#/'), 'g n': () => go('#/new'), 'g b': () => go('#/batches'), 'g s': () => go('#/system'), '/': () => go('#/?q='),
   }), []);
   return html`<div class="shell">
     <a class="skip" href="#main" onClick=${(/** @type {Event} */ event) => { event.preventDefault(); document.getElementById('main')?.focus(); }}>${words.skip}</a>
@@ -150,4 +150,6 @@ function App() {
 render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById('app')));
 identify().catch(() => { setTimeout(() => identify().catch(() => undefined), 1000); });
 startStream();
+startRoutes();
+acceptDrops();
 effect(() => { if (rung.value) announce(words.bell.ended(rung.value.name, words.states[/** @type {'failed'} */ (rung.value.state)]), routeOf(rung.value)); });

@@ -82,7 +82,7 @@ function Drawing({measurement, selected, select, width}) {
     ${y.ticks.map((tick) => html`<line class="grid" x1=${LEFT} x2=${right} y1=${y.at(tick)} y2=${y.at(tick)} /><text x=${LEFT - 8} y=${y.at(tick) + 4} text-anchor="end">${figure(tick)}</text>`)}
     <text class="title" x=${right} y=${height - 6} text-anchor="end">${text.seconds}</text><text class="title" x="4" y="11">${text.errorAxis}</text>
     ${noise > 0 && y.at(noise) > TOP && y.at(noise) < bottom && html`<line class="noise" x1=${LEFT} x2=${right} y1=${y.at(noise)} y2=${y.at(noise)}><title>${text.noise(figure(noise))}</title></line>`}
-    <polyline class="front" points=${front.map((/** @type {Point} */ each) => `${x.at(each.seconds)},${y.at(each.error)}`).join(' ')} />
+    <polyline class="front" points=${front.map((/** @type {Point} */ each) => `${x.at(each.seconds)},${y.at(each.claimed)}`).join(' ')} />
     ${order.map((index) => {
       const point = points[index], {mark, color} = MARKS[point.parameter] || MARKS.document, left = x.at(point.seconds), top = y.at(errorOf(point)), claimed = y.at(point.claimed);
       return html`<g key=${index} data-point=${index} data-selected=${index === selected} style=${{color: `var(${color})`}} onClick=${() => select(index)}>

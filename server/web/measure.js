@@ -3,7 +3,7 @@ import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect} from 'preact/hooks';
 import {mayWrite, postJson} from './api.js';
-import {documentDifference} from './document-difference.js';
+import {documentDifference} from './pointers.js';
 import {duration, figure} from './format.js';
 import {Actions} from './job-actions.js';
 import {documentOf, useJob} from './job-source.js';

@@ -14,6 +14,7 @@ const ICONS = {
   queue: 'M4 6h16M4 12h16M4 18h10', new: 'M4 20l4-1L19 8l-3-3L5 16zM14 7l3 3', batches: 'M4 4h7v7H4zM13 4h7v7h-7zM4 13h7v7H4zM13 13h7v7h-7z',
   system: 'M3 12h4l3-8 4 16 3-8h4', docs: 'M6 3h9l4 4v14H6zM14 3v5h5M9 13h7M9 17h7', theme: 'M12 3a9 9 0 1 0 0 18zM12 3a9 9 0 0 1 0 18',
   keys: 'M3 7h18v10H3zM7 11h.01M11 11h.01M15 11h.01M8 14h8', queued: 'M12 7v5l3 2M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18z', running: 'M8 5l11 7-11 7z',
+  missed: 'M12 4L2.500 20h19zM12 10v4M12 17h.01', full: 'M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5', left: 'M15 5l-7 7 7 7',
   succeeded: 'M5 12.500l4.500 4.500L19 7.500', failed: 'M6 6l12 12M18 6L6 18', cancelled: 'M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18zM6 18L18 6',
 };
 
@@ -22,9 +23,56 @@ export function Icon({name}) {
   return html`<svg viewBox="0 0 24 24" fill="none" stroke="currentColor" stroke-width="2" stroke-linecap="round" stroke-linejoin="round" aria-hidden="true"><path d=${ICONS[name]} /></svg>`;
 }
 
-/** @param {{state: 'queued' | 'running' | 'succeeded' | 'failed' | 'cancelled'}} properties */
-export function State({state}) {
-  return html`<span class="state" data-state=${state}><${Icon} name=${state} />${words.states[state]}</span>`;
+/** True if the render ended above an error that its document sets as a target. @param {any} job */
+export const missedTarget = (job) => job?.report?.error?.met === false;
+
+/** @param {{state: 'queued' | 'running' | 'succeeded' | 'failed' | 'cancelled', job?: any}} properties with the job, if it may have missed its target */
+export function State({state, job}) {
+  const shown = state === 'succeeded' && missedTarget(job) ? 'missed' : state;
+  return html`<span class="state" data-state=${shown}><${Icon} name=${shown} /><span>${words.states[shown]}</span></span>`;
+}
+
+/** Shows a part of the page on the whole screen, and back. @param {{target: {current: HTMLElement | null}}} properties */
+export function FullScreen({target}) {
+  if (!document.fullscreenEnabled) return null;
+  const toggle = () => document.fullscreenElement ? document.exitFullscreen() : target.current?.requestFullscreen();
+  return html`<button class="icon" aria-label=${words.panes.full} title=${words.panes.full} onClick=${toggle}><${Icon} name="full" /></button>`;
+}
+
+const PANE_MIN = 260, PANE_STEP = 24;
+
+/**
+ * The line between two panes: it is dragged, or moved by the arrow keys. The width of the pane is kept as --pane of the grid.
+ * @param {{name: string, isLeft?: boolean, label: string}} properties `isLeft`: the pane is left of the line
+ */
+export function Splitter({name, isLeft = false, label}) {
+  const line = useRef(/** @type {HTMLElement | null} */ (null)), stored = `whittle.pane.${name}`, width = useSignal(0);
+  const set = (/** @type {number} */ wanted) => {
+    const grid = line.current?.parentElement;
+    if (!grid) return;
+    width.value = wanted && Math.round(Math.max(PANE_MIN, Math.min(grid.clientWidth - PANE_MIN, wanted)));
+    if (width.value) grid.style.setProperty('--pane', `${width.value}px`);
+    else grid.style.removeProperty('--pane');
+    localStorage.setItem(stored, String(width.value));
+  };
+  const now = () => {
+    const box = line.current?.getBoundingClientRect(), grid = line.current?.parentElement?.getBoundingClientRect();
+    return !box || !grid ? 0 : isLeft ? box.left - grid.left : grid.right - box.right;
+  };
+  useLayoutEffect(() => { set(Number(localStorage.getItem(stored))); }, []);
+  const drag = (/** @type {PointerEvent} */ down) => {
+    const element = /** @type {HTMLElement} */ (line.current), start = now();
+    element.setPointerCapture(down.pointerId);
+    element.onpointermove = (event) => set(start + (event.clientX - down.clientX) * (isLeft ? 1 : -1));
+    element.onpointerup = element.onpointercancel = () => { element.onpointermove = element.onpointerup = null; };
+  };
+  const press = (/** @type {KeyboardEvent} */ event) => {
+    if (!/^Arrow(Left|Right)$/.test(event.key)) return;
+    event.preventDefault();
+    set(now() + ((event.key === 'ArrowRight') === isLeft ? PANE_STEP : -PANE_STEP));
+  };
+  return html`<div class="splitter" ref=${line} role="separator" tabindex="0" aria-orientation="vertical" aria-label=${label} title=${words.panes.help}
+    aria-valuenow=${width.value || undefined} onPointerDown=${drag} onKeyDown=${press} onDblClick=${() => set(0)}></div>`;
 }
 
 /** Switches the bell of jobs. @param {{ids: string[], label: string}} properties */
@@ -129,7 +177,9 @@ export async function copy(text) {
 
 /** A small image of a job, once it is in view. @param {{job: Record<string, any>, side?: number}} properties */
 export function Thumbnail({job, side = 128}) {
-  const hasImage = !job.expired && ((job.kind === 'render' && job.state === 'running') || (job.artifacts || []).some((/** @type {any} */ each) => each.media_type === 'image/png'));
+  const has = (/** @type {string} */ type) => (job.artifacts || []).some((/** @type {any} */ each) => each.media_type === type), hasPng = has('image/png');
+  const isView = !hasPng && has('image/x-exr');  // has no preview, but the service draws its layers
+  const hasImage = !job.expired && job.kind !== 'measure' && ((job.kind === 'render' && job.state === 'running') || hasPng || isView);
   const step = job.state === 'running' ? Math.floor(job.progress * 4) : job.state;
   const box = useRef(/** @type {HTMLElement | null} */ (null));
   const url = useSignal(''), inView = useSignal(false);
@@ -141,7 +191,7 @@ export function Thumbnail({job, side = 128}) {
   useEffect(() => {
     if (!hasImage || !inView.value) return;
     const controller = new AbortController();
-    imageUrl(`/v1/jobs/${job.id}/preview?max=${side}`, controller.signal).then((made) => {
+    imageUrl(`/v1/jobs/${job.id}/${isView ? 'view.png' : 'preview'}?max=${side}`, controller.signal).then((made) => {
       if (!made) return;
       URL.revokeObjectURL(url.value);
       url.value = made;
@@ -149,7 +199,7 @@ export function Thumbnail({job, side = 128}) {
     return () => controller.abort();
   }, [job.id, step, hasImage, inView.value]);
   useEffect(() => () => URL.revokeObjectURL(url.value), []);
-  return html`<span class="thumb" ref=${box}>${url.value && html`<img class="thumb" src=${url.value} alt="" />`}</span>`;
+  return html`<span class="thumb" ref=${box}>${url.value ? html`<img class="thumb" src=${url.value} alt="" />` : job.kind === 'measure' && html`<${Icon} name="system" />`}</span>`;
 }
 
 const DOWNLOAD_IN_MEMORY_MAX = 8e6;

@@ -1,36 +1,27 @@
 /** The playground: editor, image and facts of one document. */
-import {useComputed, useSignal} from '@preact/signals';
+import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {getJson, mayWrite, postJson} from './api.js';
-import {commands} from './commands.js';
 import {Drafts} from './draft.js';
 import {Editor} from './editor.js';
-import {nameFiles} from './drop.js';
-import {count, duration, figure, size} from './format.js';
+import {Facts, Problems, Target, estimateText} from './facts.js';
+import {duration, levels} from './format.js';
 import {dollied, orbited, panned, rounded, viewOf} from './orbit.js';
-import {documentOf, storedText, storeText} from './job-source.js';
-import {announce, attempt, copy, Entry, Failure, NotModelled} from './parts.js';
+import {storeText} from './job-source.js';
+import {announce, attempt, copy, Dialog, Failure, FullScreen, Icon, Splitter} from './parts.js';
 import {pick, placeIn} from './pick.js';
 import {applied, changesTo, wholeRangeOf} from './pointers.js';
-import {go, route, routeOf} from './routes.js';
+import {go, route, routeOf, setQuery} from './routes.js';
+import {commands, FileButton, firstText, Gallery, linkTo, loadExamples, nameFiles, opened, openDocuments, textOfLink} from './scenes.js';
 import {words} from './words.js';
 
-const FIRST_EXAMPLE = 'shapes';
-const text = words.playground;
-
-/** @param {string} job whose document is edited; empty: that of no job */
-async function firstText(job) {
-  return storedText(job) ?? (job ? documentOf(job) : (await loadExamples())[FIRST_EXAMPLE]);
-}
-
-/** @type {Promise<Record<string, string>> | undefined} */
-let examples;
-/** @returns {Promise<Record<string, string>>} */
-function loadExamples() { return examples ??= fetch(new URL('./examples.json', import.meta.url)).then((reply) => reply.json()); }
+const text = words.playground, STORED_FACTS = 'whittle.facts';
 
 /** Pixels that a pointer moves in a click. */
 const CLICK_MOVE_MAX = 3;
+/** A press of an arrow key turns the view by radians, or moves it by parts of the height of the image. */
+const KEY_TURN = Math.PI / 24, KEY_PAN = 0.05, DOLLY = 0.08, PAUSE_MS = 250;
 
 /** Turns drags and the wheel into changes of the camera, as one step of the editor's history. */
 class CameraDrag {
@@ -45,7 +36,7 @@ class CameraDrag {
     /** The camera in the text; to look it up takes 0.1 s in a large one. */
     this.from = 0;
     this.camera = '';
-    this.wheelTimer = 0;
+    this.stepTimer = 0;
   }
 
   begin() {
@@ -111,12 +102,25 @@ class CameraDrag {
   }
 
   /** @param {WheelEvent} event */
-  wheel(event) {
+  wheel(event) { this.step(event, (view) => dollied(view, Math.exp(Math.sign(event.deltaY) * DOLLY))); }
+
+  /** The arrow keys orbit, and pan with the shift key; + and - come closer and go back. @param {KeyboardEvent} event */
+  press(event) {
+    const [x, y] = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]}[event.key] || [0, 0];
+    const closer = {'+': -1, '-': 1}[event.key] || 0;
+    if (event.ctrlKey || event.metaKey || event.altKey || (!x && !y && !closer)) return;
+    this.step(event, (view) => closer ? dollied(view, Math.exp(closer * DOLLY))
+      : event.shiftKey ? panned(view, x * KEY_PAN, y * KEY_PAN) : orbited(view, x * KEY_TURN, y * KEY_TURN));
+  }
+
+  /** A change of the view that has no end of its own. @param {Event} event @param {(view: import('./orbit.js').View) => import('./orbit.js').View} change */
+  step(event, change) {
     if (!this.begin() || !this.view) return;
     event.preventDefault();
-    this.move(dollied(this.view, Math.exp(Math.sign(event.deltaY) * 0.08)));
-    clearTimeout(this.wheelTimer);
-    this.wheelTimer = window.setTimeout(() => this.end(), 250);
+    event.stopPropagation();
+    this.move(change(this.view));
+    clearTimeout(this.stepTimer);
+    this.stepTimer = window.setTimeout(() => this.end(), PAUSE_MS);
   }
 }
 
@@ -132,7 +136,7 @@ export function difference(before, after) {
 /** @param {import('./draft.js').Shown} shown */
 function caption(shown) {
   const kind = {draft: text.draft, refining: text.refining, refined: text.refined}[shown.kind];
-  const error = shown.error ? `, ${text.error} ${figure(shown.error.estimate)} ${words.queue.levels}` : '';
+  const error = shown.error ? `, ${text.error} ${levels(shown.error.estimate)}` : '';
   return `${kind} ${shown.width} × ${shown.height}, ${duration(shown.milliseconds / 1000)}${error}`;
 }
 
@@ -142,7 +146,6 @@ export function Playground({id}) {
   const canvas = useRef(/** @type {HTMLElement | null} */ (null));
   const editor = useRef(/** @type {Editor | null} */ (null));
   const drafts = useSignal(/** @type {Drafts | null} */ (null));
-  const names = useSignal(/** @type {string[]} */ ([]));
   const failure = useSignal(/** @type {any} */ (null));
 
   useEffect(() => {
@@ -150,9 +153,9 @@ export function Playground({id}) {
     /** @type {(() => void)[]} */
     const ends = [];
     (async () => {
-      const [document, schema, known] = await Promise.all([firstText(id), getJson('/schemas/scene.schema.json'), loadExamples()]);
+      const [document, schema] = await Promise.all([firstText(id), getJson('/schemas/scene.schema.json')]);
       if (closed || !host.current || !canvas.current) return;
-      names.value = Object.keys(known);
+      if (!id) storeText('', document);  // a sweep takes it
       const properties = schema.properties.image.properties;
       const made = new Drafts({
         size: {width: properties.width.default, height: properties.height.default},
@@ -165,8 +168,8 @@ export function Playground({id}) {
           if (!made.dragging && value.length < 1_000_000) edit.lint();
           made.edited(value);
         },
-        onSubmit: () => made.now(),
-        onDrop: (files, at) => attempt(() => nameFiles(edit, files, at)),
+        onSubmit: () => submit('/v1/jobs'),
+        onDrop: (files, at) => openFiles(files, at),
       });
       edit.setSchema(schema);
       const box = canvas.current;
@@ -181,10 +184,17 @@ export function Playground({id}) {
         else announce(text.background);
       });
       const camera = new CameraDrag(edit, made, goToObject);
-      const down = (/** @type {PointerEvent} */ event) => camera.pointer(event), wheel = (/** @type {WheelEvent} */ event) => camera.wheel(event);
-      box.addEventListener('pointerdown', down);
-      box.addEventListener('wheel', wheel, {passive: false});
-      ends.push(() => { box.removeEventListener('pointerdown', down); box.removeEventListener('wheel', wheel); made.close(); edit.destroy(); });
+      const ending = new AbortController(), {signal} = ending;
+      box.addEventListener('pointerdown', (event) => camera.pointer(event), {signal});
+      box.addEventListener('keydown', (event) => camera.press(event), {signal});
+      box.addEventListener('wheel', (event) => camera.wheel(event), {signal, passive: false});
+      window.addEventListener('keydown', (event) => {
+        const [ctrl, isEnter] = [event.ctrlKey || event.metaKey, event.key === 'Enter' && !event.defaultPrevented && !globalThis.document.querySelector('dialog[open]')];
+        if (!isEnter || ctrl === event.altKey || !mayWrite.value) return;
+        event.preventDefault();
+        ctrl ? submit('/v1/jobs') : draftNow();
+      }, {signal});
+      ends.push(() => { ending.abort(); made.close(); edit.destroy(); });
       drafts.value = made;
       made.edited(document);
       const accuracy = route.value.query.get('accuracy');
@@ -195,23 +205,13 @@ export function Playground({id}) {
     return () => { closed = true; ends.forEach((end) => end()); editor.current = null; };
   }, [id]);
 
-  const choose = async (/** @type {string} */ name) => editor.current?.setText((await loadExamples())[name]);
-  return html`<div class="playground">
-    <${Bar} id=${id} editor=${editor} drafts=${drafts} names=${names} choose=${choose} />
-    <div class="edit"><${Failure} problem=${failure.value} /><div class="editor" ref=${host}></div></div>
-    <${Stage} box=${canvas} drafts=${drafts} editor=${editor} />
-    <${Facts} drafts=${drafts} editor=${editor} />
-  </div>`;
-}
-
-/** @param {{id: string, editor: {current: Editor | null}, drafts: import('@preact/signals').Signal<Drafts | null>, names: import('@preact/signals').Signal<string[]>, choose: (name: string) => void}} properties */
-function Bar({id, editor, drafts, names, choose}) {
-  const made = drafts.value;
   const busy = useSignal(false);
+  const draftNow = () => { editor.current?.flush(); drafts.value?.now(); };
   const submit = (/** @type {string} */ path) => attempt(async () => {
     if (busy.value) return;
     busy.value = true;
     try {
+      editor.current?.flush();
       const value = editor.current?.text() || '';
       go(routeOf(await postJson(path, path === '/v1/measure' ? `{"scene": ${value}}` : value)));
     } catch (error) {
@@ -219,21 +219,63 @@ function Bar({id, editor, drafts, names, choose}) {
       throw error;
     }
   });
+  /** Documents are opened, other files are uploaded and named in the text. @param {File[]} files @param {number} [at] */
+  const openFiles = (files, at) => attempt(async () => {
+    const others = await openDocuments(files);
+    if (others.length > 0 && editor.current) await nameFiles(editor.current, others, at ?? editor.current.view.state.selection.main.head);
+  });
+  const {query} = route.value, example = query.get('example'), link = query.get('text');
+  useEffect(() => {
+    if (!drafts.value || (!example && !link && !opened.value)) return;
+    const wanted = example ? loadExamples().then((known) => known[example]) : link ? textOfLink(link) : Promise.resolve(opened.value);
+    opened.value = '';
+    wanted.then((value) => {
+      if (value) editor.current?.setText(value);
+      else announce(text.badLink);
+      setQuery({example: null, text: null});
+    });
+  }, [drafts.value, example, link, opened.value]);
+  const showsFacts = useSignal(localStorage.getItem(STORED_FACTS) === 'open');
+  const toggleFacts = () => { localStorage.setItem(STORED_FACTS, (showsFacts.value = !showsFacts.value) ? 'open' : ''); };
+  return html`<div class=${`playground ${showsFacts.value ? 'with-facts' : ''}`}>
+    <${Bar} id=${id} editor=${editor} drafts=${drafts} isBusy=${busy.value} submit=${submit} draftNow=${draftNow} openFiles=${openFiles} />
+    <div class="edit" onDragOver=${(/** @type {Event} */ event) => event.preventDefault()} onDrop=${(/** @type {DragEvent} */ event) => { if (!event.defaultPrevented) { event.preventDefault(); openFiles([...(event.dataTransfer?.files || [])]); } }}>
+      <${Failure} problem=${failure.value} /><div class="editor" ref=${host}></div><${Problems} drafts=${drafts} editor=${editor} /></div>
+    <${Splitter} name="edit" isLeft label=${words.panes.editor} />
+    <${Stage} box=${canvas} drafts=${drafts} editor=${editor}>
+      <button class="quiet" aria-expanded=${showsFacts.value} onClick=${toggleFacts}>${text.facts} <${Icon} name="left" /></button></${Stage}>
+    ${showsFacts.value && html`<${Facts} drafts=${drafts} editor=${editor} />`}
+  </div>`;
+}
+
+/**
+ * @param {{id: string, editor: {current: Editor | null}, drafts: import('@preact/signals').Signal<Drafts | null>, isBusy: boolean, submit: (path: string) => void,
+ *   draftNow: () => void, openFiles: (files: File[]) => void}} properties
+ */
+function Bar({id, editor, drafts, isBusy, submit, draftNow, openFiles}) {
+  const made = drafts.value, chooses = useSignal(false);
   const copyAs = (/** @type {string} */ name) => { if (name in commands) copy(commands[/** @type {'curl'} */ (name)](editor.current?.text() || '')); };
-  const isOff = made?.validation.value?.valid === false || busy.value;
+  const share = async () => {
+    const link = await linkTo(editor.current?.text() || '');
+    if (link) copy(link);
+    else announce(text.tooLong);
+  };
+  const isOff = made?.validation.value?.valid === false || isBusy;
   // Not at the choice: an arrow key chooses, and the next one goes on from there.
   const reset = (/** @type {any} */ event) => { event.target.value = ''; };
   return html`<div class="bar">
     <h1>${words.titles.new}</h1>
-    <select aria-label=${text.examples} onChange=${(/** @type {any} */ event) => { if (event.target.value) choose(event.target.value); }} onBlur=${reset}>
-      <option value="">${text.choose}</option>
-      ${names.value.map((name) => html`<option value=${name}>${name}</option>`)}
-    </select>
+    ${made && mayWrite.value && html`<button onClick=${() => { chooses.value = true; }}>${text.examples}</button>
+      <${FileButton} accept=".json,image/*,.exr,.hdr,.obj,.ply,.glb,.gltf" onFiles=${openFiles}>${words.scenes.open}</${FileButton}>`}
+    <${Dialog} open=${chooses.value} onClose=${() => { chooses.value = false; }} title=${text.examples}><div class="stack" onClick=${(/** @type {any} */ event) => { if (event.target.closest('a')) chooses.value = false; }}>
+      <h2>${text.examples}</h2><${Gallery} all /><div class="row"><button onClick=${() => { chooses.value = false; }}>${words.close}</button></div></div></${Dialog}>
     ${made && mayWrite.value && html`
       <label class="switch" title=${text.autoHelp}><input type="checkbox" checked=${made.auto.value} onChange=${() => made.setAuto(!made.auto.value)} />${text.auto}</label>
       <label class="switch" title=${text.refineHelp}><input type="checkbox" checked=${made.refine.value} onChange=${() => { made.refine.value = !made.refine.value; }} />${text.refine}</label>
-      ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${() => { editor.current?.flush(); made.now(); }}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}`}
+      ${(!made.auto.value || made.manualReason.value) && html`<button onClick=${draftNow}>${text.draftNow} <kbd>${text.draftKey}</kbd></button>`}
+      <${Target} editor=${editor} />`}
     <span class="spring"></span>
+    <button title=${text.shareHelp} onClick=${share}>${text.share}</button>
     <select aria-label=${text.copyAs} onChange=${(/** @type {any} */ event) => copyAs(event.target.value)} onBlur=${reset}>
       <option value="">${text.copyAs}</option>
       ${Object.keys(commands).map((name) => html`<option value=${name}>${text.commands[/** @type {'curl'} */ (name)]}</option>`)}
@@ -245,9 +287,9 @@ function Bar({id, editor, drafts, names, choose}) {
   </div>`;
 }
 
-/** @param {{box: {current: HTMLElement | null}, drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}}} properties */
-function Stage({box, drafts, editor}) {
-  const made = drafts.value;
+/** @param {{box: {current: HTMLElement | null}, drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}, children?: any}} properties */
+function Stage({box, drafts, editor, children}) {
+  const made = drafts.value, stage = useRef(/** @type {HTMLElement | null} */ (null));
   const older = made?.older.value;
   const show = (/** @type {import('./draft.js').Shown | null} */ image) => { if (made) made.older.value = image; };
   const shown = older || made?.shown.value;
@@ -256,16 +298,19 @@ function Stage({box, drafts, editor}) {
     if (older) editor.current?.setText(older.text);
     show(null);
   };
-  return html`<section class="stage" aria-label=${words.titles.new}>
+  const isStale = !older && made?.validation.value?.valid === false;
+  return html`<section class="stage" ref=${stage} aria-label=${words.titles.new}>
     ${manual && html`<p class="banner">${manual === 'size' ? text.manual.size : text.manual.time}</p>`}
-    <div class="canvas" ref=${box} title=${text.hint}>
+    <div class=${`canvas ${isStale ? 'stale' : ''}`} ref=${box} title=${text.hint} tabindex="0" role="group" aria-label=${text.canvas}>
       ${shown ? html`<img class=${shown.kind === 'refined' ? '' : 'soft'} src=${shown.url} style=${{backgroundImage: shown.under ? `url(${shown.under})` : 'none'}} alt=${text.imageAlt} draggable=${false} data-kind=${shown.kind} data-job=${shown.job || ''} />`
         : html`<div class="empty"><h2>${text.waiting}</h2><p>${text.waitingText}</p></div>`}
     </div>
     <div class="caption">
-      <span class="number" role="status">${older ? text.older + ': ' : ''}${shown ? caption(shown) : ''}</span>
+      <span class="number" role="status">${older ? text.older + ': ' : isStale && shown ? text.stale + ': ' : ''}${shown ? caption(shown) : ''}</span>
+      ${!older && shown && made && html`<span class="number dim">${estimateText(made.validation.value?.estimate)}</span>`}
       <span class="spring"></span>
       ${older && html`<button onClick=${restore}>${text.restore}</button><button class="quiet" onClick=${() => show(null)}>${text.backToNow}</button>`}
+      <${FullScreen} target=${stage} />${children}
     </div>
     <${Failure} problem=${made?.problem.value || null} />
     <div class="film" role="group" aria-label=${text.history}>
@@ -275,46 +320,3 @@ function Stage({box, drafts, editor}) {
     </div>
   </section>`;
 }
-
-/** @param {{drafts: import('@preact/signals').Signal<Drafts | null>, editor: {current: Editor | null}}} properties */
-function Facts({drafts, editor}) {
-  const validation = useComputed(() => drafts.value?.validation.value || null).value;
-  const goTo = (/** @type {string} */ pointer) => editor.current?.goTo(pointer);
-  if (!validation) return html`<aside class="facts" aria-label=${text.facts}></aside>`;
-  const {estimate, errors, warnings} = validation;
-  const reasons = Object.entries(validation.reasons || {});
-  return html`<aside class="facts" aria-label=${text.facts}>
-    ${errors.length > 0 && html`<section><h2>${text.problems}</h2><p>${text.invalid(errors.length)}</p><${Issues} issues=${errors} goTo=${goTo} /></section>`}
-    ${warnings.length > 0 && html`<section><h2>${text.warnings}</h2><${Issues} issues=${warnings} goTo=${goTo} /></section>`}
-    ${estimate && html`<section><h2>${text.estimate}</h2><dl>
-      <dt>${text.seconds}</dt><dd class="number">${estimate.seconds === null ? text.notYet : '≈ ' + duration(estimate.seconds)}</dd>
-      <dt>${text.samples}</dt><dd class="number">${count(estimate.samples)}</dd>
-      <dt>${text.memory}</dt><dd class="number">${size(estimate.memory_bytes)}</dd></dl></section>`}
-    ${estimate && html`<section><h2>${text.accuracy}</h2><${Target} editor=${editor} /></section>`}
-    ${validation.valid && html`<section><h2>${text.needs}</h2>${reasons.length === 0 ? html`<p class="dim">${text.noReasons}</p>` : html`<ul>${reasons.map(([name, pointer]) => html`
-      <li>${name.replaceAll('_', ' ')} <button class="link" onClick=${() => goTo(String(pointer))}><code>${String(pointer)}</code></button></li>`)}</ul>`}<${NotModelled} requirements=${validation.requirements} /><p class="dim">${text.globalLight(validation.global_light || '')}</p></section>`}
-  </aside>`;
-}
-
-/** The target error of the document, and a field to change it. @param {{editor: {current: Editor | null}}} properties */
-function Target({editor}) {
-  const value = () => {
-    try {
-      return JSON.parse(editor.current?.text() || '{}').accuracy || {};
-    } catch {
-      return null;  // the user is typing
-    }
-  };
-  const set = (/** @type {any} */ event) => {
-    const {model, approximate, max_depth, cutoff} = value() || {}, target = Number(event.target.value);
-    if (target > 0 && value()) editor.current?.change(changesTo(editor.current.text(), ['accuracy'], {model, target_error: target, approximate, max_depth, cutoff}));
-  };
-  return html`<label class="target-field">${text.target}<${Entry} type="number" class="target" min="0" step="any" value=${value()?.target_error ?? ''} onChange=${set} /> ${words.queue.levels}</label>`;
-}
-
-/** @param {{issues: import('./api.js').Issue[], goTo: (pointer: string) => void}} properties */
-function Issues({issues, goTo}) {
-  return html`<ul>${issues.slice(0, 20).map(({pointer, code, detail}) => html`<li><button class="link" onClick=${() => goTo(pointer)}><code>${pointer || '#'}</code></button>
-    <span><strong>${code}</strong>: ${detail}</span></li>`)}</ul>`;
-}
-

@@ -46,3 +46,43 @@ export function pointerAt(text, offset) {
 export function changesTo(text, path, value) {
   return modify(text, path, value, {}).map((edit) => ({from: edit.offset, to: edit.offset + edit.length, insert: edit.content}));
 }
+
+// ---- a text of one line, as programs write it, in lines
+
+const LINE_MAX = 100, READABLE_MAX = 1_000_000;
+
+/** The document in lines of what belongs together, each value as it is written. A text that has lines stays as it is. @param {string} text */
+export function readable(text) {
+  const root = text.length > READABLE_MAX || text.trim().includes('\n') ? undefined : parseTree(text);
+  /** @param {import('jsonc-parser').Node} node @returns {string} */
+  const flat = (node) => {
+    const parts = (node.children || []).map(flat);
+    if (node.type === 'property') return parts.join(': ');
+    return node.type === 'object' ? `{${parts.join(', ')}}` : node.type === 'array' ? `[${parts.join(', ')}]` : text.slice(node.offset, node.offset + node.length);
+  };
+  /** @param {import('jsonc-parser').Node} node @param {string} indent @returns {string} */
+  const lines = (node, indent) => {
+    const whole = flat(node);
+    if (indent.length + whole.length <= LINE_MAX || !node.children?.length) return whole;
+    if (node.type === 'property') return `${flat(node.children[0])}: ${lines(node.children[1], indent)}`;
+    const inner = node.children.map((child) => `\n${indent}  ${lines(child, indent + '  ')}`).join(',');
+    return node.type === 'object' ? `{${inner}\n${indent}}` : `[${inner}\n${indent}]`;
+  };
+  return root ? lines(root, '') : text;
+}
+
+// ---- differences of two documents
+
+/** The values of a document by pointer. @param {any} value @param {string} at @param {Map<string, string>} into */
+function flatten(value, at, into) {
+  if (value === null || typeof value !== 'object' || (Array.isArray(value) && value.every((each) => typeof each !== 'object'))) into.set(at, JSON.stringify(value));
+  else for (const [name, part] of Object.entries(value)) flatten(part, `${at}/${name.replaceAll('~', '~0').replaceAll('/', '~1')}`, into);
+  return into;
+}
+
+/** @param {any} a @param {any} b @returns {{pointer: string, a: string, b: string}[]} */
+export function documentDifference(a, b) {
+  const first = flatten(a, '', new Map()), second = flatten(b, '', new Map());
+  return [...new Set([...first.keys(), ...second.keys()])].filter((pointer) => first.get(pointer) !== second.get(pointer))
+    .map((pointer) => ({pointer, a: first.get(pointer) ?? '', b: second.get(pointer) ?? ''}));
+}

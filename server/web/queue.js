@@ -2,16 +2,18 @@
 import {signal, useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useMemo, useRef} from 'preact/hooks';
-import {mayWrite, postJson} from './api.js';
+import {getJson, mayWrite, postJson} from './api.js';
 import {age, count, duration, figure, levels} from './format.js';
 import {JobList} from './job-list.js';
 import {addKeys} from './keys.js';
-import {announce, attempt, Bell, Dialog, Entry, Failure, State, Thumbnail} from './parts.js';
+import {announce, attempt, Bell, Dialog, Entry, Failure, missedTarget, State, Thumbnail} from './parts.js';
 import {go, route, routeOf, setQuery} from './routes.js';
+import {FileButton, Gallery, openDocuments} from './scenes.js';
 import {figures, listen} from './store.js';
+import {patchText, variedPointers} from './sweep.js';
 import {words} from './words.js';
 
-const ROW = 44, ROWS_MAX = 60, STATES = /** @type {const} */ (['queued', 'running', 'succeeded', 'failed', 'cancelled']);
+const ROW = 44, ROWS_MAX = 60, SEARCH_MS = 200, SAMPLE = 4, STATES = /** @type {const} */ (['queued', 'running', 'succeeded', 'failed', 'cancelled']);
 const text = words.queue;
 
 /** @typedef {Record<string, any>} Job */
@@ -26,6 +28,9 @@ export function errorText(job) {
   return error.target ? text.of(figure(error.estimate), levels(error.target)) : levels(error.estimate);
 }
 
+/** The job or batch that was opened last, or that the keys have moved to: rows move as jobs arrive. */
+const current = signal('');
+
 export function Queue() {
   const state = route.value.query.get('state') || '', search = route.value.query.get('q') || '', batch = route.value.query.get('batch') || '';
   const filter = useMemo(() => {
@@ -36,7 +41,8 @@ export function Queue() {
     if (batch) made.batch = batch;
     return made;
   }, [state, search, batch]);
-  const list = useMemo(() => new JobList(filter), [filter]);
+  // A batch is one row unless its jobs are searched for.
+  const list = useMemo(() => new JobList(filter, !search && !batch), [filter]);
   useEffect(() => () => list.close(), [list]);
   const selected = useSignal(/** @type {Set<string>} */ (new Set()));
   useEffect(() => { selected.value = new Set(); }, [list]);
@@ -44,6 +50,11 @@ export function Queue() {
     if (now === 'removed' && selected.value.has(id)) selected.value = new Set([...selected.value].filter((each) => each !== id));
   }}), []);
   const field = useRef(/** @type {HTMLInputElement | null} */ (null));
+  const typing = useRef(0), find = (/** @type {string} */ words) => { clearTimeout(typing.current); setQuery({q: words || null}); };
+  useEffect(() => {
+    if (route.value.query.get('q') === '') field.current?.focus();  // "/" on another page
+    return () => clearTimeout(typing.current);
+  }, [route.value]);
   useEffect(() => addKeys({'/': () => field.current?.focus()}), []);
   list.version.value;
   const empty = !list.loading.value && list.order.length === 0 && !list.problem.value;
@@ -56,7 +67,8 @@ export function Queue() {
       </div>
       <span class="spring"></span>
       <${Entry} field=${field} type="search" placeholder=${text.searchKey} aria-label=${text.search} value=${search}
-        onChange=${(/** @type {any} */ event) => setQuery({q: event.target.value || null})} />
+        onInput=${(/** @type {any} */ event) => { const {value} = event.target; clearTimeout(typing.current); typing.current = window.setTimeout(() => find(value), SEARCH_MS); }}
+        onChange=${(/** @type {any} */ event) => find(event.target.value)} />
     </div>
     <${Failure} problem=${list.problem.value} />
     ${empty ? html`<${Empty} filtered=${Object.keys(filter).length > 0} />` : html`<${Rows} list=${list} selected=${selected} />`}
@@ -78,16 +90,17 @@ function Empty({filtered}) {
     return html`<div class="empty"><h2>${text.nothing}</h2><p>${text.nothingText}</p>
       <button onClick=${() => setQuery({state: null, q: null, batch: null})}>${text.clear}</button></div>`;
   }
-  return html`<div class="empty"><h2>${text.empty}</h2><p>${text.emptyText}</p>
-    <pre>curl --json @scene.json ${location.origin}/v1/jobs</pre>
-    ${mayWrite.value && html`<a class="button primary" href="#/new">${text.openPlayground}</a>`}</div>`;
+  return html`<div class="empty first"><h2>${text.empty}</h2><p>${text.emptyText}</p>
+    ${mayWrite.value && html`<${Gallery} /><p>${words.scenes.drop}</p><div class="buttons"><a class="button primary" href="#/new">${text.openPlayground}</a>
+      <${FileButton} accept=".json" onFiles=${(/** @type {File[]} */ files) => openDocuments(files)}>${words.scenes.open}</${FileButton}></div>`}
+    <p>${words.scenes.programs}: <a href="/docs">${words.scenes.programsText}</a></p></div>`;
 }
 
 /** @param {{list: JobList, selected: import('@preact/signals').Signal<Set<string>>}} properties */
 function Rows({list, selected}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null));
   const range = useSignal({first: 0, last: 30});
-  const current = useSignal(''), anchor = useRef('');  // ids: rows move as jobs arrive
+  const anchor = useRef('');
   const measure = () => {
     const element = box.current;
     if (!element) return;
@@ -126,6 +139,7 @@ function Rows({list, selected}) {
     'j': () => move(1), 'k': () => move(-1), 'x': () => { if (list.order.includes(current.value)) toggle(current.value, false); },
     'Enter': () => { if (list.order.includes(current.value)) go(routeOf(/** @type {any} */ (list.jobs.get(current.value)))); },
   }), [list]);
+  const rowOf = (/** @type {string} */ id) => list.jobs.get(id)?.kind === 'batch' ? BatchRow : Row;
 
   const columns = text.columns;
   return html`<div class="rows panel" ref=${box} onScroll=${measure} tabindex="-1">
@@ -135,7 +149,7 @@ function Rows({list, selected}) {
         <th class="c-priority" scope="col">${columns.priority}</th><th class="c-age" scope="col">${columns.age}</th></tr></thead>
       <tbody>
         ${first > 0 && html`<tr class="space" aria-hidden="true" style=${{height: `${first * ROW}px`}}></tr>`}
-        ${ids.map((id, offset) => html`<${Row} key=${id} job=${list.jobs.get(id)} index=${first + offset} isCurrent=${current.value === id}
+        ${ids.map((id, offset) => html`<${rowOf(id)} key=${id} job=${list.jobs.get(id)} index=${first + offset} isCurrent=${current.value === id}
           isSelected=${selected.value.has(id)} toggle=${toggle} />`)}
         ${last < list.order.length && html`<tr class="space" aria-hidden="true" style=${{height: `${(list.order.length - last) * ROW}px`}}></tr>`}
       </tbody>
@@ -143,47 +157,98 @@ function Rows({list, selected}) {
   </div>`;
 }
 
-/** @param {{job: Job, index: number, isCurrent: boolean, isSelected: boolean, toggle: (id: string, extend: boolean) => void}} properties */
-function Row({job, index, isCurrent, isSelected, toggle}) {
-  const name = job.name || text.untitled;
-  const isRunning = job.state === 'running';
+/** @typedef {{job: Job, index: number, isCurrent: boolean, isSelected: boolean, toggle: (id: string, extend: boolean) => void}} RowProperties */
+
+/** A row that opens its job or batch. @param {RowProperties & {children?: any}} properties */
+function Line({job, index, isCurrent, isSelected, toggle, children}) {
+  const open = (/** @type {any} */ event) => {
+    if (event.target.closest('input')) return;
+    current.value = job.id;
+    if (!event.target.closest('a')) event.shiftKey && mayWrite.value ? toggle(job.id, true) : go(routeOf(/** @type {any} */ (job)));
+  };
+  return html`<tr aria-rowindex=${index + 2} aria-selected=${isSelected} class=${isCurrent ? 'current' : ''} data-id=${job.id} onClick=${open}>
+    ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(job.name || text.untitled)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(job.id, event.shiftKey)} /></td>`}
+    ${children}<td class="c-age number">${age(job.created_at, now.value)}</td></tr>`;
+}
+
+/** Differences of a job from others of its name: its values in a batch, otherwise its labels. @param {Job} job */
+function chipsOf(job) {
+  const values = patchText(job.variation?.values);
+  return [...values, ...values.length > 0 ? [] : Object.entries(job.labels || {}).map(([label, value]) => `${label}: ${value}`), ...job.owner ? [job.owner] : []].slice(0, 4);
+}
+
+/** @param {RowProperties} properties */
+function Row({job, ...line}) {
+  const isRunning = job.state === 'running', isCached = job.state === 'succeeded' && job.attempt === 0;
   const percent = Math.floor(job.progress * 100);
-  return html`<tr aria-rowindex=${index + 2} aria-selected=${isSelected} class=${isCurrent ? 'current' : ''} data-id=${job.id}
-      onClick=${(/** @type {any} */ event) => { if (!event.target.closest('a, input')) event.shiftKey && mayWrite.value ? toggle(job.id, true) : go(routeOf(/** @type {any} */ (job))); }}>
-    ${mayWrite.value && html`<td class="c-check"><input type="checkbox" aria-label=${text.select(name)} checked=${isSelected} onClick=${(/** @type {any} */ event) => toggle(job.id, event.shiftKey)} /></td>`}
+  return html`<${Line} job=${job} ...${line}>
     <td class="c-thumb"><${Thumbnail} job=${job} /></td>
-    <td class="c-name"><a href=${routeOf(/** @type {any} */ (job))}>${name}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
-      ${Object.entries(job.labels || {}).slice(0, 3).map(([label, value]) => html`<span class="chip">${label}: ${value}</span>`)}</td>
-    <td class="c-state"><${State} state=${job.state} /></td>
+    <td class="c-name"><a href=${routeOf(/** @type {any} */ (job))}>${job.name || text.untitled}</a> ${job.kind === 'measure' && html`<span class="chip">measure</span>`}
+      ${chipsOf(job).map((each) => html`<span class="chip">${each}</span>`)}</td>
+    <td class="c-state"><${State} state=${job.state} job=${job} /></td>
     <td class="c-progress number">${isRunning ? html`<progress max="1" value=${job.progress} aria-label=${text.columns.progress}></progress>
-      <span>${percent} % ${job.eta_s ? html`<span class="dim">${duration(job.eta_s)}</span>` : ''}</span>` : job.report ? html`<span class="dim">${duration(job.report.time_ms.trace / 1000)}</span>` : ''}</td>
-    <td class="c-error number">${errorText(job)}</td>
+      <span>${percent} % ${job.eta_s ? html`<span class="dim">${duration(job.eta_s)}</span>` : ''}</span>`
+      : job.report ? html`<span class="dim">${isCached ? text.cached : duration(job.report.time_ms.trace / 1000)}</span>` : ''}</td>
+    <td class=${`c-error number ${missedTarget(job) ? 'missed' : ''}`}>${errorText(job)}</td>
     <td class="c-size number">${job.image ? `${job.image.width} × ${job.image.height}` : ''}</td>
     <td class="c-priority number">${job.priority}</td>
-    <td class="c-age number">${age(job.created_at, now.value)}</td>
-  </tr>`;
+  </${Line}>`;
+}
+
+/** All jobs of a batch, with the image of one of them. @param {RowProperties} properties */
+function BatchRow({job: batch, ...line}) {
+  const jobs = useSignal(/** @type {Job[]} */ ([])), done = batch.jobs.succeeded || 0, failed = batch.jobs.failed || 0;
+  useEffect(() => {
+    const closing = new AbortController();
+    getJson(`/v1/jobs?batch=${batch.id}&limit=${SAMPLE}${done > 0 ? '&state=succeeded' : ''}`, {signal: closing.signal}).then((page) => { jobs.value = page.items; }, () => undefined);
+    return () => closing.abort();
+  }, [batch.id, done > 0, batch.state]);
+  const varied = batch.sweep ? Object.entries(batch.sweep).map(([pointer, values]) => text.axis(pointer.slice(1), values.length, JSON.stringify(values[0]).slice(0, 12), JSON.stringify(values.at(-1)).slice(0, 12)))
+    : variedPointers(jobs.value.map((each) => each.variation?.values)).map((pointer) => pointer.slice(1));
+  return html`<${Line} job=${batch} ...${line}>
+    <td class="c-thumb"><span class="stack">${jobs.value[0] && html`<${Thumbnail} key=${jobs.value[0].id} job=${jobs.value[0]} />`}</span></td>
+    <td class="c-name"><a href=${routeOf(/** @type {any} */ (batch))}>${batch.name || text.untitled}</a> <span class="chip">${text.images(batch.size)}</span>
+      ${varied.slice(0, 3).map((each) => html`<span class="chip">${each}</span>`)}</td>
+    <td class="c-state"><${State} state=${batch.state} /></td>
+    <td class="c-progress number">${batch.progress < 1 ? html`<progress max="1" value=${batch.progress} aria-label=${text.columns.progress}></progress><span>${Math.floor(batch.progress * 100)} %</span>` : ''}</td>
+    <td class="c-error number">${failed > 0 ? text.failed(failed) : ''}</td>
+    <td class="c-size number">${jobs.value[0]?.image ? `${jobs.value[0].image.width} × ${jobs.value[0].image.height}` : ''}</td>
+    <td class="c-priority number">${jobs.value[0]?.priority ?? ''}</td>
+  </${Line}>`;
 }
 
 /** Actions on the selected jobs. @param {{list: JobList, filter: Record<string, string>, selected: import('@preact/signals').Signal<Set<string>>}} properties */
 function BulkBar({list, filter, selected}) {
   /** The selection that stands for all jobs of the filter, until it changes. */
   const widened = useSignal(/** @type {Set<string> | null} */ (null)), everything = widened.value === selected.value;
-  const proposed = useSignal(/** @type {{selection: Set<string>, action: 'cancel' | 'remove' | 'retry', body: any, matched: number, refused: number} | null} */ (null));
+  const proposed = useSignal(/** @type {{selection: Set<string>, action: 'cancel' | 'remove' | 'retry', bodies: any[], matched: number, refused: number} | null} */ (null));
   /** A question is about the selection of its time. */
   const confirmed = proposed.value?.selection === selected.value ? proposed.value : null;
   const clear = () => { selected.value = new Set(); };
+  const isBatch = (/** @type {string} */ id) => list.jobs.get(id)?.kind === 'batch';
+  /** The selected jobs: all of the filter, or some by their ids and those of batches. @param {Set<string>} selection */
+  const parts = (selection) => {
+    if (widened.value === selection) return [{filter}];
+    const ids = [...selection].filter((id) => !isBatch(id));
+    return [...ids.length > 0 ? [{ids}] : [], ...[...selection].filter(isBatch).map((batch) => ({filter: {batch}}))];
+  };
+  const bulk = async (/** @type {any[]} */ bodies) => {
+    const replies = await Promise.all(bodies.map((body) => postJson('/v1/jobs/bulk', body)));
+    const sum = (/** @type {string} */ name) => replies.reduce((total, reply) => total + reply[name], 0);
+    return {matched: sum('matched'), done: sum('done'), refused: replies.flatMap((reply) => reply.refused)};
+  };
   const propose = (/** @type {'cancel' | 'remove' | 'retry'} */ action) => attempt(async () => {
-    const selection = selected.value, body = widened.value === selection ? {action, filter} : {action, ids: [...selection]};
-    const trial = await postJson('/v1/jobs/bulk', {...body, dry_run: true});
-    proposed.value = {selection, action, body, matched: trial.matched, refused: trial.refused.length};
+    const selection = selected.value, bodies = parts(selection).map((part) => ({action, ...part}));
+    const trial = await bulk(bodies.map((body) => ({...body, dry_run: true})));
+    proposed.value = {selection, action, bodies, matched: trial.matched, refused: trial.refused.length};
   });
   const run = () => attempt(async () => {
     if (!proposed.value) return;
-    const {action, body} = proposed.value;
+    const {action, bodies} = proposed.value;
     proposed.value = null;
-    const {done, refused} = await postJson('/v1/jobs/bulk', body);
+    const {done, refused} = await bulk(bodies);
     announce(text.outcome(text[action], done, refused.length));
-    selected.value = new Set(refused.map((/** @type {{id: string}} */ each) => each.id));
+    selected.value = new Set(refused.map((/** @type {{id: string}} */ each) => each.id).filter((/** @type {string} */ id) => list.order.includes(id)));
     list.scheduleReload();
   });
   useEffect(() => addKeys({
@@ -195,8 +260,8 @@ function BulkBar({list, filter, selected}) {
   return html`<div class="bulk" role="toolbar" aria-label=${summary}>
     <strong class="number">${everything ? text.allMatching : summary}</strong>
     ${canSelectAll && !everything && html`<button class="quiet" onClick=${() => { widened.value = selected.value; }}>${text.allMatching}</button>`}
-    ${selected.value.size === 2 && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
-    <${Bell} ids=${[...selected.value]} label=${words.bell.ringAll} />
+    ${selected.value.size === 2 && ![...selected.value].some(isBatch) && html`<a class="button" href=${`#/compare?a=${[...selected.value][1]}&b=${[...selected.value][0]}`}>${text.compare}</a>`}
+    <${Bell} ids=${[...selected.value].map((id) => isBatch(id) ? `batch/${id}` : id)} label=${words.bell.ringAll} />
     <button onClick=${() => propose('cancel')}>${text.cancel}</button>
     <button onClick=${() => propose('retry')}>${text.retry}</button>
     <button class="danger" onClick=${() => propose('remove')}>${text.remove}</button>

@@ -3,9 +3,11 @@ import {useSignal} from '@preact/signals';
 import {html} from 'htm/preact';
 import {useEffect, useRef} from 'preact/hooks';
 import {addKeys} from './keys.js';
+import {FullScreen} from './parts.js';
 import {words} from './words.js';
 
-const ZOOM_MAX = 64, STEP = 1.25;
+/** From SHARP on pixels are squares. An image that is fitted is smooth, and not larger than that. */
+const ZOOM_MAX = 64, STEP = 1.25, SHARP = 3;
 const text = words.viewer;
 
 /** @param {number} byte */
@@ -28,10 +30,11 @@ const linear = (byte) => byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 2
 export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valueAt, view: shared, children}) {
   const box = useRef(/** @type {HTMLElement | null} */ (null)), imageElement = useRef(/** @type {HTMLImageElement | null} */ (null));
   const own = useSignal({zoom: 0, x: 0, y: 0}), view = shared || own;
+  const section = useRef(/** @type {HTMLElement | null} */ (null));
   const wipe = useSignal(50), resized = useSignal(0);
   const pixel = useSignal('');
   const width = size?.width || 1, height = size?.height || 1;
-  const fit = () => Math.min((box.current?.clientWidth || 1) / width, (box.current?.clientHeight || 1) / height);
+  const fit = () => Math.min(SHARP, (box.current?.clientWidth || 1) / width, (box.current?.clientHeight || 1) / height);
 
   /** Zooms about a point of the box. */
   const zoomBy = (/** @type {number} */ factor, x = (box.current?.clientWidth || 0) / 2, y = (box.current?.clientHeight || 0) / 2) => {
@@ -88,19 +91,20 @@ export function Viewer({url, alt, size, cover, coverAlt, sides = text.wipe, valu
   resized.value;
   const {zoom, x, y} = place();
   const style = {width: `${width * zoom}px`, height: `${height * zoom}px`, transform: `translate(${x}px, ${y}px)`};
-  const sharp = zoom >= 1 ? 'sharp' : '';
+  const sharp = view.value.zoom >= SHARP ? 'sharp' : '';
   const edge = (/** @type {number} */ share) => `inset(0 0 0 ${share}%)`;
-  return html`<section class="viewer" aria-label=${alt}>
+  return html`<section class="viewer" ref=${section} aria-label=${alt}>
     <div class="canvas" ref=${box} onPointerDown=${drag} onPointerMove=${probe} onPointerLeave=${() => { pixel.value = ''; }}>
       ${url ? html`<img ref=${imageElement} class=${sharp} style=${style} src=${url} alt=${alt} draggable=${false} />` : html`<div class="empty">${children}</div>`}
       ${url && cover && html`<img class=${sharp} style=${{...style, clipPath: edge(wipe.value)}} src=${cover} alt=${coverAlt} draggable=${false} data-cover="yes" />`}
     </div>
     <div class="caption">
-      <span class="number" role="status">${pixel.value || (url ? text.hint : '')}</span><span class="spring"></span>
+      <span class="number" role="status">${pixel.value || (url ? matchMedia('(hover: none)').matches ? text.touchHint : text.hint : '')}</span><span class="spring"></span>
       ${cover && html`<label class="switch">${sides}<input type="range" min="0" max="100" value=${wipe.value} onInput=${(/** @type {any} */ event) => { wipe.value = Number(event.target.value); }} /></label>`}
       <span role="group" class="zoom"><button aria-label=${text.out} onClick=${() => zoomBy(1 / STEP)}>−</button>
         <button title=${text.one} onClick=${toOne}>1:1</button><button onClick=${toFit}>${text.fit}</button>
-        <button aria-label=${text.in} onClick=${() => zoomBy(STEP)}>+</button></span>
+        <button aria-label=${text.in} onClick=${() => zoomBy(STEP)}>+</button>
+        ${url && html`<span class="number dim">${Math.round(zoom * 100)} %</span>`}<${FullScreen} target=${section} /></span>
     </div>
   </section>`;
 }

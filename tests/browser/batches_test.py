@@ -7,7 +7,7 @@ import tempfile
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 
-from tests.browser.browser import BrowserTest
+from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.animation_test import frames
 from tests.http.daemon import json_of, scene, wait_until
 from tests.support.images import read_png
@@ -48,7 +48,7 @@ class Batches(BrowserTest):
         self.browser.button("Vary another value").click()
         self.fill("/camera/fov", "/image/width", last=True)
         self.fill("30..60:5", "40, 48, 56, 64", last=True)
-        self.browser.until(lambda: self.browser.text("form [role=status]").startswith("12 jobs"), "the number of jobs")
+        self.browser.until(lambda: self.browser.text("form [role=status]").startswith("12 images"), "the number of images")
         self.browser.execute_script("arguments[0].click(); arguments[0].click()", self.browser.button("Render 12"))
         self.browser.until(lambda: len(self.cells()) == 12, "12 cells")
         batch_id = self.browser.current_url.split("/batches/")[1]
@@ -105,8 +105,7 @@ class Batches(BrowserTest):
             self.browser.until(lambda place=place: self.shown() == place, label)
         ActionChains(self.browser).send_keys(".").send_keys(".").send_keys(",").perform()
         self.browser.until(lambda: self.shown() == 12, "steps by key")
-        self.browser.execute_script("window.seen = []; const canvas = document.querySelector('.player canvas');"
-                                    "new MutationObserver(() => seen.push(Number(canvas.dataset.shown))).observe(canvas, {attributeFilter: ['data-shown']})")
+        self.browser.execute_script(SCRIPTS + "recordFrames()")
         self.browser.button("Play", ".player").click()
         self.browser.until(lambda: len(self.browser.execute_script("return seen")) >= 20, "a turn")
         self.browser.button("Pause", ".player").click()

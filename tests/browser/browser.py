@@ -10,12 +10,13 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 from tests.http.daemon import Daemon
-from tests.support.sources import SOURCE
+from tests.support.sources import SOURCE, text
 
 PATIENCE_S = 300
 # Without a process for each address that is opened, and one in reserve, a test takes two thirds of the processor time.
 FEW_PROCESSES = ("--in-process-gpu", "--num-raster-threads=1", "--renderer-process-limit=1", "--disable-site-isolation-trials",
                  "--disable-features=SpareRendererForSitePerProcess,IsolateOrigins,site-per-process", "--disable-extensions")
+SCRIPTS = text("tests/browser/scripts.js")
 SCREENSHOTS = SOURCE / "build" / "test-results" / "browser"
 
 
@@ -114,5 +115,5 @@ class BrowserTest(unittest.TestCase):
 
     def editor(self, script, *arguments):
         """Runs a script with `view`, the CodeMirror view of the editor."""
-        return self.browser.execute_script("const view = document.querySelector('.editor').shadowRoot.querySelector('.cm-content').cmTile?.view "
+        return self.browser.execute_script(SCRIPTS + "const view = document.querySelector('.editor').shadowRoot.querySelector('.cm-content').cmTile?.view "
                                            "?? document.querySelector('.editor').shadowRoot.querySelector('.cm-content').cmView.view;" + script, *arguments)

@@ -11,7 +11,7 @@ import unittest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import Browser, BrowserTest
+from tests.browser.browser import SCRIPTS, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene
 from tests.http.keys_test import new_key
 from tests.http.page_test import CACHE
@@ -48,9 +48,7 @@ class Everywhere(BrowserTest):
         self.browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
 
     def violations(self, rules):
-        return self.browser.execute_async_script(
-            "const done = arguments[1]; axe.run(document, {runOnly: arguments[0]}).then(result => done(result.violations.map("
-            "each => each.id + ': ' + each.nodes.map(node => node.target.join(' ') + ' ' + node.failureSummary).join('; '))));", rules)
+        return self.browser.execute_script(SCRIPTS + "return violations(arguments[0])", rules)
 
     def test_keeps_its_promises_in_every_view(self):
         """Acceptance tests 3, 43 and 45, in one visit of each view: no known barrier, no sideways scroll, no other host."""

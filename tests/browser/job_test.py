@@ -14,7 +14,7 @@ import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import BrowserTest
+from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_exr_channels, read_png
 from tests.support.sources import SOURCE, text
@@ -34,13 +34,7 @@ class JobPage(BrowserTest):
         return job
 
     def pixels(self, selector):
-        """The codes of the image that an element shows; None before it is decoded."""
-        return self.browser.execute_script("""const image = document.querySelector(arguments[0]);
-          return image.decode().then(() => {
-            const {naturalWidth: width, naturalHeight: height} = image, context = new OffscreenCanvas(width, height).getContext('2d');
-            context.drawImage(image, 0, 0);
-            return [...context.getImageData(0, 0, width, height).data].filter((_, i) => i % 4 < 3);
-          }, () => null);""", selector)
+        return self.browser.execute_script(SCRIPTS + "return codesOf(arguments[0])", selector)
 
     def decoded(self, path):
         return read_png(self.daemon.get(path).body)[:, :, :3].ravel().tolist()
@@ -83,9 +77,7 @@ class Account(JobPage):
 
     def caption_at(self, x, y):
         """Points at a pixel of the image of 80 x 60 pixels; the caption once it is of that pixel. The longer text may have resized the image."""
-        shown = self.browser.execute_script("""const [x, y] = arguments, box = document.querySelector('.canvas'), image = box.querySelector('img').getBoundingClientRect();
-          box.dispatchEvent(new PointerEvent('pointermove', {clientX: image.left + (x + 0.5) * image.width / 80, clientY: image.top + (y + 0.5) * image.height / 60, bubbles: true}));
-          return document.querySelector('.viewer .caption').innerText;""", x, y)
+        shown = self.browser.execute_script(SCRIPTS + "return captionAt(...arguments)", x, y)
         return shown if f"x {x}, y {y} " in shown else None
 
     def test_offers_to_render_with_the_layers(self):
@@ -121,6 +113,17 @@ class Views(JobPage):
     def source(self):
         images = self.browser.all(".viewer img")
         return images[0].get_attribute("src") if images else ""
+
+
+    def test_says_that_a_target_is_missed(self):
+        """In the list, and in the account of the error, which leaves out causes without a part."""
+        job = self.finished(example("transparency", accuracy={"target_error": 0.01, "samples": [1, 2]}))
+        self.open()
+        self.browser.until(lambda: self.browser.text(f'.rows tr[data-id="{job["id"]}"] .state') == "target missed", "the word")
+        self.open(f"#/jobs/{job['id']}?tab=error")
+        self.assertIn("The target of 0.01 is missed", self.browser.text(".sentence .missed"))
+        self.assertEqual(len(self.browser.all(".tab .sub")), sum(job["report"]["error"]["parts"][name] > 0 for name in ("depth", "cutoff", "tone")))
+        self.assertEqual(self.browser.execute_script("return document.querySelector('.viewer img').className"), "")  # it is fitted without steps
 
 
 class Life(JobPage):
@@ -195,10 +198,7 @@ class Life(JobPage):
         self.browser.button("History", ".tabs").click()
         moves = json_of(self.daemon.get(f"/v1/jobs/{job}/history"))["items"]
         expected = [[move["at"], move["state"], move["code"] or ""] for move in moves]
-        self.browser.until(lambda: self.browser.execute_script(
-            "return [...document.querySelectorAll('.moves tbody tr')].map(row => [row.querySelector('time').dateTime, "
-            "row.querySelector('.state').textContent.trim(), row.querySelector('code')?.textContent ?? ''])"
-            ".map(([at, state, code]) => [at, state, state === 'running' ? '' : code])") == expected, "the moves")
+        self.browser.until(lambda: self.browser.execute_script(SCRIPTS + "return moves()") == expected, "the moves")
         self.assertIn("deadline_exceeded", [code for _, _, code in expected])
 
     def test_links_lead_to_the_line_that_needs_a_feature(self):
@@ -212,7 +212,6 @@ class Life(JobPage):
         self.browser.until(lambda: self.browser.execute_script("return !!document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')"), "the editor")
         for part in pointer.split("/")[1:]:
             value = value[int(part)] if isinstance(value, list) else value[part]
-
         def found():
             at, written = self.editor("return [view.state.selection.main.head, view.state.doc.toString()]")
             return at > 0 and json.JSONDecoder().raw_decode(written[at:])[0] == value

@@ -4,26 +4,12 @@ import json
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import BrowserTest
+from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import scene
 from tests.support.sources import SOURCE
 
 MAX_STEPS = 80
 LATER = {"run_after": "2099-01-01T00:00:00Z"}
-FOCUSED = """
-  let at = document.activeElement;
-  while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
-  if (!at || at === document.body) return null;
-  const box = at.getBoundingClientRect();
-  let ring = at, rings = 0;  // an editor draws the ring around itself
-  for (; ring && rings < 4; ring = ring.parentElement, ++rings) {
-    const style = getComputedStyle(ring);
-    if (style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) > 0) break;
-  }
-  const inView = box.width > 0 && box.height > 0 && box.right > 0 && box.bottom > 0 && box.left < innerWidth && box.top < innerHeight;
-  return {tag: at.tagName, name: (at.getAttribute('aria-label') || at.textContent).trim(), visible: inView && !!ring && rings < 4,
-          editing: at.isContentEditable};
-"""
 
 
 class Keyboard(BrowserTest):
@@ -35,7 +21,7 @@ class Keyboard(BrowserTest):
         passed = []
         for _ in range(MAX_STEPS):
             self.press(Keys.TAB)
-            at = self.browser.execute_script(FOCUSED)
+            at = self.browser.execute_script(SCRIPTS + "return focused()")
             if at is None:
                 continue
             passed.append(at["name"][:30])
@@ -61,9 +47,8 @@ class Keyboard(BrowserTest):
         self.activate("Playground", "A")
         self.wait_for_route("#/new")
         self.browser.until(lambda: self.browser.all(".canvas img"), "the first draft")
-        self.tab_to("Examples", "SELECT")
-        self.press("tiny")
-        self.press(Keys.ENTER)
+        self.activate("Examples")
+        self.activate("Tiny", "A")
         self.browser.until(lambda: self.editor("return view.state.doc.toString()") == example, "the example")
         self.activate("Render")
         self.wait_for_route("#/jobs/")

@@ -43,7 +43,7 @@ test('PNGs of two small jobs are compared by the page', async () => {
 });
 
 test('documents differ by pointer', async () => {
-  const {documentDifference} = await load('document-difference.js');
+  const {documentDifference} = await load('pointers.js');
   const a = {ambient: 1, 'a/b': {'~': [1, 2]}, objects: [{radius: 1}, {radius: 2}]}, b = {'a/b': {'~': [1, 3]}, objects: [{radius: 1}, {radius: 3}], lights: []};
   assert.deepEqual(documentDifference(a, a), []);
   assert.deepEqual(documentDifference(a, b), [{pointer: '/ambient', a: '1', b: ''}, {pointer: '/a~1b/~0', a: '[1,2]', b: '[1,3]'},
@@ -167,4 +167,47 @@ test('fields and values are offered at each position of the cursor', async () =>
     }
   }
   assert.ok(positions >= 60, `${positions}`);  // acceptance test 27
+});
+
+test('patches of a batch are shown by what they vary', async () => {
+  const {patchText, sweepOfPatches, turntable, variedPointers} = await load('sweep.js');
+  const ball = (radius) => [{type: 'sphere', radius}, {type: 'plane', normal: [0, 1, 0]}];
+  const base = {camera: {fov: 30, position: [0, 1, 6], look_at: [0, 1, 0]}, objects: ball(1)};
+  const job = (index) => ({job: {labels: {frame: `${index}`}}, name: `image ${index}`});
+  // The first frame of a script is the scene itself: its patch lacks what the others change.
+  const grid = [{...job(0)}, {...job(1), camera: {fov: 40}}, {...job(2), objects: ball(2)}, {...job(3), objects: ball(2), camera: {fov: 40}}];
+  const cases = [
+    [grid, {'/objects/0/radius': [1, 2], '/camera/fov': [30, 40]}],
+    [grid.slice(0, 3), null],
+    [[grid[0], grid[2], grid[1], grid[3]], {'/camera/fov': [30, 40], '/objects/0/radius': [1, 2]}],
+    [[grid[3], grid[1], grid[2], grid[0]], {'/objects/0/radius': [2, 1], '/camera/fov': [40, 30]}],
+    [[grid[0], grid[3], grid[1], grid[2]], null], [[grid[0], grid[0]], null],
+    [[{'/camera/fov': 30}, {'/camera/fov': 40}, {'/camera/fov': 50}], {'/camera/fov': [30, 40, 50]}],
+  ];
+  for (const [patches, expected] of cases) assert.deepEqual(sweepOfPatches(patches, base), expected, JSON.stringify(patches));
+  assert.deepEqual(variedPointers([grid[1], {camera: {fov: 50}}]), ['/camera/fov']);
+  assert.deepEqual([patchText(grid[1]), patchText({'/camera/fov': 1 / 3}), patchText(null)], [['camera/fov 40'], ['camera/fov 0.33333'], []]);
+  assert.deepEqual(turntable(base, 4), [[0, 1, 6], [-6, 1, 0], [0, 1, -6], [6, 1, 0]]);
+  assert.equal(turntable({camera: {matrix: []}}, 4), null);
+});
+
+test('a document of one line is shown in lines, with its values as written', async () => {
+  const {readable} = await load('pointers.js');
+  const long = {version: 1, image: {width: 8, height: 6}, objects: Array.from({length: 4}, (_, i) => ({type: 'sphere', center: [i, 0, 1e-7], radius: 0.5}))};
+  for (const value of [long, {}, [], {a: 'x\n"y"', b: []}, [long, [long]]]) assert.deepEqual(JSON.parse(readable(JSON.stringify(value))), value);
+  assert.match(readable(JSON.stringify(long)), /^\{\n {2}"version": 1,\n {2}"image": \{"width": 8, "height": 6\},\n {2}"objects": \[\n {4}\{"type": "sphere", "center": \[0, 0, 1e-7\], /);
+  assert.match(readable(JSON.stringify(long).replace('0.5', '0.500')), /"radius": 0\.500\}/);
+  for (const text of ['{"a":\n 1}', '']) assert.equal(readable(text), text);
+});
+
+test('a link holds a text, and nothing else passes for one', async () => {
+  const {linkTo, textOfLink} = await load('scenes.js');
+  location.origin = 'http://127.0.0.1:8080';
+  for (const text of ['{"name": "Ünï ∞ 😀"}', '{}', JSON.stringify(Array.from({length: 5000}, (_, i) => i % 7))]) {
+    const link = await linkTo(text);
+    assert.match(link, /^http:\/\/127\.0\.0\.1:8080\/#\/new\?text=[\w-]+$/);
+    assert.equal(await textOfLink(link.split('text=')[1]), text);
+  }
+  assert.equal(await linkTo(Array.from({length: 60000}, (_, i) => Math.sin(i)).join()), '');
+  for (const broken of ['', '!', 'AAAA', 'x'.repeat(70000)]) assert.equal(await textOfLink(broken), null, broken.slice(0, 9));
 });

@@ -12,17 +12,8 @@ import numpy
 from tests.fuzz import seeds
 from tests.http.page_test import CACHE
 from tests.support.images import read_exr_channels
-from tests.support.sources import SOURCE
+from tests.support.sources import SOURCE, text
 from tests.support.whittle import BIN, DirectoryTest, scene, whittle
-
-# Writes, for each file of a directory, its channels or the sentence of its refusal.
-READ = """const {readExr} = await import(`${process.cwd()}/exr.js`), {readdirSync, readFileSync} = await import('node:fs');
-const found = {}, text = ({buffer}) => Buffer.from(buffer).toString('base64');
-for (const name of readdirSync(process.argv[1])) {
-  const bytes = Uint8Array.from(readFileSync(`${process.argv[1]}/${name}`)).buffer;
-  found[name] = await readExr(bytes).then(({channels}) => Object.fromEntries(Object.entries(channels).map(([name, values]) => [name, text(values)])), ({message}) => message);
-}
-console.log(JSON.stringify(found));"""
 
 
 def node(*arguments):
@@ -45,7 +36,7 @@ class Exr(DirectoryTest):
         return (self.directory / f"{name}.exr").read_bytes()
 
     def read(self):
-        done = node("--input-type=module", "--eval", READ, self.directory)
+        done = node("--input-type=module", "--eval", text("tests/browser/scripts.js") + "await printChannels(process.argv[1])", self.directory)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)
 

@@ -11,27 +11,11 @@ from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import BrowserTest
+from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene, wait_until
 from tests.support.sources import SOURCE, text
 
 SHAPES = text("scenes/shapes.json")
-# Records each image that the page shows. Requests for drafts are not sent before a call of record.held, if that is a list.
-RECORD = """
-if (window.record) { record.shown = []; return; }
-window.record = {shown: [], inFlight: 0, most: 0, held: null, last: document.querySelector('.canvas img').src};
-new MutationObserver(() => {
-  const image = document.querySelector('.canvas img');
-  if (image && image.src !== record.last) record.shown.push([record.last = image.src, image.dataset.kind]);
-}).observe(document.querySelector('.stage'), {subtree: true, childList: true, attributes: true});
-const fetched = window.fetch;
-window.fetch = async (...request) => {
-  if (request[0] !== '/v1/render') return fetched(...request);
-  record.most = Math.max(record.most, ++record.inFlight);
-  if (record.held) await new Promise((send) => record.held.push(send));
-  try { return await fetched(...request); } finally { --record.inFlight; }
-};
-"""
 
 
 class Playground(BrowserTest):
@@ -89,7 +73,7 @@ class Drafts(Playground):
         for round_ in range(3):
             self.put_cursor_after('[-3.2,0.8,0],"radius":')
             self.type(*([Keys.DELETE] * 3 if round_ == 0 else [Keys.DELETE] * 4), pause_s=0)
-            self.browser.execute_script(RECORD)
+            self.browser.execute_script(SCRIPTS + "recordImages()")
             self.type(*f"0.{50 + round_}")
             self.shown("draft", self.browser.execute_script("return record.last || ''"))
             record = self.browser.until(lambda: self.browser.execute_script("return record.inFlight === 0 && record.shown.length ? record : null"), "a draft")
@@ -101,7 +85,7 @@ class Drafts(Playground):
         """The request for the draft of an older text, here of a red image, is sent last."""
         red, blue, green = ({**scene(64, 48), "background": {"color": color}} for color in ([0.9, 0.1, 0.1], [0.1, 0.1, 0.9], [0.1, 0.9, 0.1]))
         run, first = self.browser.execute_script, self.shown("refined")
-        run(RECORD + "record.held = [];")
+        run(SCRIPTS + "recordImages(); record.held = [];")
         self.set_document(red)
         self.browser.until(lambda: run("return record.held.length"), "the request for a red draft")
         run("window.late = record.held; record.held = null;")
@@ -150,16 +134,13 @@ class Drafts(Playground):
         self.shown("refined")
         self.assertEqual(self.job_rows(), [])
         self.browser.get("about:blank")
-
         def rows():
             with contextlib.closing(sqlite3.connect(f"file:{self.daemon.data / 'whittle.db'}?mode=ro", uri=True)) as store:
                 return store.execute("SELECT count(*) FROM jobs WHERE id <> ?", [self.first]).fetchone()[0]
         wait_until(lambda: rows() == 0, "a store without drafts")
 
     def test_check_each_text_also_if_none_is_drafted(self):
-        self.browser.execute_script("""const fetched = window.fetch; window.fetch = async (...request) => {
-          const reply = await fetched(...request);
-          return request[0] === '/v1/jobs/validate' && request[1].body.includes('slow') ? Response.json({...await reply.json(), estimate: {seconds: 9}}) : reply; };""")
+        self.browser.execute_script(SCRIPTS + "slowValidation()")
         live, refine = self.browser.all("label.switch input")
         refine.click()
         for end_drafts, begin_drafts in ((lambda: self.set_document(scene(64, 48, name="slow")), lambda: None), (live.click, live.click)):
@@ -215,17 +196,54 @@ class Assistance(Playground):
         written = json.dumps(document, indent=1)
         reply = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))
         self.set_document(written)
-        self.browser.until(lambda: len(self.browser.all(".facts section:first-child li")) == len(reply["errors"]), "problems")
-        shown = [[each.text for each in self.browser.all(f".facts section:first-child li {part}")] for part in ("code", "strong")]
+        self.browser.until(lambda: len(self.browser.all(".problems section:first-child li")) == len(reply["errors"]), "problems")
+        shown = [[each.text for each in self.browser.all(f".problems section:first-child li {part}")] for part in ("code", "strong")]
         self.assertEqual(shown, [[issue[name] for issue in reply["errors"]] for name in ("pointer", "code")])
         lines = {number for number, line in enumerate(written.splitlines(), 1) if '"glas"' in line or '"normal"' in line}
         self.browser.until(lambda: self.marked_lines() == lines, f"marks at {lines}")
-        self.browser.all(".facts section:first-child li button")[0].click()
+        self.browser.all(".problems section:first-child li button")[0].click()
         at = self.editor("return view.state.sliceDoc(view.state.selection.main.head, view.state.selection.main.head + 6)")
         self.assertEqual(at, '"glas"')
 
+    def test_takes_scenes_from_files_links_and_examples(self):
+        """Each replaces the text as one step that can be undone."""
+        tiny, before = text("scenes/tiny.json"), self.document()
+        self.browser.execute_script("navigator.clipboard.writeText = async (copied) => { window.copied = copied; }")
+        self.browser.button("Share").click()
+        link = self.browser.until(lambda: self.browser.execute_script("return window.copied"), "the link")
+        self.browser.one(".bar input[type=file]").send_keys(str(SOURCE / "scenes/tiny.json"))
+        self.browser.until(lambda: "#/new" in self.browser.current_url and self.browser.all(".canvas img") and self.document() == tiny, "the file")
+        ways = {"a dropped file": (lambda: self.editor("dropFile(view, ...arguments)", "tiny.json", base64.b64encode(tiny.encode()).decode()), tiny),
+                "a link": (lambda: self.browser.execute_script("location.href = arguments[0]", link), before),
+                "an example": (lambda: self.browser.execute_script("location.hash = '#/new?example=torus'"), text("scenes/torus.json"))}
+        for name, (take, expected) in ways.items():
+            self.set_document(scene(name="mine"))
+            take()
+            self.browser.until(lambda expected=expected: self.document() == expected, name)
+            self.browser.until(lambda: self.browser.current_url.endswith("#/new"), "an address without it")
+            self.editor("view.focus()")
+            ActionChains(self.browser).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
+            self.browser.until(lambda: json.loads(self.document())["name"] == "mine", f"the text before {name}")
+
+    def test_works_by_keys(self):
+        """The line between the panes, the view, the list of needs, a render."""
+        width = "return document.querySelector('.edit').clientWidth"
+        before, camera = self.browser.execute_script(width), json.loads(self.document())["camera"]
+        self.browser.one(".splitter").send_keys(Keys.ARROW_RIGHT * 2)
+        self.browser.until(lambda: self.browser.execute_script(width) == before + 48, "a wider editor")
+        self.browser.one(".canvas").send_keys(Keys.ARROW_LEFT, "+")
+        self.browser.until(lambda: json.loads(self.document())["camera"] != camera, "another view")
+        self.assertEqual(self.browser.all(".facts"), [])
+        self.browser.one(".caption [aria-expanded]").send_keys(Keys.ENTER)
+        self.browser.until(lambda: "/objects" in self.browser.text(".facts"), "the needs")
+        document = self.document()
+        ActionChains(self.browser).key_down(Keys.CONTROL).send_keys(Keys.ENTER).key_up(Keys.CONTROL).perform()
+        self.browser.until(lambda: "#/jobs/" in self.browser.current_url, "the job")
+        job = self.browser.current_url.split("#/jobs/")[1].split("?")[0]
+        self.assertEqual(self.daemon.get(f"/v1/jobs/{job}/scene").body.decode(), document)
+
     def test_names_a_dropped_file(self):
-        """Acceptance test 34."""
+        """Acceptance test 34. Beside any text that names a file an image becomes a texture."""
         path = SOURCE / "scenes/assets/tile.png"
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         document = json.dumps({**scene(64, 48), "background": {"color": 0.5}, "textures": {"tile": {"file": ""}}})
@@ -233,14 +251,13 @@ class Assistance(Playground):
             self.set_document(document)
             self.put_cursor_after('"file": "')
             self.browser.requests()
-            self.editor("""const data = new DataTransfer();
-              data.items.add(new File([Uint8Array.from(atob(arguments[0]), c => c.charCodeAt(0))], 'tile.png'));
-              const box = view.coordsAtPos(view.state.selection.main.head);
-              view.contentDOM.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true, cancelable: true, clientX: box.left, clientY: box.top + 4}));""",
-                        base64.b64encode(path.read_bytes()).decode())
+            self.editor("dropFile(view, ...arguments)", "tile.png", base64.b64encode(path.read_bytes()).decode())
             self.editor("view.dispatch({changes: {from: 0, insert: ' '}})")  # before the upload has ended
             self.browser.until(lambda: f'"file": "sha256:{digest}"' in self.document(), "the name of the file")
             self.assertEqual([method for method, url in self.browser.requests() if method == "PUT"], expected)
+        self.set_document(scene(64, 48))
+        self.editor("dropFile(view, ...arguments)", "tile.png", base64.b64encode(path.read_bytes()).decode())
+        self.browser.until(lambda: json.loads(self.document()).get("textures") == {"tile": {"file": f"sha256:{digest}"}}, "the texture")
 
 
 class ObjectsInTheImage(Playground):
@@ -287,7 +304,7 @@ class Orbit(Playground):
         """A part of acceptance test 30."""
         self.browser.all("label.switch input")[1].click()  # no refinement
         before, camera = self.document(), self.camera()
-        self.browser.execute_script(RECORD)
+        self.browser.execute_script(SCRIPTS + "recordImages()")
         self.drag(200, 50, steps=20)
         self.browser.until(lambda: self.browser.execute_script("return record.shown.length"), "an image of another view")
         moved = self.camera()

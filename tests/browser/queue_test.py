@@ -9,7 +9,7 @@ import unittest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import Browser, BrowserTest
+from tests.browser.browser import SCRIPTS, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene, wait_until
 from tests.http.keys_test import new_key
 
@@ -36,12 +36,40 @@ class Queue(BrowserTest):
         frames = [{"name": f"frame {index}"} for index in range(count)]
         reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER, **changes), "frames": frames})
         self.assertEqual(reply.status, 202, reply.body)
+        return f"#/?batch={json_of(reply)['id']}"
 
-    def test_is_empty_at_first(self):
+    def test_shows_examples_at_first(self):
+        """Images that the service renders, in no list of jobs. One opens the playground with its text."""
         self.open()
         self.assertIn("No jobs yet", self.browser.text(".empty"))
-        self.browser.button("Open the playground").click()
-        self.browser.until(lambda: self.browser.current_url.endswith("#/new"), "the playground")
+        self.browser.until(lambda: len(self.browser.all(".gallery img")) == len(self.browser.all(".gallery a")) == 8, "the images")
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs"))["items"], [])
+        self.browser.button("Torus", ".gallery").click()
+        self.browser.until(lambda: self.browser.all(".editor") and '"torus"' in self.editor("return view.state.doc.toString()"), "the example in the playground")
+
+    def test_shows_a_batch_as_one_row_and_returns_to_it(self):
+        jobs = [self.daemon.submit(scene(name=f"alone {index}")) for index in range(40)]
+        batch = json_of(self.daemon.request("POST", "/v1/batches", {"name": "swept", "scene": scene(), "sweep": {"/camera/fov": [30, 40, 50], "/ambient": [0, 0.1]}}))["id"]
+        self.daemon.submit(scene(name="last"))
+        self.open()
+        self.browser.until(lambda: self.names()[:3] == ["last", "swept", "alone 39"] and self.state_of(batch) == "succeeded", "rows")
+        self.assertEqual([each.text for each in self.browser.all(f'tr[data-id="{batch}"] .chip')], ["6 images", "camera/fov 30 … 50", "ambient 0, 0.1"])
+        self.browser.until(lambda: self.browser.all(f'tr[data-id="{batch}"] img.thumb'), "its image")
+        for job in (jobs[22], batch):
+            self.browser.execute_script("document.querySelector('.rows').scrollTop = 0")
+            link = self.browser.one(f'tr[data-id="{job}"] a')
+            self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", link)
+            top = self.browser.execute_script("return document.querySelector('.rows').scrollTop")
+            link.send_keys(Keys.ENTER)
+            self.browser.until(lambda job=job: job in self.browser.current_url and self.browser.all("main h1"), "its page")
+            self.browser.back()
+            self.browser.until(lambda job=job: self.browser.execute_script("return document.activeElement.closest('tr')?.dataset.id") == job, "the focus as it was")
+            self.assertEqual(self.browser.execute_script("return document.querySelector('.rows').scrollTop"), top)
+        self.browser.one(f'tr[data-id="{batch}"] input').click()
+        self.browser.button("Remove", ".bulk").click()
+        self.assertIn("Remove 6 jobs", self.browser.text("dialog[open] h2"))
+        self.browser.button("Remove them", "dialog[open]").click()
+        self.browser.until(lambda: "swept" not in self.names(), "the list without it")
 
     def test_follows_jobs_to_their_end(self):
         self.open()
@@ -54,8 +82,7 @@ class Queue(BrowserTest):
 
     def test_shows_few_rows_of_many_jobs(self):
         """Acceptance test 13 with 2,000 jobs."""
-        self.submit_many(2000)
-        self.open()
+        self.open(self.submit_many(2000))
         self.browser.until(lambda: len(self.names()) > 10, "rows")
         self.assertEqual(self.names()[0], "frame 1999")
         def scrolled_to_the_end():
@@ -74,7 +101,7 @@ class Queue(BrowserTest):
             self.submit_many(250)
         self.browser.until(lambda: self.counts().get("queued") == 1000, "the count")
         self.browser.until(lambda: self.names(), "rows")
-        lists = [url for method, url in self.browser.requests() if method == "GET" and "/v1/jobs?" in url]
+        lists = [url for method, url in self.browser.requests() if method == "GET" and "/v1/jobs?" in url and "limit=200" in url]
         self.assertLessEqual(len(lists), 5 + (time.monotonic() - begin), "once a second at most, and a few pages")
 
     def test_filters_and_searches(self):
@@ -84,8 +111,8 @@ class Queue(BrowserTest):
         self.open("#/?state=succeeded")
         self.browser.until(lambda: self.names() == ["needle"], "one row")
         self.open("#/")
-        self.browser.until(lambda: len(self.names()) == 4, "rows")
-        ActionChains(self.browser).send_keys("/").send_keys("FRAME 1").send_keys(Keys.ENTER).perform()
+        self.browser.until(lambda: self.names() == ["needle", "untitled"], "rows, of which one is the batch")
+        ActionChains(self.browser).send_keys("/").send_keys("FRAME 1").perform()
         self.browser.until(lambda: self.names() == ["frame 1"], "the found row")
         self.assertIn("q=FRAME", self.browser.current_url)
         self.browser.get(self.address("#/?q=nothing"))
@@ -93,8 +120,7 @@ class Queue(BrowserTest):
 
     def test_cancels_what_is_selected(self):
         """Acceptance test 17 with fewer jobs: the dry run is shown, what ended meanwhile is counted."""
-        self.submit_many(30)
-        self.open("#/")
+        self.open(self.submit_many(30))
         self.browser.until(lambda: len(self.names()) == 30 or len(self.names()) > 15, "rows")
         boxes = self.browser.all(".rows .c-check input")
         boxes[0].click()
@@ -148,9 +174,7 @@ class Queue(BrowserTest):
         self.browser.switch_to.new_window("tab")
         self.browser.get(self.address(f"#/jobs/{jobs[1]}"))
         self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        self.browser.execute_script("window.announced = [];"
-                                    "new MutationObserver(() => announced.push(document.querySelector('[aria-live]').textContent))"
-                                    ".observe(document.querySelector('[aria-live]'), {childList: true, characterData: true, subtree: true})")
+        self.browser.execute_script(SCRIPTS + "recordAnnounced()")
         self.daemon.request("POST", f"/v1/jobs/{jobs[0]}/cancel")
         self.browser.until(lambda: self.browser.text("[aria-live]").startswith("rings 0: cancelled"), "the visible tab")
         self.assertTrue(self.browser.one("[aria-live] a").get_attribute("href").endswith(f"#/jobs/{jobs[0]}"))

@@ -85,7 +85,7 @@ class Documentation(OneDaemon):
         page.feed(self.daemon.get("/docs/scene").body.decode())
         expected, shown = (collections.Counter(map(json.dumps, fields)) for fields in (schema_fields(SCHEMA, SCHEMA), page.fields))
         self.assertEqual(shown, expected)
-        self.assertEqual(page.links - page.anchors, {"/schemas/scene.schema.json", "/docs"})
+        self.assertEqual(page.links - page.anchors, {"/schemas/scene.schema.json", "/docs", "/docs/scene", "/", "/#/new", "/#/batches", "/#/system"})
         for anchor in ("#camera", "#accuracy.approximate", "#light-spot", "#camera.fov-field"):
             self.assertIn(anchor, page.anchors)
 

@@ -71,6 +71,7 @@ def parse_arguments(arguments, environment):
     parser.add_argument("--server-files", action="store_true",
                         help="leave files that do not exist here to the server's asset directory")
     parser.add_argument("--retry-failed", action="store_true", help="submit frames again that failed before")
+    parser.add_argument("--require-target", action="store_true", help="exit with 1 also if an image misses its target error")
     parser.add_argument("--patience", type=float, default=600, metavar="SECONDS",
                         help="how long to retry while the server does not respond (default: 600)")
     parser.add_argument("--dry-run", action="store_true", help="list jobs and uploads; send nothing")

@@ -358,7 +358,9 @@ class Run:
                 return self.submitter.submit_alone(frame)
             images[path.name] = artifact["sha256"]
         self.state.write({"frame": frame.name, "ended": "succeeded", "images": images})
-        if warning := missed_target(job):
+        warning = missed_target(job)
+        if warning:
             self.progress.message(f"{frame.name}: {warning}")
+        self.failures += bool(warning and self.options.require_target)
         self.progress.ended(frame, ", ".join(images), False)
         return None

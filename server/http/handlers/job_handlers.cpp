@@ -32,7 +32,7 @@ std::string read_list_parameter(const std::string& name, const std::string& valu
   }
   if (name == "batch") {
     query.filter.batch = value;
-    return is_id(value) ? "" : "batch must be the id of a batch";
+    return is_id(value) || value == "none" ? "" : "batch must be the id of a batch, or none";
   }
   if (name == "kind") {
     query.filter.kind = queue::job_kind(value);
@@ -43,10 +43,6 @@ std::string read_list_parameter(const std::string& name, const std::string& valu
     moment = api::parse_time(value);
     return moment ? "" : name + " must be a time such as 2030-01-31T18:00:00Z";
   }
-  if (name == "owner") {
-    query.filter.owner = value;
-    return "";
-  }
   if (name == "limit") {
     query.limit = parse_number<int>(value).value_or(0);
     return query.limit >= 1 && query.limit <= list_max ? "" : "limit must be 1.." + std::to_string(list_max);
@@ -55,7 +51,8 @@ std::string read_list_parameter(const std::string& name, const std::string& valu
     query.cursor = value;
     return value.size() == 36 ? "" : "cursor must be a next_cursor";
   }
-  query.filter.text = value;  // q
+  if (name == "owner") query.filter.owner = value;
+  if (name == "q") query.filter.text = value;
   return "";
 }
 
@@ -103,11 +100,8 @@ void read_change(api::Reading& reading, RequestedChange& change) {
 std::map<std::string, std::string> patched_labels(const queue::Job& job, const RequestedChange& patch) {
   std::map<std::string, std::string> labels = job.labels;
   for (const auto& [name, value] : patch.labels) {
-    if (value) {
-      labels.insert_or_assign(name, *value);
-    } else {
-      labels.erase(name);
-    }
+    labels.erase(name);
+    if (value) labels.emplace(name, *value);
   }
   return labels;
 }
