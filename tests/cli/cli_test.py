@@ -131,11 +131,13 @@ class Render(DirectoryTest):
 
     def test_prints_if_the_target_error_is_reached(self):
         image = {"width": 48, "height": 36}
-        reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png")
+        reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png", options=("--require-target",))
         self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % confidence\)\n")
-        self.assertEqual(reached.stderr.decode().splitlines()[-1], "target 2: met")
-        missed = self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png")
-        self.assertEqual(missed.stderr.decode().splitlines()[-1], "target 0.1: missed, samples_max is reached everywhere")
+        missed = [self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png", options=options)
+                  for options in ((), ("--require-target",))]
+        self.assertEqual([each.stderr.decode().splitlines()[-1] for each in (reached, *missed)],
+                         ["target 2: met", *["target 0.1: missed, samples_max is reached everywhere"] * 2])
+        self.assertEqual([each.returncode for each in (reached, *missed)], [0, 0, 1])
 
     def test_prints_nothing_with_quiet(self):
         done = self.render(scene("tiny"), "a.png", options=("--quiet",))
@@ -287,8 +289,7 @@ class Check(unittest.TestCase):
 
     def test_fails_if_its_output_cannot_be_written(self):
         with open("/dev/full", "wb") as full:
-            done = subprocess.run([BIN / "whittle", "check", SCENES / "tiny.json"], stdout=full, check=False,
-                                  timeout=300)
+            done = subprocess.run([BIN / "whittle", "check", SCENES / "tiny.json"], stdout=full, check=False, timeout=300)
         self.assertEqual(done.returncode, 3)
 
 

@@ -25,8 +25,7 @@ class Diff(unittest.TestCase):
             outputs = [part for kind in kinds for part in ("-o", cls.directory / f"{name}.{kind}")]
             done = whittle("render", "-", "--quiet", *outputs, document=document)
             assert done.returncode == 0, done.stderr
-        cls.few, cls.many = (images.read_png((cls.directory / f"{name}.png").read_bytes()).astype(float)
-                             for name in ("few", "many"))
+        cls.few, cls.many = (images.read_png((cls.directory / f"{name}.png").read_bytes()).astype(float) for name in ("few", "many"))
 
     def diff(self, a, b, *options, **more):
         return whittle("diff", *(name if name == "-" else self.directory / name for name in (a, b)), *options, **more)
@@ -86,8 +85,7 @@ class Diff(unittest.TestCase):
         for tolerance, code in ((repr(rmse), 0), (repr(math.nextafter(rmse, 0)), 1), ("1000", 0), ("0", 1)):
             found = self.figures("many.png", "few.png", "--tolerance", tolerance, code=code)
             self.assertEqual((found["tolerance"], found["within_tolerance"]), (float(tolerance), code == 0))
-        self.assertIn(b"result     rmse above the tolerance of 0.5 levels\n",
-                      self.diff("many.png", "few.png", "--tolerance", "0.5").stdout)
+        self.assertIn(b"result     rmse above the tolerance of 0.5 levels\n", self.diff("many.png", "few.png", "--tolerance", "0.5").stdout)
 
     def test_writes_the_heat_map_and_prints_its_scale(self):
         for options in ((), ("--heat-white", "40")):
@@ -132,8 +130,7 @@ class Errors(DirectoryTest):
                 self.expect(2, rf"{path} \S.*\n", path, self.GOOD)
 
     def test_of_different_sizes_are_reported_with_both_sizes(self):
-        self.expect(2, r"the sizes differ: 8 x 4 and 640 x 480 pixels\n", self.GOOD,
-                    SOURCE / "scenes" / "images" / "whitted.png")
+        self.expect(2, r"the sizes differ: 8 x 4 and 640 x 480 pixels\n", self.GOOD, SOURCE / "scenes" / "images" / "whitted.png")
 
     def test_of_the_command_line_are_reported_with_exit_code_2(self):
         good = str(self.GOOD)

@@ -52,8 +52,7 @@ class Batches(OneDaemon):
         self.assertEqual(self.batch(batch)["sweep"], sweep)
         listed = json_of(self.daemon.get("/v1/batches?limit=1"))["items"][0]
         self.assertEqual((listed["id"], listed["sweep"]), (batch["id"], sweep))
-        self.assertEqual(self.jobs(batch)[1]["variation"]["values"],
-                         {"/image/width": 8, "/camera/fov": 30, "/name": "</script>"})
+        self.assertEqual(self.jobs(batch)[1]["variation"]["values"], {"/image/width": 8, "/camera/fov": 30, "/name": "</script>"})
         self.assertIsNone(self.accepted({"scene": scene(), "frames": [{}]})["sweep"])
         long = {"/name": [f"{i:0255}" for i in range(80)]}
         self.assertIsNone(self.accepted({"scene": scene(job={"run_after": FAR}), "sweep": long})["sweep"])
@@ -100,8 +99,7 @@ class Batches(OneDaemon):
         self.assertEqual((self.batch(batch)["state"], self.batch(batch)["progress"]), ("running", 1 / 3))
         reply = self.daemon.request("POST", batch["links"]["cancel"])
         self.assertEqual((reply.status, json_of(reply)["state"]), (202, "cancelled"))
-        self.assertEqual(json_of(reply)["jobs"],
-                         {"queued": 0, "running": 0, "succeeded": 1, "failed": 0, "cancelled": 2})
+        self.assertEqual(json_of(reply)["jobs"], {"queued": 0, "running": 0, "succeeded": 1, "failed": 0, "cancelled": 2})
         self.assert_problem(self.daemon.request("POST", batch["links"]["cancel"]), 409, "batch_ended")
         reply = self.daemon.request("POST", json_of(reply)["links"]["retry"])
         self.assertEqual((reply.status, json_of(reply)["jobs"]["queued"]), (202, 2))

@@ -28,8 +28,7 @@ class Bulk(OneDaemon):
         self.assertEqual(self.states(ids), ["cancelled"] + ["queued"] * 5)
         self.assertEqual(self.change(action="cancel", filter=selected), {**expected, "done": 4})
         self.assertEqual(self.states(ids), ["cancelled"] * 5 + ["queued"])
-        self.assertEqual(self.change(action="cancel", filter={**selected, "state": "queued"}),
-                         {"matched": 0, "done": 0, "refused": []})
+        self.assertEqual(self.change(action="cancel", filter={**selected, "state": "queued"}), {"matched": 0, "done": 0, "refused": []})
 
     def test_acts_on_ids_and_names_those_it_refuses(self):
         ids = self.waiting(2)

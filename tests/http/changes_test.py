@@ -148,8 +148,7 @@ class History(unittest.TestCase):
         with Daemon() as daemon:
             document = scene(job={"cache": "use"})
             done = daemon.rendered(document)
-            self.assertEqual(self.moves(daemon, done["id"]),
-                             [("queued", 0, None), ("running", 1, None), ("succeeded", 1, None)])
+            self.assertEqual(self.moves(daemon, done["id"]), [("queued", 0, None), ("running", 1, None), ("succeeded", 1, None)])
             items = json_of(daemon.get(f"/v1/jobs/{done['id']}/history"))["items"]
             self.assertEqual([item["at"] for item in items], [done["created_at"], done["started_at"], done["ended_at"]])
             self.assertRegex(items[1]["worker"], r"^[0-9a-f-]{36}$")

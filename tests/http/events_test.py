@@ -115,8 +115,7 @@ class EventsOfAllJobs(unittest.TestCase):
                 for job in json_of(daemon.get(f"/v1/jobs?batch={batch}"))["items"]:
                     daemon.wait_for_end(job["id"])
                     daemon.request("DELETE", job["links"]["self"])
-                removed = lambda events: lambda event: event["data"]["state"] == "removed" and len(
-                    events.append(event) or events) == 2
+                removed = lambda events: lambda event: event["data"]["state"] == "removed" and len(events.append(event) or events) == 2
                 every, some = of_all.until(removed([])), of_batch.until(removed([]))
             self.assertNotIn(draft, {event["data"]["id"] for event in every})
             of_measured = [event["data"] for event in every if event["data"]["id"] == measured]

@@ -31,6 +31,8 @@ class Listing(OneDaemon):
                 ("q=SECOND", ["second"]), ("q=00%25_a", [one]), ("q=%C3%86R", [one]), ("q=%25", [one]), ("q=_b", []), ("q=%FF", []),
                 ("q='%20OR%201=1", [])):
             self.assertEqual(self.names(query), found, query)
+        self.daemon.request("POST", "/v1/batches", {"scene": scene(job={"run_after": FAR}), "frames": [{}]})
+        self.assertEqual([len(self.names(query)) for query in ("", "batch=none", "batch=none&state=succeeded")], [4, 3, 2])
 
     def test_refuses_unknown_and_invalid_parameters(self):
         for query in ("?page=2", "?state=done", "?label=odd", "?label=:x", "?limit=0", "?limit=201", "?limit=x",

@@ -108,11 +108,9 @@ class Options(unittest.TestCase):
             for path, body in (("/v1/jobs", scene(200, 200)), ("/v1/batches", {"scene": scene(200, 200), "frames": [{}]})):
                 reply = daemon.request("POST", path, body)
                 self.assertEqual(reply.status, 422, reply.body)
-                self.assertIn("job_memory_bytes is 1048576, the estimate for the scene is 1601300",
-                              json_of(reply)["errors"][0]["detail"])
+                self.assertIn("job_memory_bytes is 1048576, the estimate for the scene is 1601300", json_of(reply)["errors"][0]["detail"])
             # Vertices without triangles are not in the estimate; the memory limit of the running job stops them.
-            mesh = {"type": "mesh", "positions": [[i, 0, i % 3] for i in range(200_000)], "triangles": [[0, 1, 2]],
-                    "material": {}}
+            mesh = {"type": "mesh", "positions": [[i, 0, i % 3] for i in range(200_000)], "triangles": [[0, 1, 2]], "material": {}}
             greedy = scene(100, 100, samples=4096, objects=[mesh, *scene()["objects"]], job={"max_attempts": 1})
             job = daemon.wait_for_end(daemon.submit(greedy))
             self.assertEqual(job["problem"]["code"], "out_of_memory")

@@ -36,8 +36,7 @@ class SubmitTest(OneDaemon):
                 "--name", self.name, *map(str, arguments)]
 
     def submit(self, *arguments, url=None):
-        return subprocess.run(self.command(*arguments, url=url), capture_output=True, text=True, check=False,
-                              timeout=PATIENCE_S)
+        return subprocess.run(self.command(*arguments, url=url), capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
     def submit_all(self, *arguments, url=None):
         """A run in which every frame succeeds."""
@@ -82,6 +81,8 @@ class Submission(SubmitTest):
         self.assertEqual(sorted(self.images()), ["a.png", "b.png"])
         self.assertRegex(done.stderr, r"(?m)^a: error at most [0-9.]+ levels, target 0\.001 not reached$")
         self.assertNotIn("b: ", done.stderr.replace("] b: ", ""))
+        again = self.submit(self.directory / "*.json", "--require-target")  # of images that are complete already
+        self.assertEqual((again.returncode, "1 of them miss" in again.stderr), (1, True), again.stderr)
 
     def test_second_run_submits_nothing_and_downloads_missing_images(self):
         path = self.write("a.json", scene())
@@ -352,8 +353,7 @@ class Recovery(SubmitTest):
             relay.responses_to_lose = 3  # one of a batch, and two of single jobs
             command = self.sweep_command(relay.url)
             alone = [self.write(f"{name}.json", scene()) for name in "ab"]
-            done = subprocess.run([*command[:-2], *alone, *command[-2:]], capture_output=True, text=True, check=False,
-                                  timeout=PATIENCE_S)
+            done = subprocess.run([*command[:-2], *alone, *command[-2:]], capture_output=True, text=True, check=False, timeout=PATIENCE_S)
             self.assertEqual((done.returncode, relay.responses_to_lose), (0, 0), done.stderr)
         self.assertEqual(len({job["labels"]["frame"] for job in self.jobs()}), len(self.jobs()))
         self.assertEqual(len(self.jobs()), len(self.images()))

@@ -83,6 +83,8 @@ TEST_F(QueueTest, EstimatesTimesByTheWorkOfTheJobs) {
   queue.lifecycle.set_progress(large, 0.75);
   EXPECT_DOUBLE_EQ(find(last).waiting_eta_s.value(), 25.05);
   EXPECT_EQ(find(large).waiting_eta_s, std::nullopt);
+  now += 300'000;
+  EXPECT_DOUBLE_EQ(queue.queries.state().eta_s.value(), 100) << "until the running job ends";
   Queue restarted(stores, temporary.artifacts, ids, clock, no_log(), {});
   EXPECT_DOUBLE_EQ(restarted.queries.seconds_per_work().value(), 1e-4) << "of the jobs in the store";
 }

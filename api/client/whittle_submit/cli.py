@@ -28,8 +28,8 @@ EPILOG = """\
 Images are named after the scene file and the values: orbit-fov=30.png. The file whittle-submit.state in the output
 directory records the progress. A scene that has changed since is rendered again; the others are not.
 
-Exit codes: 0 all images are complete, 1 a scene was rejected or its job failed, 2 invalid command line or unreadable file,
-3 error of the server or the disk (run the same command again to continue), 130 interrupted (the same)."""
+Exit codes: 0 all images are complete, 1 a scene was rejected, its job failed or, with --require-target, an image
+misses its target error, 2 invalid command line or unreadable file, 3 error of the server or the disk (run the same command again to continue), 130 interrupted (the same)."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -159,9 +159,11 @@ def print_plan(frames):
 
 def submit(frames, options):
     progress = Progress(frames)
-    failures = Run(frames, options, progress).execute()
-    progress.message(f"{len(frames) - failures} of {len(frames)} frames have their images in {options.out}")
-    return EXIT_FAILED if failures else EXIT_SUCCESS
+    run = Run(frames, options, progress)
+    failures = run.execute()
+    missed = f"; {run.missed} of them miss their target error" if run.missed else ""
+    progress.message(f"{len(frames) - failures} of {len(frames)} frames have their images in {options.out}{missed}")
+    return EXIT_FAILED if failures or (options.require_target and run.missed) else EXIT_SUCCESS
 
 
 def main(arguments):

@@ -26,7 +26,7 @@ class StateError(Exception):
 class State:
     """Journal of one output directory, one JSON object in each line: first {"run"}, then entries of frames by name.
     {"frame", "digest", "attempt"} precedes a submission, with "batch": [id, size] if it is submitted in a batch.
-    {"frame", "job"} or {"frame", "rejected"} follows it, then {"frame", "ended", "images"} or {"frame", "ended", "reason"}.
+    {"frame", "job"} or {"frame", "rejected"} follows it, then {"frame", "ended", "images", "missed"} or {"frame", "ended", "reason"}.
     {"frame", "reset"} discards all but the number of attempts."""
 
     def __init__(self, directory):
@@ -296,7 +296,7 @@ class Run:
         self.state = State(options.out)
         self.server = Server(options.server, options.key, options.patience, progress.message)
         self.submitter = Submitter(self.server, self.state, options.name or frames[0].scene, self.fail)
-        self.failures = 0
+        self.failures = self.missed = 0  # frames without an image, images that miss their target
 
     def execute(self):
         """Returns the number of frames that have no image."""
@@ -314,6 +314,7 @@ class Run:
         entries = self.state.of(frame)
         images = entries.get("images")
         if images and all(self.has_content(name, digest) for name, digest in images.items()):
+            self.missed += entries.get("missed") is not None
             self.progress.ended(frame, "already complete", False)
             return False
         failure = entries.get("rejected") or (entries.get("ended") != "succeeded" and entries.get("reason"))
@@ -357,10 +358,10 @@ class Run:
                 self.progress.message(f"{frame.name}: its image no longer exists; submitting it again")
                 return self.submitter.submit_alone(frame)
             images[path.name] = artifact["sha256"]
-        self.state.write({"frame": frame.name, "ended": "succeeded", "images": images})
-        warning = missed_target(job)
-        if warning:
-            self.progress.message(f"{frame.name}: {warning}")
-        self.failures += bool(warning and self.options.require_target)
+        missed = missed_target(job)
+        self.state.write({"frame": frame.name, "ended": "succeeded", "images": images, "missed": missed})
+        if missed:
+            self.progress.message(f"{frame.name}: {missed}")
+        self.missed += missed is not None
         self.progress.ended(frame, ", ".join(images), False)
         return None
