@@ -264,7 +264,7 @@ function Bar({id, editor, drafts, isBusy, submit, draftNow, openFiles}) {
   // Not at the choice: an arrow key chooses, and the next one goes on from there.
   const reset = (/** @type {any} */ event) => { event.target.value = ''; };
   return html`<div class="bar">
-    <h1>${words.titles.new}</h1>
+    <h1 class="visually-hidden">${words.titles.new}</h1>
     ${made && mayWrite.value && html`<button onClick=${() => { chooses.value = true; }}>${text.examples}</button>
       <${FileButton} accept=".json,image/*,.exr,.hdr,.obj,.ply,.glb,.gltf" onFiles=${openFiles}>${words.scenes.open}</${FileButton}>`}
     <${Dialog} open=${chooses.value} onClose=${() => { chooses.value = false; }} title=${text.examples}><div class="stack" onClick=${(/** @type {any} */ event) => { if (event.target.closest('a')) chooses.value = false; }}>
@@ -307,7 +307,7 @@ function Stage({box, drafts, editor, children}) {
     </div>
     <div class="caption">
       <span class="number" role="status">${older ? text.older + ': ' : isStale && shown ? text.stale + ': ' : ''}${shown ? caption(shown) : ''}</span>
-      ${!older && shown && made && html`<span class="number dim">${estimateText(made.validation.value?.estimate)}</span>`}
+      ${!older && shown && shown.kind !== 'refined' && made && html`<span class="number dim">${estimateText(made.validation.value?.estimate)}</span>`}
       <span class="spring"></span>
       ${older && html`<button onClick=${restore}>${text.restore}</button><button class="quiet" onClick=${() => show(null)}>${text.backToNow}</button>`}
       <${FullScreen} target=${stage} />${children}

@@ -5,7 +5,7 @@ import {useEffect, useRef} from 'preact/hooks';
 import {key, mayWrite, postJson, request} from './api.js';
 import {draftOf} from './draft.js';
 import {documentOf, storedText} from './job-source.js';
-import {announce} from './parts.js';
+import {announce, Icon} from './parts.js';
 import {changesTo, readable} from './pointers.js';
 import {go} from './routes.js';
 import {Caller} from './workers.js';
@@ -204,7 +204,7 @@ function Example({name}) {
     if (link.current) observer.observe(link.current);
     return () => { observer.disconnect(); closing.abort(); };
   }, [name]);
-  return html`<li><a href=${`#/new?example=${name}`} ref=${link}><span class="thumb">${url.value && html`<img src=${url.value} alt="" />`}</span>${title(name)}</a></li>`;
+  return html`<li><a href=${`#/new?example=${name}`} ref=${link}><span class="thumb">${url.value ? html`<img src=${url.value} alt="" />` : html`<${Icon} name="new" />`}</span>${title(name)}</a></li>`;
 }
 
 /** @param {{all?: boolean}} properties */

@@ -49,7 +49,7 @@ function valuesAt(values) {
 export const shortValue = (value) => typeof value === 'number' ? String(Number(value.toPrecision(5))) : JSON.stringify(value).slice(0, 40);
 
 /** "camera/fov 30" for each value of a variation. @param {any} values */
-export const patchText = (values) => valuesAt(values).slice(0, 40).map(([pointer, value]) => `${pointer.slice(1)} ${shortValue(value)}`);
+export const patchText = (values) => valuesAt(values).filter(([pointer]) => !pointer.endsWith('/type')).slice(0, 40).map(([pointer, value]) => `${pointer.slice(1)} ${shortValue(value)}`);
 
 /** The pointers at which patches differ from each other, or from the base that all of them change. @param {any[]} patches @param {Map<string, any>} [base] leaves of the base */
 export function variedPointers(patches, base) {

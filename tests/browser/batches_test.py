@@ -203,8 +203,7 @@ class Batches(BrowserTest):
             self.open(f"#/batches/{batch_id}")
             self.browser.until(lambda: len(self.browser.all(".cell")) > 20, "cells")
             self.assertLessEqual(len(self.browser.all(".cell")), 100)
-            self.browser.execute_script("const box = document.querySelector('.axes'), main = document.querySelector('main');"
-                                        "if (box) box.scrollLeft = box.scrollWidth; main.scrollTop = main.scrollHeight;")
+            self.browser.execute_script(SCRIPTS + "scrollToLastCell()")
             self.browser.until(lambda last=last: self.cells().get(last) == "queued" and 0 not in self.cells(), "the last cell")
             self.assertLessEqual(len(self.browser.all(".cell")), 100)
             self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")

@@ -115,5 +115,4 @@ class BrowserTest(unittest.TestCase):
 
     def editor(self, script, *arguments):
         """Runs a script with `view`, the CodeMirror view of the editor."""
-        return self.browser.execute_script(SCRIPTS + "const view = document.querySelector('.editor').shadowRoot.querySelector('.cm-content').cmTile?.view "
-                                           "?? document.querySelector('.editor').shadowRoot.querySelector('.cm-content').cmView.view;" + script, *arguments)
+        return self.browser.execute_script(SCRIPTS + "const view = editorView();" + script, *arguments)

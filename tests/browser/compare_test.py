@@ -10,7 +10,7 @@ import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import BrowserTest
+from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_png
 from tests.support.whittle import BIN
@@ -60,8 +60,7 @@ class Compare(BrowserTest):
             self.assert_shows(expected)
             self.assertEqual(self.browser.text(".verdict"), "Pass")
             if expected["rmse"] > 0.002:
-                self.browser.execute_script("const field = document.querySelector('.tolerance'); field.value = arguments[0];"
-                                            "field.dispatchEvent(new Event('input', {bubbles: true}))", str(expected["rmse"] - 0.001))
+                self.browser.execute_script(SCRIPTS + "type('.tolerance', arguments[0])", str(expected["rmse"] - 0.001))
                 self.browser.until(lambda: self.browser.text(".verdict") == "Fail", "the verdict")
 
     def test_lets_the_service_compare_what_it_cannot(self):
@@ -98,10 +97,9 @@ class Compare(BrowserTest):
             self.assert_shows(expected)
             self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")
             self.assertEqual(self.browser.all(".tab thead"), [])  # a file has no document
-        drawn = self.browser.execute_script("const canvas = new OffscreenCanvas(96, 72), context = canvas.getContext('2d');"
-                                            "context.drawImage(document.querySelectorAll('.canvas img')[1], 0, 0); return [...context.getImageData(0, 0, 96, 72).data]")
+        drawn = self.browser.execute_script(SCRIPTS + "return codesOf('.canvas img[data-cover]')")
         exact = read_png(self.daemon.get(f"/v1/jobs/{other}/image.png").body)
-        difference = numpy.abs(numpy.array(drawn).reshape(72, 96, 4)[:, :, :3] - exact[:, :, :3].astype(int))
+        difference = numpy.abs(numpy.array(drawn).reshape(72, 96, 3) - exact[:, :, :3].astype(int))
         self.assertLessEqual(difference.max(), 1)  # the PNG is of the values before they were rounded to halves
 
     def test_lists_what_differs_and_links_restore_mode_and_place(self):

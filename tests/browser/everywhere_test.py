@@ -69,9 +69,7 @@ class Everywhere(BrowserTest):
                 self.browser.resize(width, 740)
                 self.frame()
                 with self.subTest(view, width=width):
-                    wide = self.browser.execute_script(
-                        "return [document.documentElement, ...document.querySelectorAll('main, main .page')].map(each => each.scrollWidth - each.clientWidth)")
-                    self.assertLessEqual(max(wide), 0)
+                    self.assertLessEqual(self.browser.execute_script(SCRIPTS + "return sidewaysScroll()"), 0)
         self.browser.resize(1440, 900)
         hosts = {url.split("/")[2] for _, url in self.browser.requests() if url.startswith("http")}
         self.assertEqual(hosts, {f"127.0.0.1:{self.daemon.port}"})
@@ -84,8 +82,7 @@ class Everywhere(BrowserTest):
             self.browser.one("h1")
             if view == "#/new":
                 self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')"), "the editor")
-            sizes = self.browser.execute_script("return performance.getEntriesByType('resource').filter(({name}) => name.includes('/ui/') && !name.endsWith('-worker.js'))"
-                                                ".map(({transferSize}) => transferSize)")
+            sizes = self.browser.execute_script(SCRIPTS + "return transferSizes()")
             self.assertTrue(least <= sum(sizes) <= most, f"{view}: {sizes}")
 
 

@@ -115,7 +115,7 @@ class Views(JobPage):
         return images[0].get_attribute("src") if images else ""
 
 
-    def test_says_that_a_target_is_missed(self):
+    def test_shows_that_a_target_is_missed(self):
         """In the list, and in the account of the error, which leaves out causes without a part."""
         job = self.finished(example("transparency", accuracy={"target_error": 0.01, "samples": [1, 2]}))
         self.open()

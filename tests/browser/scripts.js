@@ -101,3 +101,33 @@ async function violations(rules) {
   const {violations} = await axe.run(document, {runOnly: rules});
   return violations.map(({id, nodes}) => `${id}: ${nodes.map((node) => `${node.target.join(' ')} ${node.failureSummary}`).join('; ')}`);
 }
+
+/** The CodeMirror view of the editor. */
+function editorView() {
+  const content = document.querySelector('.editor').shadowRoot.querySelector('.cm-content');
+  return content.cmTile?.view ?? content.cmView.view;
+}
+
+/** Scrolls the sheet of a batch to its last cell. */
+function scrollToLastCell() {
+  const box = document.querySelector('.axes'), main = document.querySelector('main');
+  if (box) box.scrollLeft = box.scrollWidth;
+  main.scrollTop = main.scrollHeight;
+}
+
+/** Pixels by which parts of the page are too wide. */
+function sidewaysScroll() {
+  return Math.max(...[document.documentElement, ...document.querySelectorAll('main, main .page')].map((each) => each.scrollWidth - each.clientWidth));
+}
+
+/** Sizes of the page's own files that came over the network. */
+function transferSizes() {
+  return performance.getEntriesByType('resource').filter(({name}) => name.includes('/ui/') && !name.endsWith('-worker.js')).map(({transferSize}) => transferSize);
+}
+
+/** Types a value into a field that is found by a selector. */
+function type(selector, value) {
+  const field = document.querySelector(selector);
+  field.value = value;
+  field.dispatchEvent(new Event('input', {bubbles: true}));
+}
