@@ -12,7 +12,7 @@ const RELOAD_MS = 1000, POLL_MS = 5000, REFRESH_AT_ONCE = 20;
 export class JobList {
   /** @param {Record<string, string>} filter parameters of GET /v1/jobs @param {boolean} [groups] batches are rows */
   constructor(filter, groups = false) {
-    this.filter = groups ? {...filter, batch: 'none'} : filter;
+    this.filter = groups && !filter.q ? {...filter, batch: 'none'} : filter;  // a name may be that of a job in a batch
     this.groups = groups;
     /** The lists that are read, and those to be read again. */
     this.kinds = /** @type {readonly ('jobs' | 'batches')[]} */ (groups ? ['jobs', 'batches'] : ['jobs']);
@@ -62,8 +62,9 @@ export class JobList {
 
   /** Both lists by age: ids begin with the time. What is older than the last one that is known of a list may be missing, and waits for it. */
   merge() {
-    const {jobs, batches} = this.lists, {state} = this.filter;
-    const shown = batches.ids.filter((id) => !state || this.jobs.get(id)?.jobs[state] > 0);
+    const {jobs, batches} = this.lists, {state, q = ''} = this.filter;
+    const fits = (/** @type {Job | undefined} */ batch) => batch && (!state || batch.jobs[state] > 0) && (batch.name || '').toLowerCase().includes(q.toLowerCase());
+    const shown = batches.ids.filter((id) => fits(this.jobs.get(id)));
     const oldest = [jobs, batches].map(({ids, cursor}) => cursor && ids.at(-1) || '').reduce((a, b) => a > b ? a : b);
     this.order = this.groups ? [...jobs.ids, ...shown].filter((id) => id >= oldest).sort((a, b) => a < b ? 1 : -1) : jobs.ids;
   }
@@ -125,7 +126,7 @@ export class JobList {
 
   /** @param {import('./event-stream.js').JobEvent} event */
   event(event) {
-    if (this.groups && event.batch) return this.scheduleReload(['batches']);
+    if (this.filter.batch === 'none' && event.batch) return this.scheduleReload(['batches']);
     if (this.filter.batch && !this.groups && event.batch !== this.filter.batch) return;
     const job = this.jobs.get(event.id);
     if (!job || (this.filter.state && event.type !== 'progress' && event.state !== this.filter.state)) {

@@ -47,17 +47,18 @@ const PANE_MIN = 260, PANE_STEP = 24;
  */
 export function Splitter({name, isLeft = false, label}) {
   const line = useRef(/** @type {HTMLElement | null} */ (null)), stored = `whittle.pane.${name}`, width = useSignal(0);
-  const set = (/** @type {number} */ wanted) => {
-    const grid = line.current?.parentElement;
-    if (!grid) return;
-    width.value = wanted && Math.round(Math.max(PANE_MIN, Math.min(grid.clientWidth - PANE_MIN, wanted)));
-    if (width.value) grid.style.setProperty('--pane', `${width.value}px`);
-    else grid.style.removeProperty('--pane');
-    localStorage.setItem(stored, String(width.value));
-  };
   const now = () => {
     const box = line.current?.getBoundingClientRect(), grid = line.current?.parentElement?.getBoundingClientRect();
     return !box || !grid ? 0 : isLeft ? box.left - grid.left : grid.right - box.right;
+  };
+  const set = (/** @type {number} */ wanted) => {
+    const grid = line.current?.parentElement;
+    if (!grid) return;
+    const next = wanted && Math.round(Math.max(PANE_MIN, Math.min(grid.clientWidth - PANE_MIN, wanted)));
+    if (next) grid.style.setProperty('--pane', `${next}px`);
+    else grid.style.removeProperty('--pane');
+    localStorage.setItem(stored, String(next));
+    width.value = Math.round(now());
   };
   useLayoutEffect(() => { set(Number(localStorage.getItem(stored))); }, []);
   const drag = (/** @type {PointerEvent} */ down) => {
@@ -72,7 +73,7 @@ export function Splitter({name, isLeft = false, label}) {
     set(now() + ((event.key === 'ArrowRight') === isLeft ? PANE_STEP : -PANE_STEP));
   };
   return html`<div class="splitter" ref=${line} role="separator" tabindex="0" aria-orientation="vertical" aria-label=${label} title=${words.panes.help}
-    aria-valuenow=${width.value || undefined} onPointerDown=${drag} onKeyDown=${press} onDblClick=${() => set(0)}></div>`;
+    aria-valuenow=${width.value} onPointerDown=${drag} onKeyDown=${press} onDblClick=${() => set(0)}></div>`;
 }
 
 /** Switches the bell of jobs. @param {{ids: string[], label: string}} properties */

@@ -41,8 +41,7 @@ export function Queue() {
     if (batch) made.batch = batch;
     return made;
   }, [state, search, batch]);
-  // A batch is one row unless its jobs are searched for.
-  const list = useMemo(() => new JobList(filter, !search && !batch), [filter]);
+  const list = useMemo(() => new JobList(filter, !batch), [filter]);
   useEffect(() => () => list.close(), [list]);
   const selected = useSignal(/** @type {Set<string>} */ (new Set()));
   useEffect(() => { selected.value = new Set(); }, [list]);
@@ -50,7 +49,10 @@ export function Queue() {
     if (now === 'removed' && selected.value.has(id)) selected.value = new Set([...selected.value].filter((each) => each !== id));
   }}), []);
   const field = useRef(/** @type {HTMLInputElement | null} */ (null));
-  const typing = useRef(0), find = (/** @type {string} */ words) => { clearTimeout(typing.current); setQuery({q: words || null}); };
+  const typing = useRef(0), find = (/** @type {string} */ words) => {
+    clearTimeout(typing.current);
+    if (route.value.page === 'queue') setQuery({q: words || null});  // the field changes as it is left, too
+  };
   useEffect(() => {
     if (route.value.query.get('q') === '') field.current?.focus();  // "/" on another page
     return () => clearTimeout(typing.current);
@@ -206,7 +208,7 @@ function BatchRow({job: batch, ...line}) {
   const varied = batch.sweep ? Object.entries(batch.sweep).map(([pointer, values]) => text.axis(pointer.slice(1), values.length, JSON.stringify(values[0]).slice(0, 12), JSON.stringify(values.at(-1)).slice(0, 12)))
     : variedPointers(jobs.value.map((each) => each.variation?.values)).map((pointer) => pointer.slice(1));
   return html`<${Line} job=${batch} ...${line}>
-    <td class="c-thumb"><span class="stack">${jobs.value[0] && html`<${Thumbnail} key=${jobs.value[0].id} job=${jobs.value[0]} />`}</span></td>
+    <td class="c-thumb"><span class="pile">${jobs.value[0] && html`<${Thumbnail} key=${jobs.value[0].id} job=${jobs.value[0]} />`}</span></td>
     <td class="c-name"><a href=${routeOf(/** @type {any} */ (batch))}>${batch.name || text.untitled}</a> <span class="chip">${text.images(batch.size)}</span>
       ${varied.slice(0, 3).map((each) => html`<span class="chip">${each}</span>`)}</td>
     <td class="c-state"><${State} state=${batch.state} /></td>
