@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
-#include <span>
 #include <string>
 #include <tuple>
 #include <utility>

@@ -1,7 +1,6 @@
 #include "api/src/result_json.h"
 
 #include <array>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "server/daemon/config.h"
 #include "server/support/text_values.h"

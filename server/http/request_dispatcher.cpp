@@ -1,7 +1,6 @@
 #include "server/http/request_dispatcher.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <optional>
 #include <utility>
 

@@ -1,10 +1,8 @@
 #include "server/queue/job_rows.h"
 
-#include <algorithm>
 #include <iterator>
 #include <sstream>
 #include <tuple>
-#include <utility>
 
 namespace queue {
 namespace {

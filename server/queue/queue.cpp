@@ -1,7 +1,6 @@
 #include "server/queue/queue.h"
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
 #include "api/batch.h"

@@ -3,7 +3,6 @@
 #include <embree3/rtcore.h>
 
 #include <atomic>
-#include <cmath>
 #include <ctime>
 
 namespace bench {

@@ -3,13 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <memory>
 #include <thread>
-#include <vector>
 
 #include "tests/conformance/bucket_under_test.h"
 #include "tests/conformance/memory_file.h"

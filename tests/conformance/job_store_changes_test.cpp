@@ -1,7 +1,6 @@
 /// The contract of retries, changes by the owner, quotas, replies and the result cache.
 
 #include <atomic>
-#include <thread>
 
 #include "tests/conformance/job_store_conformance.h"
 

@@ -1,10 +1,8 @@
 /// The contract of claims and lists: their order, and concurrent calls.
 
-#include <algorithm>
 #include <atomic>
 #include <map>
 #include <set>
-#include <thread>
 
 #include "tests/conformance/job_store_conformance.h"
 

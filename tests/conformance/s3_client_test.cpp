@@ -6,13 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <string>
-#include <thread>
-#include <utility>
 #include <vector>
 
 #include "tests/conformance/test_store.h"

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
 #include <random>
 
 #include "tests/stability/table.h"

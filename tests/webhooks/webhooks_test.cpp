@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <deque>
 #include <map>
-#include <memory>
 #include <set>
 
 #include "server/storage/sqlite/sqlite_stores.h"

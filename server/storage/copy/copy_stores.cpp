@@ -9,7 +9,6 @@
 #include <exception>
 #include <limits>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <system_error>
 #include <thread>

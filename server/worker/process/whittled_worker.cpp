@@ -17,7 +17,6 @@
 #include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "server/worker/process/jobs.h"
 #include "server/worker/process/render_executor.h"

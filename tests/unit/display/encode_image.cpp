@@ -5,7 +5,6 @@
 // the encoders make.
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string_view>
 
 #include "tracer/encode.h"

@@ -1,7 +1,6 @@
 #include "tracer/compile.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <new>
 #include <set>

@@ -1,10 +1,8 @@
 // Conclusions from a measurement: the Pareto front, sentences, and a chart.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <limits>
 #include <optional>
 
 #include "tracer/measurement.h"

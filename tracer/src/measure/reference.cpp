@@ -1,7 +1,6 @@
 // Reference image of a measurement: independent images, summed in double.
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "tracer/measure.h"
 

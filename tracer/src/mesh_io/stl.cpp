@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <bit>
 #include <tuple>
-#include <utility>
 
 #include "tracer/src/mesh_io/formats.h"
 

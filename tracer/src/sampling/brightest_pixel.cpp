@@ -1,7 +1,6 @@
 #include "tracer/src/sampling/brightest_pixel.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "tracer/src/display/display_transform.h"
 

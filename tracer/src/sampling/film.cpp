@@ -1,7 +1,6 @@
 #include "tracer/src/sampling/film.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace tracer {
 namespace {

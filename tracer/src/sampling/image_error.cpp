@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <variant>
 
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/sampling/brightest_pixel.h"

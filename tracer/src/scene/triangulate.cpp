@@ -1,6 +1,5 @@
 #include "tracer/triangulate.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace tracer {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <string>
 
 #include "tracer/src/materials/compiled_material.h"
