@@ -1,6 +1,5 @@
 #include "server/queue/task_store.h"
 
-
 namespace queue {
 namespace {
 

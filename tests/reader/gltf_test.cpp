@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "api/src/gltf/file.h"
 #include "tests/reader/gltf_files.h"
 #include "tests/support/random.h"

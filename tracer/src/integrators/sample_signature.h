@@ -3,7 +3,9 @@
 /// surfaces; samples with different ones have an edge between them.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/math/vec.h"
@@ -14,10 +16,10 @@ struct SampleSignature {
   std::uint32_t surface = 0;            ///< hash of the first surface; 0: the ray escaped
   std::array<std::int8_t, 3> normal{};  ///< at the first surface, times 127
   std::uint8_t lit = 0, occluded = 0;   ///< lights that reach the first surface, and those that are occluded, modulo 8
-  std::uint16_t secondary = 0;          ///< sum of hashes of later surfaces, lights occluded there, and small textures
-  std::uint16_t rays = 1;
-  std::array<std::uint16_t, 2> cell{};  ///< cell of the texture at the first surface, modulo 2^16; see texture_cell()
   std::uint8_t detail = 0;              ///< expected error of the sample by texture within the pixel, in code values
+  std::uint16_t secondary = 0;          ///< sum of hashes of later surfaces, lights occluded there, and small textures
+  std::array<std::uint16_t, 2> cell{};  ///< cell of the texture at the first surface, modulo 2^16; see texture_cell()
+  std::uint16_t rays = 1;               ///< after all that differ() compares
 
   /// Returns use(field...) with all fields.
   template <class Use>
@@ -46,6 +48,8 @@ struct SampleSignature {
 
 /// True if an edge lies between the samples.
 inline bool differ(const SampleSignature& a, const SampleSignature& b) {
+  // Most neighbors are equal: they differ only if one of nine lights reaches the surface and another is occluded.
+  if (std::memcmp(&a, &b, offsetof(SampleSignature, rays)) == 0) return (a.lit & a.occluded) != 0;
   if (a.surface != b.surface || a.secondary != b.secondary) return true;
   if (((a.lit & b.occluded) | (a.occluded & b.lit)) != 0) return true;
   // Detail of the texture may lie between the samples if their cells do not touch.

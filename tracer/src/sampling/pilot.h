@@ -36,28 +36,32 @@ class Pilots {
   /// Traces the tile's pixels on a grid of that stride, or none if there is no time. The first pass of the first tile
   /// is always traced, so that the image is never empty. One thread at a time for each tile.
   void trace(std::uint64_t tile, std::uint32_t stride, Tracer& tracer) {
-    const std::vector<Pixel> pixels = tiles_.pixels(tile);
-    const bool must = tile == 0 && stride_[tile] == unsampled;
+    std::vector<Pixel> pixels = tiles_.pixels(tile);
+    const std::uint8_t before = stride_[tile];
+    const bool must = tile == 0 && before == unsampled;
     if (!must && deadline_.over_before(static_cast<double>(pixels.size()) / (stride * stride))) return;
+    if (stride > 1 || before != unsampled)
+      std::erase_if(pixels, [&](const Pixel& pixel) {
+        const std::size_t place = tiles_.place(pixel);
+        return !on_grid(place, stride) || on_grid(place, before);
+      });
     Batch& batch = tracer.batch();
     batch.clear();
-    std::vector<std::size_t> places;
     batch.light_points = light_points;
     batch.sign = true;
-    for (const Pixel& pixel : pixels) {
-      const std::size_t place = tiles_.place(pixel);
-      if (!on_grid(place, stride) || on_grid(place, stride_[tile])) continue;
-      push(batch, scene_, sample(pixel));
-      places.push_back(place);
-    }
+    // At the center of the pixel; with a lens at a random position, since no point of the lens is preferred.
+    if (!scene_.needs.lens) fill(batch, scene_, pixels, {0, 1, 1});
+    for (std::size_t i = 0; scene_.needs.lens && i < pixels.size(); ++i)
+      push(batch, scene_, fresh_sample(scene_, pixels[i].x, pixels[i].y, 0, stream));
     if (!tracer.trace()) return;
     PreviewTiles::Tile preview(preview_, tile);
     const std::lock_guard lock(preview);
-    for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
       const Color& radiance = tracer.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the tracer
-      film_.add_pilot_sums(places[i], tracer.omitted(), tracer.gbuffer(), i);
-      film_.set_pilot(places[i], stride, radiance, tracer.signatures()[i]);
+      const std::size_t place = tiles_.place(pixels[i]);
+      film_.add_pilot_sums(place, tracer.omitted(), tracer.gbuffer(), i);
+      film_.set_pilot(place, stride, radiance, tracer.signatures()[i]);
     }
     stride_[tile] = static_cast<std::uint8_t>(stride);
   }
@@ -81,12 +85,6 @@ class Pilots {
   static constexpr std::uint64_t stream = std::uint64_t{1} << 32;  ///< beyond the streams of all rounds
   /// Several points per area light, so that one sample per pixel finds penumbrae.
   static constexpr std::uint32_t light_points = 4;
-
-  /// At the center of the pixel; with a lens at a random position, since no point of the lens is preferred.
-  Sample sample(const Pixel& pixel) const {
-    if (scene_.needs.lens) return fresh_sample(scene_, pixel.x, pixel.y, 0, stream);
-    return uniform_sample(scene_, pixel.x, pixel.y, 0, 1);
-  }
 
   bool on_grid(std::size_t place, std::uint32_t stride) const {
     return stride != unsampled && (place % film_.width()) % stride == 0 && (place / film_.width()) % stride == 0;
