@@ -148,7 +148,7 @@ export const words = {
     hint: 'Click: go to the object. Drag: orbit. Shift-drag: pan. Wheel: closer. Arrow keys do the same.', canvas: 'Image of the scene; arrow keys orbit', background: 'Nothing is there: the background.',
     imageAlt: 'Render of the document',
     facts: 'Needs', estimate: 'Estimate', target: 'Error at most', accuracy: 'Accuracy', seconds: 'time', memory: 'memory', samples: 'samples', needs: 'Needs', warnings: 'Warnings', problems: 'Problems',
-    history: 'Earlier images', historyEmpty: 'Earlier images appear here. Click one to compare it, or to put its text back.', restore: 'Put this text back', backToNow: 'Back to now',
+    history: 'Earlier images', historyEmpty: 'Drag the image to orbit, with Shift to pan; click an object to find it in the text. Earlier images appear here.', restore: 'Put this text back', backToNow: 'Back to now',
     older: 'Earlier image', noReasons: 'Nothing beyond first hits.', globalLight: (/** @type {string} */ light) => `Model global: ${light}.`,
     notYet: 'Known after the first render', uploading: (/** @type {string} */ name) => `Uploading ${name}`,
     uploaded: (/** @type {string} */ name) => `${name} is uploaded and named in the text`, known: (/** @type {string} */ name) => `${name} was known already and is named in the text`,

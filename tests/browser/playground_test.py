@@ -216,7 +216,7 @@ class Assistance(Playground):
                 "a link": (lambda: self.browser.execute_script("location.href = arguments[0]", link), before),
                 "an example": (lambda: self.browser.execute_script("location.hash = '#/new?example=torus'"), text("scenes/torus.json"))}
         self.open("#/new")
-        self.shown("draft")
+        self.browser.until(lambda: self.browser.execute_script(SCRIPTS + "return editorText()"), "the editor")
         for name, (take, expected) in ways.items():
             self.set_document(scene(name="mine"))
             take()

@@ -45,7 +45,7 @@ class Queue(BrowserTest):
         self.browser.until(lambda: len(self.browser.all(".gallery img")) == len(self.browser.all(".gallery a")) == 8, "the images")
         self.assertEqual(json_of(self.daemon.get("/v1/jobs"))["items"], [])
         self.browser.button("Torus", ".gallery").click()
-        self.browser.until(lambda: self.browser.all(".canvas img") and '"torus"' in self.editor("return view.state.doc.toString()"), "the example in the playground")
+        self.browser.until(lambda: '"torus"' in self.browser.execute_script(SCRIPTS + "return editorText()"), "the example in the playground")
 
     def test_shows_a_batch_as_one_row_and_returns_to_it(self):
         jobs = [self.daemon.submit(scene(name=f"alone {index}")) for index in range(40)]

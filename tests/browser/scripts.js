@@ -108,6 +108,11 @@ function editorView() {
   return content.cmTile?.view ?? content.cmView.view;
 }
 
+/** The lines of the editor in view; empty before there is one. */
+function editorText() {
+  return document.querySelector('.editor')?.shadowRoot?.querySelector('.cm-content')?.textContent ?? '';
+}
+
 /** Scrolls the sheet of a batch to its last cell. */
 function scrollToLastCell() {
   const box = document.querySelector('.axes'), main = document.querySelector('main');
