@@ -25,7 +25,7 @@ BASELINE = pathlib.Path(__file__).with_suffix(".json")
 
 # Example scenes, their accuracy, and the code that their images exercise.
 IMAGES = {
-    "sphereflake": ({"samples": [1, 1], "max_depth": 5}, "spheres, mirrors, three lights"),
+    "sphereflake": ({"samples": [1, 1]}, "spheres, mirrors, three lights"),
     "cornell": ({"samples": [1, 1]}, "triangles, attenuation, a mirror and a glass sphere"),
     "glass": ({"samples": [1, 1]}, "refraction in meshes with smooth normals, checkers"),
     "transparency": ({"samples": [1, 1]}, "shadow rays through transparent panes"),
