@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <optional>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 
@@ -274,20 +275,10 @@ std::string help_text() {
 
 namespace {
 
-/// A connection URI or string of libpq, for people. Not by std::regex, which takes longer to compile than all else
-/// here.
-std::string without_password(std::string text) {
-  const auto hide = [&](std::size_t begin, std::size_t end) {
-    text.replace(begin, std::min(end, text.size()) - begin, "***");
-  };
-  for (std::size_t at = text.find("://"); at != std::string::npos; at = text.find("://", at + 3)) {
-    const std::size_t colon = std::min(text.find_first_of("@/?:", at + 3), text.size());
-    const std::size_t end = std::min(text.find_first_of("@/?", colon), text.size());
-    if (text[colon] == ':' && text[end] == '@') hide(colon + 1, end);
-  }
-  for (std::size_t at = text.find("password="); at != std::string::npos; at = text.find("password=", at + 9))
-    hide(at + 9, text[at + 9] == '\'' ? text.find('\'', at + 10) : text.find_first_of(" &", at + 9));
-  return text;
+/// A connection URI or string of libpq, for people.
+std::string without_password(const std::string& text) {
+  static const std::regex of_user("(://[^@/?:]*:)[^@/?]*@"), word("password=('[^']*|[^ &]*)");
+  return std::regex_replace(std::regex_replace(text, of_user, "$1***@"), word, "password=***");
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ Images are named after the scene file and the values: orbit-fov=30.png. The file
 directory records the progress. A scene that has changed since is rendered again; the others are not.
 
 Exit codes: 0 all images are complete, 1 a scene was rejected, its job failed or, with --require-target, an image
-misses its target error, 2 invalid command line or unreadable file, 3 error of the server or the disk (run the same command again to continue), 130 interrupted (the same)."""
+misses its target error, 2 invalid command line or unreadable file, 3 error of the server or the disk (run the same
+command again to continue), 130 interrupted (the same)."""
 
 
 class Parser(argparse.ArgumentParser):
