@@ -2,6 +2,7 @@
 
 #include <array>
 #include <new>
+#include <ranges>
 #include <span>
 
 #include "api/reader/issue_text.h"
@@ -97,9 +98,9 @@ class TreeWalk {
 
   /// The first node ends on top.
   void push(const std::vector<Cursor>& indices, const Transform& world_from_parent) {
-    for (auto at = indices.rbegin(); at != indices.rend(); ++at) {
-      const std::size_t node = read_index(*at);
-      if (reached_[node]) refuse(*at, "the node is reached twice: nodes must make a tree, without circles");
+    for (const Cursor& at : std::ranges::reverse_view(indices)) {
+      const std::size_t node = read_index(at);
+      if (reached_[node]) refuse(at, "the node is reached twice: nodes must make a tree, without circles");
       reached_[node] = true;
       stack_.push_back({node, world_from_parent});
     }
@@ -176,9 +177,9 @@ void check_counts(File& file, const std::vector<std::vector<Primitive>>& meshes,
                               ", its nodes place at least " + std::to_string(count) + unit);
   };
   std::uint64_t total = 0, parts = 0;
-  for (std::size_t i = 0; i < placements.size(); ++i) {
-    check("triangles", limits.triangles, total += triangles[placements[i].mesh], "");
-    check("objects", limits.objects, parts += meshes[placements[i].mesh].size(), " primitives");
+  for (const Placement& placement : placements) {
+    check("triangles", limits.triangles, total += triangles[placement.mesh], "");
+    check("objects", limits.objects, parts += meshes[placement.mesh].size(), " primitives");
   }
   if (total == 0) refuse(file.root(), "has no triangles");
 }
