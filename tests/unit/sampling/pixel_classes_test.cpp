@@ -20,14 +20,18 @@ struct PilotGrid {
             const std::function<SampleSignature(int x, int y)>& signature) {
     for (int y = 0; y < static_cast<int>(columns); ++y)
       for (int x = 0; x < static_cast<int>(columns); ++x) {
-        code_values.insert(code_values.end(), 3, level(x, y));
+        code_values.push_back(level(x, y));
         signatures.push_back(signature(x, y));
       }
-    counts = classify({columns, columns, code_values, signatures, features}, {0, 0, columns, columns}, classes);
+    sort(false);
+  }
+  void sort(bool noisy) {
+    counts = classify({columns, columns, {code_values, code_values, code_values}, signatures, features, noisy},
+                      {0, 0, columns, columns}, classes);
   }
   [[nodiscard]] PixelKind kind(std::size_t x, std::size_t y) const { return pixel_kind(classes[y * columns + x]); }
 
-  std::vector<float> code_values;
+  std::vector<float> code_values;  // of each channel
   std::vector<SampleSignature> signatures;
   std::vector<float> features{};
   std::vector<PixelClass> classes = std::vector<PixelClass>(columns * columns);
@@ -90,10 +94,9 @@ TEST(PixelClasses, OfNoiseHaveItsVarianceAndTheirOwnErrors) {
   constexpr double deviation = 12;
   PilotGrid pilots([&](int, int) { return static_cast<float>(100 + std::sqrt(3) * deviation * random.in(-1, 1)); },
                    [](int, int) { return surface(1); });
-  const auto counts = classify({columns, columns, pilots.code_values, pilots.signatures, {}, true},
-                               {0, 0, columns, columns}, pilots.classes);
+  pilots.sort(true);
   double sum = 0;
-  for (std::size_t c = 0; c < class_count; ++c) sum += counts[c].curvature;
+  for (std::size_t c = 0; c < class_count; ++c) sum += pilots.counts[c].curvature;
   const double expected = 2 * 3 * deviation * deviation;
   EXPECT_NEAR(sum / (columns * columns), expected, 0.15 * expected);
 }
@@ -102,12 +105,11 @@ TEST(PixelClasses, OfFeaturesDoNotDependOnThePilots) {
   PilotGrid pilots(flat, [](int, int) { return surface(1); });
   pilots.features.assign(columns * columns, -1);
   pilots.features[5 * columns + 7] = 3 * 300;
-  const auto counts = classify({columns, columns, pilots.code_values, pilots.signatures, pilots.features},
-                               {0, 0, columns, columns}, pilots.classes);
+  pilots.sort(false);
   const PixelClass feature = pilots.classes[5 * columns + 7];
   EXPECT_EQ(pixel_kind(feature), PixelKind::feature);
-  EXPECT_EQ(counts[feature].pixels, 1);
-  EXPECT_EQ(counts[feature].missed, 3 * 300);
+  EXPECT_EQ(pilots.counts[feature].pixels, 1);
+  EXPECT_EQ(pilots.counts[feature].missed, 3 * 300);
 }
 
 TEST(PixelClasses, OfMirrorsAreApartFromThoseOfOtherSmoothSurfaces) {

@@ -136,7 +136,7 @@ TEST(Refinement, CountsThePixelsThatHadSamplesBefore) {
   merger.merge(place, sets, {.mean = {image.low, image.high}, .count = {32, 32}}, unused);
   Refinement refinement(image.film_, image.tiles_, image.target_, image.decay_);
   refinement.classify({}, image.display_, image.one_by_one);
-  const double with = refinement.pixel_error(place);
+  const double with = refinement.pixel_errors()[place];
   EXPECT_NEAR(with, squared_error(Color{0.53, 0.53, 0.53}, Color{0.03, 0.03, 0.03}, image.display_), 1e-3 * with);
   const double before = refinement.error().squared_upper;
   EXPECT_GT(before, with);

@@ -82,10 +82,10 @@ double DisplayTransform::slope_between(double a, double b) const {
   return (level(a) - level(b)) / (a - b);
 }
 
-void DisplayTransform::show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const {
+void DisplayTransform::show(std::span<const float> rgb, const std::array<float*, 3>& planes) const {
   const auto gain = static_cast<float>(std::min<double>(gain_, all_white));
   for (std::size_t channel = 0; channel < 3; ++channel)
-    show_plane(rgb.data() + channel, rgb.size() / 3, gain, reinhard_, planes[channel].data());
+    show_plane(rgb.data() + channel, rgb.size() / 3, gain, reinhard_, planes[channel]);
 }
 
 }  // namespace tracer

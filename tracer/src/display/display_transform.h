@@ -20,7 +20,10 @@ class DisplayTransform {
 
   [[nodiscard]] double level(double radiance) const { return of(level_, displayed(radiance)); }
   /// The same for a row of RGB pixels, to one plane per channel.
-  void show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const;
+  void show(std::span<const float> rgb, const std::array<float*, 3>& planes) const;
+  void show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const {
+    show(rgb, {planes[0].data(), planes[1].data(), planes[2].data()});
+  }
   /// Derivative: levels per unit of radiance; 0 for clamped radiance.
   [[nodiscard]] double slope(double radiance) const;
   /// Difference quotient between two radiances, in any order; the derivative if they are equal.

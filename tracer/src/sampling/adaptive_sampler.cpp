@@ -163,7 +163,7 @@ class AdaptiveSampler {
       }
     } else {
       for_each_tile(units.size(), context_.settings.threads, [&](std::uint64_t i) {
-        if (control_.cancelled()) return;
+        if (control_.cancelled() || units[i].sets.empty()) return;
         const auto tracer = pool_.lease();
         PreviewTiles::Tile preview(preview_, units[i].tile);
         const auto stop = [&](std::size_t samples) {
@@ -258,12 +258,11 @@ class AdaptiveSampler {
     if (decay_.stratified) return error;
     constexpr double chance_min = 0.5;  // with more edges than noise, no light is rare
     const UniformPixels pixels{film_.rgb(), film_.deviations(), film_.width()};
+    const std::vector<float> all = refinement_.pixel_errors();
     const Blocks blocks(film_.size(), film_.width());
     const auto add_block = [&](std::uint64_t block, SummedErrors& sum) {
-      std::vector<float> errors;  // of whole rows
-      blocks.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) {
-        errors.push_back(refinement_.pixel_error(place));
-      });
+      std::vector<float> errors(all.begin() + static_cast<std::ptrdiff_t>(blocks.first_row(block) * pixels.width),
+                                all.begin() + static_cast<std::ptrdiff_t>(blocks.first_row(block + 1) * pixels.width));
       sum.squared -= std::accumulate(errors.begin(), errors.end(), 0.0);
       sum.add(add_rare_light(pixels, *display_, blocks.first_row(block), errors, chance_min));
       sum.squared += std::accumulate(errors.begin(), errors.end(), 0.0);
@@ -338,9 +337,10 @@ class AdaptiveSampler {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
     error_.worst_tile = worst_tile();
-    std::vector<float> errors(film_.size(), static_cast<float>(known_.sampled / static_cast<double>(film_.size())));
-    for (std::size_t place = 0; refinement_.classified() && place < film_.size(); ++place)
-      errors[place] = refinement_.pixel_error(place);
+    const std::vector<float> errors =
+        refinement_.classified()
+            ? refinement_.pixel_errors()
+            : std::vector<float>(film_.size(), static_cast<float>(known_.sampled / static_cast<double>(film_.size())));
     film_.write(rendered, errors, known_.pilots, in_parallel_);
     known_.truncation.add_to(rendered.image.layers.error);
     rendered.error = error_;

@@ -47,12 +47,8 @@ class RowDifferences {
 
  private:
   static Difference between(const PilotImage& pilots, std::size_t a, std::size_t b) {
-    const float *const first = &pilots.code_values[3 * a], *const second = &pilots.code_values[3 * b];
     float squared = 0;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      const float difference = first[channel] - second[channel];
-      squared += difference * difference;
-    }
+    for (const auto& channel : pilots.code_values) squared += (channel[a] - channel[b]) * (channel[a] - channel[b]);
     return {squared, static_cast<std::uint8_t>(differ(pilots.signatures[a], pilots.signatures[b]) ? 1 : 0)};
   }
 
@@ -61,13 +57,12 @@ class RowDifferences {
 };
 
 float squared_laplacian(const PilotImage& pilots, std::size_t x, std::size_t y) {
-  const std::size_t width = pilots.width, place = y * width + x;
-  const float *const own = &pilots.code_values[3 * place], *const left = own - (x > 0 ? 3 : 0),
-                     *const right = own + (x + 1 < width ? 3 : 0), *const up = own - (y > 0 ? 3 * width : 0),
-                     *const down = own + (y + 1 < pilots.height ? 3 * width : 0);
+  const std::size_t width = pilots.width, own = y * width + x, left = own - (x > 0 ? 1 : 0),
+                    right = own + (x + 1 < width ? 1 : 0), up = own - (y > 0 ? width : 0),
+                    down = own + (y + 1 < pilots.height ? width : 0);
   float squared = 0;
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    const float laplacian = 4 * own[channel] - left[channel] - right[channel] - up[channel] - down[channel];
+  for (const auto& channel : pilots.code_values) {
+    const float laplacian = 4 * channel[own] - channel[left] - channel[right] - channel[up] - channel[down];
     squared += laplacian * laplacian;
   }
   return squared;

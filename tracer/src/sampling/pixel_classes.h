@@ -61,7 +61,7 @@ struct ClassCount {
 /// The pilots of an image, row by row. References must outlive it.
 struct PilotImage {
   std::uint32_t width = 0, height = 0;
-  std::span<const float> code_values;  ///< three channels per pixel
+  std::array<std::span<const float>, 3> code_values;  ///< by channel
   std::span<const SampleSignature> signatures;
   std::span<const float> features;  ///< see PixelFeatures::squared; empty: there are none
   bool noisy = false;               ///< the samples of a pixel differ by chance

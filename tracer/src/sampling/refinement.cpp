@@ -8,14 +8,17 @@ namespace tracer {
 
 void Refinement::classify(std::span<const float> features, const DisplayTransform& display,
                           const InParallel& in_parallel) {
-  std::vector<float> code_values(3 * film_.size());
-  in_parallel(tiles_.count(), [&](std::uint64_t tile) {
-    tiles_.each_row(tile, [&](std::size_t place, std::size_t count) {
-      for (std::size_t i = 3 * place; i < 3 * (place + count); ++i)
-        code_values[i] = static_cast<float>(display.level(film_.rgb()[i]));
-    });
+  std::array<std::vector<float>, 3> code_values;
+  code_values.fill(std::vector<float>(film_.size()));
+  const Blocks blocks(film_.size(), film_.width());
+  in_parallel(blocks.count(), [&](std::uint64_t block) {
+    const std::size_t first = blocks.first_row(block) * film_.width(),
+                      end = blocks.first_row(block + 1) * film_.width();
+    display.show(film_.rgb().subspan(3 * first, 3 * (end - first)),
+                 {&code_values[0][first], &code_values[1][first], &code_values[2][first]});
   });
-  const PilotImage pilots{film_.width(), film_.height(), code_values, film_.signatures(), features, !decay_.stratified};
+  const PilotImage pilots{film_.width(),      film_.height(), {code_values[0], code_values[1], code_values[2]},
+                          film_.signatures(), features,       !decay_.stratified};
   counts_.resize(tiles_.count());
   in_parallel(tiles_.count(),
               [&](std::uint64_t tile) { counts_[tile] = tracer::classify(pilots, tiles_.places(tile), classes_); });
@@ -307,21 +310,21 @@ std::uint64_t Refinement::looks() const {
   return static_cast<std::uint64_t>(looks);
 }
 
-float Refinement::pixel_error(std::size_t place) const {
-  const std::size_t c = classes_[place];
-  const float error = film_.error(place);
-  if (film_.count(place) == 0) return static_cast<float>(allocation_->kept(c, found_.classes[c]));
-  return error >= 0 ? error : static_cast<float>(-error * decay_.joint() * allocation_->variance(c, found_.classes[c]));
+std::vector<float> Refinement::pixel_errors() const {
+  ByClass<float> kept{}, joint{};
+  for (std::size_t c = 0; c < class_count; ++c) {
+    kept[c] = static_cast<float>(allocation_->kept(c, found_.classes[c]));
+    joint[c] = static_cast<float>(decay_.joint() * allocation_->variance(c, found_.classes[c]));
+  }
+  std::vector<float> errors(film_.size());
+  for (std::size_t place = 0; place < film_.size(); ++place) {
+    const std::size_t c = classes_[place];
+    const float error = film_.error(place);
+    errors[place] = film_.count(place) == 0 ? kept[c] : error >= 0 ? error : -error * joint[c];
+  }
+  return errors;
 }
 
-TileErrors Refinement::tile_errors() const {
-  TileErrors tiles(film_.width(), film_.height());
-  std::vector<float> row(film_.width());
-  for (std::size_t y = 0; y < film_.height(); ++y) {
-    for (std::size_t x = 0; x < film_.width(); ++x) row[x] = pixel_error(y * film_.width() + x);
-    tiles.add_row(y, row);
-  }
-  return tiles;
-}
+TileErrors Refinement::tile_errors() const { return {film_.width(), film_.height(), pixel_errors()}; }
 
 }  // namespace tracer

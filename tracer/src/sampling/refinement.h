@@ -58,8 +58,8 @@ class Refinement {
   /// Estimated error of the image by its samples.
   [[nodiscard]] SampledError error() const;
   [[nodiscard]] std::uint64_t looks() const;
-  /// Estimated squared error of a pixel, in squared code values, summed over the channels.
-  [[nodiscard]] float pixel_error(std::size_t place) const;
+  /// Estimated squared errors of the pixels, by place, in squared code values, summed over the channels.
+  [[nodiscard]] std::vector<float> pixel_errors() const;
   [[nodiscard]] TileErrors tile_errors() const;
 
  private:

@@ -21,6 +21,10 @@ class TileErrors {
         columns_((width + side - 1) / side),
         sums_(columns_ * rows),
         squares_(sums_.size()) {}
+  /// All rows: `variances` of all pixels.
+  TileErrors(std::uint32_t width, std::size_t rows, std::span<const float> variances) : TileErrors(width, rows) {
+    for (std::size_t y = 0; y < rows; ++y) add_row(y, variances.subspan(y * width, width));
+  }
 
   /// Adds the variances of the pixels of row y. Different rows may be added concurrently, each once.
   void add_row(std::size_t y, std::span<const float> variances) {

@@ -11,11 +11,18 @@ namespace {
 /// A find is as different as this, in squared code values, summed over the channels.
 constexpr double find_min = 3 * 40;
 
-/// A number in [0, 1) that depends on the pixel and `purpose` alone.
-double chance_of(const CompiledScene& scene, const Pixel& pixel, std::uint64_t purpose) {
-  const std::uint64_t key = pixel_key(pixel_index(scene, pixel.x, pixel.y), ~scene.accuracy.seed);
-  return static_cast<double>(mix(key + purpose) >> 11) * 0x1p-53;
-}
+/// Numbers in [0, 1) that depend on the pixel and `purpose` alone.
+class PixelChances {
+ public:
+  explicit PixelChances(const CompiledScene& scene) : width_(scene.image.width), key_(mix(~scene.accuracy.seed)) {}
+  [[nodiscard]] double of(const Pixel& pixel, std::uint64_t purpose) const {
+    const std::uint64_t index = static_cast<std::uint64_t>(pixel.y) * width_ + pixel.x;
+    return static_cast<double>(static_cast<std::int64_t>(mix(mix(index ^ key_) + purpose) >> 11)) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t width_, key_;
+};
 
 /// An even number.
 std::uint32_t samples_of(const Film& film, std::size_t place, PixelClass c, const SetsPlan& plan) {
@@ -34,21 +41,23 @@ std::uint32_t samples_of(const Film& film, std::size_t place, PixelClass c, cons
 std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, std::span<const Pixel> pixels,
                                   const Tiles& tiles, std::span<const PixelClass> classes, const SetsPlan& plan) {
   constexpr std::uint32_t look_samples = 8;
+  const PixelChances chances(scene);
   std::vector<SampleSets> sets;
   for (std::size_t at = 0; at < pixels.size(); ++at) {
     const std::size_t place = tiles.place(pixels[at]);
     const PixelClass c = classes[place];
-    SampleSets one{
-        .at = static_cast<std::uint16_t>(at), .samples = samples_of(film, place, c, plan), .round = plan.round};
+    const bool keeps = plan.samples[c] == 0 && plan.growth.empty();
+    if (keeps && plan.look_probability[c] == 0) continue;
+    SampleSets one{.at = static_cast<std::uint16_t>(at),
+                   .samples = keeps ? 0 : samples_of(film, place, c, plan),
+                   .round = plan.round};
     if (one.samples > 0) {
       // The same pixels are measured in all rounds.
       const bool measured =
-          film.count(place) > 0 ? film.error(place) >= 0 : chance_of(scene, pixels[at], 0) < plan.measured[c];
+          film.count(place) > 0 ? film.error(place) >= 0 : chances.of(pixels[at], 0) < plan.measured[c];
       one.kind = measured ? SampleSets::Kind::measured : SampleSets::Kind::joint;
     } else {
-      const double probability = plan.look_probability[c];
-      if (!(probability > 0 && chance_of(scene, pixels[at], plan.round + 1) < probability)) continue;
-      if (film.count(place) > 0) continue;
+      if (film.count(place) > 0 || chances.of(pixels[at], plan.round + 1) >= plan.look_probability[c]) continue;
       one.kind = SampleSets::Kind::look;
       one.samples = look_samples;
     }

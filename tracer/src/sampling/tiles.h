@@ -65,12 +65,6 @@ class Tiles {
     const PixelWindow pixels = window(index);
     return {pixels.x0 - window_.x0, pixels.y0 - window_.y0, pixels.x1 - window_.x0, pixels.y1 - window_.y0};
   }
-  /// Calls use(place, count) for each row of the tile: the place of its first pixel, and the number of its pixels.
-  template <class Use>
-  void each_row(std::uint64_t index, const Use& use) const {
-    const PixelWindow pixels = places(index);
-    for (std::size_t y = pixels.y0; y < pixels.y1; ++y) use(y * window_.width() + pixels.x0, pixels.width());
-  }
   /// Tile number `index` in an order that scatters neighbors.
   [[nodiscard]] std::uint64_t scattered(std::uint64_t index) const { return tracer::scattered(index, count()); }
   /// Place of the tile's first pixel.
