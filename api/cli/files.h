@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "api/cli/options.h"
 #include "api/render_document.h"

@@ -1,10 +1,8 @@
 #pragma once
 /// The layers of the daemon, each built from Config and the layers below it. main.cpp connects them.
 
-#include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 #include <thread>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Writers of small glTF files for the tests of their reader.
 
-#include <cstdint>
 #include <string>
 
 #include "tests/support/mesh_files.h"

@@ -1,7 +1,6 @@
 #pragma once
 /// Vectors in long double for the reference implementations, independent of the tracer's.
 
-#include <array>
 #include <cmath>
 
 #include "tracer/scene.h"

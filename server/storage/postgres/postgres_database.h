@@ -7,7 +7,6 @@
 
 #include <libpq-fe.h>
 
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>

@@ -6,11 +6,8 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <utility>
 #include <variant>
-#include <vector>
 
 #include "server/worker/process/file_client.h"
 #include "server/worker/protocol/protocol.h"

@@ -1,7 +1,6 @@
 #pragma once
 /// Opens the files of scenes below one directory; nothing outside it is reachable, whatever the name.
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>

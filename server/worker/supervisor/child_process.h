@@ -11,7 +11,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "server/support/descriptor.h"
 #include "server/worker/protocol/protocol.h"

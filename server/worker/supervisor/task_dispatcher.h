@@ -2,7 +2,6 @@
 /// Tasks between their store and the worker process: those of the jobs that run here, and those of other nodes while
 /// this one has nothing else to do.
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>

@@ -1,7 +1,6 @@
 #pragma once
 /// Encodes an image as the bytes of a file, in memory, and measures what the file loses.
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 
 #include "tracer/compile.h"
 #include "tracer/control.h"

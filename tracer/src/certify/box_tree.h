@@ -1,7 +1,6 @@
 #pragma once
 /// Bounding volume hierarchy over the boxes of all primitives except planes, for convex regions instead of rays.
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -2,8 +2,6 @@
 /// Properties of a scene that bounds of its pixels share.
 
 #include <array>
-#include <functional>
-#include <optional>
 #include <vector>
 
 #include "tracer/src/certify/affine_form.h"

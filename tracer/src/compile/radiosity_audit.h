@@ -2,7 +2,6 @@
 /// Audit of the light of patches: its error where surfaces face each other, measured by paths, and the part by chance.
 /// It depends on no view, so that scenes that differ in the view share it. The error of an image is measured later.
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>

@@ -2,8 +2,6 @@
 /// Linear and affine maps in double, and axis-parallel boxes. Names of maps are target from source: world_from_object *
 /// object_from_shape.
 
-#include <array>
-
 #include "tracer/src/math/vec.h"
 
 namespace tracer {

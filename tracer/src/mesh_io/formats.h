@@ -3,7 +3,6 @@
 /// Everything here throws MeshError for an invalid file.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

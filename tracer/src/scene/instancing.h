@@ -1,7 +1,6 @@
 #pragma once
 /// Objects after instancing, with their transforms to world space.
 
-#include <cassert>
 #include <cstddef>
 #include <string>
 #include <string_view>

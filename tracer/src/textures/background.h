@@ -1,7 +1,6 @@
 #pragma once
 /// Background radiance, for rays that hit nothing.
 
-#include <array>
 #include <memory>
 #include <vector>
 

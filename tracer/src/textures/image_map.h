@@ -1,7 +1,6 @@
 #pragma once
 /// An image texture: mip maps and filtered lookups.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
