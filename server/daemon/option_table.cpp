@@ -137,7 +137,8 @@ constexpr std::array table{
     number("handler_threads", "4", &C::handler_threads, 1, 64,
            "requests handled at once; waiting requests take no thread, so few suffice"),
     limit("render_wait_s", "60", &C::render_wait_s, 0, 3600,
-          "seconds that POST /v1/render waits for the image before it replies 202; proxies cut at 60 s"),
+          "seconds that POST /v1/render waits for the image before it replies 202, and requests for parts, previews or "
+          "comparisons of images before 503; proxies cut at 60 s"),
     number("drain_s", "20", &C::drain_s, 0, 86'400,
            "seconds that running jobs may continue after SIGTERM before they return to the queue; with 10 s for "
            "pending requests it is within the 30 s of Kubernetes"),

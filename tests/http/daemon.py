@@ -211,7 +211,8 @@ class Daemon(Served):
         """Starts the daemon again with the same data."""
         if self.process:
             self.process.stdout.close()
-        environment = {"WHITTLE_LOG_LEVEL": "debug", **self.environment}
+        # A busy machine must not turn 200 into 202: only tests of the wait set it.
+        environment = {"WHITTLE_LOG_LEVEL": "debug", "WHITTLE_RENDER_WAIT_S": "3600", **self.environment}
         library = environment.pop("LD_PRELOAD", None)  # for the daemon alone
         self.port = None  # another listener may get the old one
         preload = ("env", f"LD_PRELOAD={library}") if library else ()

@@ -42,7 +42,8 @@ class ImageTasksTest : public testing::Test {
 
   FakeRunner runner;
   queue::AttachedRunner attached;
-  std::shared_ptr<http::handlers::ImageTasks> tasks = std::make_shared<http::handlers::ImageTasks>(attached, 4000);
+  std::shared_ptr<http::handlers::ImageTasks> tasks =
+      std::make_shared<http::handlers::ImageTasks>(attached, std::chrono::minutes(1), 4000);
 };
 
 TEST_F(ImageTasksTest, KeepsTheResultForTheNextRequest) {

@@ -58,8 +58,6 @@ class Damage(unittest.TestCase):
 
 
 class Rendering(OneDaemon):
-    options = ("--render-wait-s", "60")
-
     def test_replies_with_the_image_of_the_job(self):
         reply = self.daemon.request("POST", "/v1/render", scene())
         self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "image/png"))

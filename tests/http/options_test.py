@@ -121,8 +121,8 @@ class Options(unittest.TestCase):
             daemon.request("POST", "/v1/jobs", b"{")
             self.assertEqual(daemon.get("/").status, 200)
             self.assertEqual([row for row in daemon.log_rows() if row["level"] in ("debug", "info")], [])
-        with Daemon() as daemon:
-            self.assertEqual([row["render_wait_s"] for row in daemon.log_rows("starting")], ["60"])
+        with Daemon("--drain-s", "19") as daemon:
+            self.assertEqual([row["drain_s"] for row in daemon.log_rows("starting")], ["19"])
 
     def test_the_oldest_images_are_deleted_above_artifact_bytes(self):
         with Daemon("--artifact-bytes", "1") as daemon:

@@ -1,6 +1,7 @@
 #pragma once
 /// Results of the worker's tasks on finished images.
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <list>
@@ -21,9 +22,9 @@ using ImageResult = std::shared_ptr<const queue::ImageTaskResult>;
 /// repeats it; then it waits for the same task or gets the result. Thread-safe.
 class ImageTasks : public std::enable_shared_from_this<ImageTasks> {
  public:
-  /// Kept results have `bytes_max` together. 64 MiB are those of 2000 frames.
-  explicit ImageTasks(queue::AttachedRunner& runner, std::size_t bytes_max = 64u << 20)
-      : runner_(runner), results_(bytes_max) {}
+  /// Requests wait at most `wait`. Kept results have `bytes_max` together. 64 MiB are those of 2000 frames.
+  ImageTasks(queue::AttachedRunner& runner, std::chrono::milliseconds wait, std::size_t bytes_max = 64u << 20)
+      : runner_(runner), wait_(wait), results_(bytes_max) {}
 
   /// The result of an earlier task that succeeded; null if it is not kept.
   ImageResult find(const std::string& key);
@@ -39,6 +40,7 @@ class ImageTasks : public std::enable_shared_from_this<ImageTasks> {
   void end(const std::string& key, const ImageResult& result);
 
   queue::AttachedRunner& runner_;
+  std::chrono::milliseconds wait_;
   LruCache<ImageResult> results_;
   std::mutex mutex_;  ///< guards the tasks that run
   std::unordered_map<std::string, std::shared_ptr<Running>> running_;

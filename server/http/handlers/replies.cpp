@@ -139,7 +139,7 @@ Answer ImageTasks::run(const std::string& key, const queue::ImageTask& task,
     end.unlock();
     return result ? answer_with(result, resume) : Problem{failures::overloaded, "the image was not ready in time"};
   };
-  return DeferredReply{std::chrono::steady_clock::now() + wait_max, watch, answer};
+  return DeferredReply{std::chrono::steady_clock::now() + wait_, watch, answer};
 }
 
 void ImageTasks::end(const std::string& key, const ImageResult& result) {

@@ -80,7 +80,7 @@ struct ApiContext {
   std::function<std::vector<queue::Node>()> nodes{};
   bool dashboard = true;                ///< the page at /; false: text only
   const keys::KeyRing* keys = nullptr;  ///< null: local clients without keys
-  std::shared_ptr<handlers::ImageTasks> image_tasks = std::make_shared<handlers::ImageTasks>(queue.runner);
+  std::shared_ptr<handlers::ImageTasks> image_tasks = std::make_shared<handlers::ImageTasks>(queue.runner, render_wait);
   /// Succeeded jobs, without their reports, whose images were read lately, so that they can be read while the database
   /// is away: their images change only by expiry or removal. About 10 MB.
   std::shared_ptr<handlers::LruCache<queue::Job>> recent_jobs =
