@@ -1,8 +1,10 @@
 #include "api/report.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <iterator>
+#include <type_traits>
 #include <utility>
 
 #include "api/estimate.h"
@@ -221,6 +223,83 @@ std::string with_format(const std::string& document, tracer::Format format) {
     for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::name(usual));
   formats.push_back(tracer::name(format));
   return json.dump();
+}
+
+// ---- live forms
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+// The fields of a part of the scene, as the document has them.
+Json field_json(double value) { return value; }
+Json field_json(const tracer::Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json field_json(const tracer::Color& c) { return Json::array({c.r, c.g, c.b}); }
+template <class Value>
+Json field_json(const Value& value) {
+  Json json = nullptr;
+  if constexpr (requires { *value; }) {
+    if (value) json = field_json(*value);
+  } else if constexpr (std::is_enum_v<Value>) {
+    for (const auto& [word, meaning] : tracer::words<Value>)
+      if (value == meaning) json = std::string(word);
+  } else {
+    tracer::for_each_field<Value>(
+        [&](const auto& field) { json[std::string(field.name)] = field_json(value.*field.member); });
+  }
+  return json;
+}
+
+/// Appends the values to the body; returns their entry in the header.
+template <class Value>
+Json add_table(const char* name, const std::vector<Value>& values, std::uint64_t columns, std::string& body) {
+  const char* const type = std::is_same_v<Value, float> ? "float32" : "uint32";
+  Json entry{{"name", name}, {"type", type}, {"columns", columns}, {"rows", values.size() / columns}};
+  entry["offset"] = body.size();
+  body.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
+  return entry;
+}
+
+}  // namespace
+
+std::string write_live(const tracer::Scene& scene, const tracer::LiveScene& live,
+                       const std::vector<tracer::LiveOmission>& omitted) {
+  std::string body;
+  Json tables =
+      array_of(tracer::live_tables, [&](const auto& each) { return add_table(each.name, live.*each.table, 4, body); });
+  tables.push_back(add_table("texels", live.texels, 2, body));
+  Json all = Json::array(), needs = Json::array();
+  for (const auto& [name, needed] : tracer::requirement_names)
+    if (live.needs.*needed) needs.push_back(std::string(name));
+  for (const auto* list : {&omitted, &live.omitted})
+    for (const auto& [pointer, detail] : *list) all.push_back({{"pointer", pointer}, {"detail", detail}});
+  Json fields;
+  for (const auto& [name, place] : live.material_fields) fields[std::string(name)] = place;
+  const tracer::Accuracy& accuracy = scene.accuracy;
+  const tracer::Output& output = scene.output;
+  const Json depth = accuracy.max_depth ? Json(*accuracy.max_depth) : Json(nullptr);
+  std::string text = json_line(object_of(
+      {{"origin", field_json(live.origin)},
+       {"scale", live.scale},
+       {"image", {{"width", scene.image.width}, {"height", scene.image.height}}},
+       {"camera", field_json(scene.camera)},
+       {"ambient", field_json(scene.ambient)},
+       {"medium", field_json(scene.medium)},
+       {"depth_cue", field_json(scene.depth_cue)},
+       {"output", {{"exposure", output.exposure}, {"overflow", field_json(output.overflow)}, {"alpha", output.alpha}}},
+       {"accuracy", {{"max_depth", depth}, {"cutoff", field_json(accuracy.cutoff)}, {"seed", accuracy.seed}}},
+       {"requirements", std::move(needs)},
+       {"object_cells", live.object_cells},
+       {"material_cells", live.material_cells},
+       {"material_fields", std::move(fields)},
+       {"materials", array_of(scene.materials, [](const auto& material) { return Json(material.path); })},
+       {"omitted", std::move(all)},
+       {"tables", std::move(tables)}}));
+  while (text.size() % 4 != 0) text += ' ';
+  const std::uint32_t prefix[] = {0x4556494cU, static_cast<std::uint32_t>(text.size())};
+  std::string message(reinterpret_cast<const char*>(prefix), sizeof prefix);
+  message.reserve(sizeof prefix + text.size() + body.size());
+  return message.append(text).append(body);
 }
 
 }  // namespace api

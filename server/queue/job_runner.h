@@ -16,9 +16,10 @@
 
 namespace queue {
 
-/// Work on finished images, for a client that waits.
+/// Work on finished images or a scene, for a client that waits.
 struct ImageWork {
-  /// "scale" one image; "view" a layer of one; "compare" two: a Comparison and, if wanted, its heat map.
+  /// "scale" one image; "view" a layer of one; "compare" two: a Comparison and, if wanted, its heat map; "live": the
+  /// live form of a scene (api/live_json.h).
   std::string kind{"scale"};
   std::uint32_t side = 0;         ///< pixels along the longer side of the PNG that results, at most image_side_max
   std::vector<double> tolerance;  ///< levels, for a comparison; at most one
@@ -27,6 +28,7 @@ struct ImageWork {
   double exposure = 0;
   std::vector<double> range;
   std::vector<std::uint32_t> crop;
+  std::string document{};  ///< the scene, for a live form
 };
 inline constexpr std::uint32_t image_side_min = 16;  ///< smaller ones show nothing
 /// The PNG of an image of noise with this side has 12.6 MB; a message of the worker has at most 16 MiB.
@@ -38,12 +40,12 @@ struct ImageTask {
 };
 struct ImageTaskResult {
   std::string failure;  ///< a sentence; empty: there is a result
-  std::string bytes;    ///< a PNG
+  std::string bytes;    ///< a PNG, or a live form
   std::string text{};   ///< a comparison as JSON (api::write_comparison)
   std::string code{};   ///< set if a repetition fails too: one of those below
 };
 inline constexpr std::string_view images_differ = "images_differ", bad_image = "bad_image",
-                                  image_not_found = "image_not_found";
+                                  image_not_found = "image_not_found", bad_scene = "bad_scene";
 
 /// Calls come from any thread, several at once; they return at once and do not call the queue.
 class JobRunner {

@@ -16,8 +16,8 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 NEED_A_BROKEN_MACHINE = """
     cancelBatch cancelJob changeJob changeJobs compareImages findMissingAssets getAnimation getAsset getBatch getBatchArtifacts getDeliveries getExr
     getHdr getHistory getJob getJpeg getMe getMeasureCsv getMeasureJson getMeasurePng getMeasureSvg getMetrics getPng getPng16 getPreview getPreviewPng
-    getQueue getReferenceExr getScene getStatus getTiff getView getWebhookTest getWebp listBatches listJobs listNodes putAsset redeliver removeBatch
-    removeJob testWebhook""".split()
+    getQueue getReferenceExr getScene getStatus getTiff getView getWebhookTest getWebp listBatches listJobs listNodes makeLiveForm putAsset redeliver
+    removeBatch removeJob testWebhook""".split()
 
 
 class Contract(ContractParts, OneDaemon):
@@ -181,7 +181,7 @@ class Contract(ContractParts, OneDaemon):
             self.check(path, self.daemon.health(path))
 
     def check_submissions(self):
-        for path in ("/v1/jobs", "/v1/jobs/validate", "/v1/render", "/v1/measure"):
+        for path in ("/v1/jobs", "/v1/jobs/validate", "/v1/live", "/v1/render", "/v1/measure"):
             good = {"scene": scene(job={"run_after": FAR})} if path == "/v1/measure" else scene()
             self.post_each(path, good, scene(colour="red"), None)
         self.post("/v1/jobs", scene(), {"Prefer": "wait=60"})

@@ -1,6 +1,8 @@
-"""GET /v1/jobs/{id}/view.png: layers of finished images."""
+"""GET /v1/jobs/{id}/view.png: layers of finished images; POST /v1/live: the live form of a scene."""
+import json
 import os
 import signal
+import struct
 
 import numpy
 
@@ -129,3 +131,34 @@ class Views(OneDaemon):
         stored.unlink()
         self.assert_problem(self.view(job=job["id"]), 500, "image_damaged")
         self.assertEqual(json_of(self.daemon.get("/v1/status"))["ready"], True)
+
+
+def live_parts(body):
+    """The header and the bytes of each table."""
+    magic, size = struct.unpack_from("<4sI", body)
+    assert magic == b"LIVE" and size % 4 == 0
+    header = json.loads(body[8:8 + size])
+    return header, {each["name"]: body[8 + size + each["offset"]:][:4 * each["columns"] * each["rows"]] for each in header["tables"]}
+
+
+class Live(OneDaemon):
+    def live(self, document):
+        return self.daemon.request("POST", "/v1/live", document)
+
+    def test_has_the_tables_and_the_list_of_what_is_left_out(self):
+        document = scene(accuracy={"model": "global"}, camera={"position": [0, 0, 5], "look_at": [0, 0, 0], "aperture": 0.5})
+        reply = self.live(document)
+        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "application/octet-stream"), reply.body[:500])
+        header, tables = live_parts(reply.body)
+        self.assertEqual(sum(map(len, tables.values())) + 8 + struct.unpack_from("<I", reply.body, 4)[0], len(reply.body))
+        self.assertEqual([each["pointer"] for each in header["omitted"]], ["/accuracy/model"])
+        self.assertEqual(header["camera"]["aperture"], 0.5)
+        self.assertEqual(len(tables["materials"]), 4 * 4 * header["material_cells"] * len(header["materials"]))
+        self.assertEqual(self.live(document).body, reply.body)
+
+    def test_refuses_what_it_cannot_hold(self):
+        far = scene(lights=[{"type": "point", "position": [1e50, 0, 0]}])
+        self.assert_problem(self.live(far), 422, "bad_scene")
+        self.assertIn("32-bit", json_of(self.live(far))["detail"])
+        self.assert_problem(self.live({**scene(), "unknown": 1}), 422, "bad_scene")
+        self.assert_problem(self.live(b"{"), 400, "not_json")

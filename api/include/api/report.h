@@ -1,5 +1,6 @@
 #pragma once
-/// The `report` of a finished job (api/docs/http.md) and the result of validating a document, as JSON text.
+/// The `report` of a finished job (api/docs/http.md) and the result of validating a document, as JSON text; the live
+/// form of a scene, as a message.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,7 @@
 
 #include "tracer/compile.h"
 #include "tracer/encode.h"
+#include "tracer/live.h"
 #include "tracer/render.h"
 #include "tracer/requirements.h"
 #include "tracer/scene.h"
@@ -76,5 +78,11 @@ std::string uri_fragment(const std::string& pointer);
 /// `document` with `format` appended to its output.formats, otherwise unchanged.
 /// Precondition: parse_scene accepts it.
 std::string with_format(const std::string& document, tracer::Format format);
+
+/// The message of POST /v1/live: 32-bit words, little-endian: the number 0x4556494c ("LIVE"), the bytes of the header,
+/// the header, which is JSON as in api/docs/http.md with blanks up to a whole word, and the tables. `omitted`: of
+/// leave_out().
+std::string write_live(const tracer::Scene& scene, const tracer::LiveScene& live,
+                       const std::vector<tracer::LiveOmission>& omitted);
 
 }  // namespace api

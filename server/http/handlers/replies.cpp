@@ -99,7 +99,8 @@ DeferredReply defer_until_ended(const std::string& id, Time deadline, const ApiC
 }
 
 static Answer answer_with(const ImageResult& result, const std::function<Answer(const ImageResult&)>& resume) {
-  for (const Failure& failure : {failures::images_differ, failures::bad_image, failures::image_not_found})
+  for (const Failure& failure :
+       {failures::images_differ, failures::bad_image, failures::image_not_found, failures::bad_scene})
     if (result->code == failure.name) return Problem{failure, result->failure};
   if (!result->failure.empty()) return Problem{failures::image_not_processed, result->failure};
   return resume(result);

@@ -1,4 +1,4 @@
-/// Layers of finished images as PNG, by the worker.
+/// Layers of finished images as PNG, and the live form of a scene, by the worker.
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,8 @@
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"
+#include "tracer/sha256.h"
+#include "tracer/version.h"
 #include "tracer/view.h"
 
 namespace http::handlers {
@@ -124,10 +126,32 @@ Answer get_view(Request& request, const queue::JobView& view, const ApiContext& 
   return processed_image(view.job, *source, *work, context);
 }
 
+/// A document determines its live form, unless it names files, which may change.
+std::string live_key(const Scene& scene, const ApiContext& context) {
+  const std::string when = scene.content.named_files ? std::to_string(context.clock()) : std::string(tracer::build());
+  return tracer::sha256_hex(scene.document) + " live " + when;
+}
+
+Answer make_live_form(Request& request, const ApiContext& context) {
+  auto scene = take_scene(request, context);
+  if (!scene) return scene.error();
+  const std::string key = live_key(*scene, context);
+  queue::ImageTask task;
+  task.work.kind = "live";
+  task.work.document = std::move(scene->document);
+  return context.image_tasks->run(key, task, [](const ImageResult& result) -> Answer {
+    const auto read = [result](std::uint64_t offset, char* into, std::size_t size) {
+      return result->bytes.copy(into, size, offset);
+    };
+    return Reply{.content_type = "application/octet-stream", .source = BodySource{result->bytes.size(), read}};
+  });
+}
+
 }  // namespace
 
 Endpoints view_endpoints() {
-  return {{"GET", "/v1/jobs/{id}/view.png", get_view, {.query = {"layer", "exposure", "range", "map", "crop", "max"}}}};
+  return {{"POST", "/v1/live", make_live_form},
+          {"GET", "/v1/jobs/{id}/view.png", get_view, {.query = {"layer", "exposure", "range", "map", "crop", "max"}}}};
 }
 
 }  // namespace http::handlers

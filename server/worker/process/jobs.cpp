@@ -17,8 +17,10 @@
 #include "api/measure_request.h"
 #include "api/measurement_json.h"
 #include "api/render_document.h"
+#include "api/report.h"
 #include "server/worker/process/task_exchange.h"
 #include "tracer/encode.h"
+#include "tracer/live.h"
 #include "tracer/measure.h"
 #include "tracer/plot.h"
 #include "tracer/sha256.h"
@@ -127,10 +129,11 @@ std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
 
 // ---- renders
 
-/// Parses, loads and compiles a document.
+/// Parses, loads and compiles a document. `change`: applied to its scene before it is compiled.
 void compile(api::DocumentRender& render, std::string document, const JobFiles& files, tracer::RenderControl& control,
-             tracer::SceneCache* cache) {
+             tracer::SceneCache* cache, const std::function<void(tracer::Scene&)>& change = {}) {
   value_of(render.parse(document, reading_limits(files.settings)));
+  if (change) change(render.document.scene);
   document = std::string();  // it may be large
   stop_if_cancelled(control);
   const auto content_of = [&](const std::string& name) { return files.client->content_name(name); };
@@ -239,6 +242,27 @@ std::shared_ptr<const tracer::CompiledScene> compile_document(const std::string&
     return Finished{};
   });
   return std::move(render.compiled);
+}
+
+queue::ImageTaskResult live_form(std::string document, const JobFiles& files, tracer::SceneCache* cache) noexcept {
+  queue::ImageTaskResult result;
+  const Outcome outcome = outcome_of({}, 0, [&] {
+    tracer::RenderControl control;
+    api::DocumentRender render;
+    std::vector<tracer::LiveOmission> omitted;
+    compile(render, std::move(document), files, control, cache,
+            [&](tracer::Scene& scene) { omitted = tracer::leave_out(scene); });
+    const auto live = tracer::live_scene(render.document.scene, *render.compiled);
+    if (!live) throw Stop{queue::Problem{"bad_scene", live.error(), {}}};
+    result.bytes = api::write_live(render.document.scene, *live, omitted);
+    return Finished{};
+  });
+  if (const auto* failed = std::get_if<Failed>(&outcome)) {
+    const auto& [code, detail, errors] = failed->problem;
+    result.failure = errors.empty() ? detail : errors.front().pointer + ": " + errors.front().detail;
+    if (code == "bad_scene" || code == "bad_asset") result.code = queue::bad_scene;
+  }
+  return result;
 }
 
 Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept {

@@ -67,6 +67,10 @@ std::shared_ptr<const tracer::CompiledScene> compile_document(const std::string&
 /// Never throws: fails as render_job, and as "bad_scene" if no parameter changes anything in the scene.
 Outcome measure_job(const Assign& job, const JobFiles& files, JobControl& control) noexcept;
 
+/// The live form of a document (tracer/live.h), on the oneTBB arena of the calling thread. Never throws: fails as
+/// queue::bad_scene if the scene or its files are invalid or exceed a limit of the live form.
+queue::ImageTaskResult live_form(std::string document, const JobFiles& files, tracer::SceneCache* cache) noexcept;
+
 /// Works on finished images for clients that wait and sends the result on the socket. Any thread; one task runs at a
 /// time, with about `memory_bytes` at most: images with too many pixels for that are refused. Never throws.
 void run_image_task(ImageTask task, std::uint64_t memory_bytes, int socket) noexcept;

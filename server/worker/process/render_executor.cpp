@@ -130,6 +130,21 @@ void RenderExecutor::trace_task(TraceTask task) {
   }).detach();
 }
 
+void RenderExecutor::make_live_form(ImageTask task) {
+  std::thread([this, task = std::move(task)]() mutable {
+    ImageTaskResult message{task.number, {}};
+    {
+      const std::lock_guard one_at_a_time(live_mutex_);
+      oneapi::tbb::task_arena arena(arena_threads(options_));
+      arena.execute([&] { message.result = live_form(std::move(task.work.document), files_, &cache_); });
+    }
+    send_when_possible(socket_, std::move(message));
+    const std::lock_guard lock(mutex_);
+    needs_trim_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
+  }).detach();
+}
+
 std::shared_ptr<TaskExchange> RenderExecutor::exchange_of(const std::string& job_id) {
   const std::shared_ptr<Job> job = find(job_id);
   if (!job) return nullptr;

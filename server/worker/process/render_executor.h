@@ -36,6 +36,8 @@ class RenderExecutor {
   void request_preview(const PreviewRequest& request);
   /// Traces a part of an image of another node on a thread of its own, and answers.
   void trace_task(TraceTask task);
+  /// Answers with the live form of a scene, on a thread of its own; one is made at a time.
+  void make_live_form(ImageTask task);
   void on_task_taken(const TaskTaken& message);
   void on_task_done(TaskDone message);
   void on_helpers(const Helpers& message) { helpers_ = message.count; }
@@ -66,6 +68,7 @@ class RenderExecutor {
   std::atomic<std::int64_t> helpers_ = 0;  ///< other nodes that have nothing to do
   const TaskChannel channel_;
   TaskTracer task_tracer_;
+  std::mutex live_mutex_;  ///< held while a live form is made
   std::mutex mutex_;
   std::condition_variable job_available_, busy_;
   std::deque<Assign> waiting_jobs_;                   ///< assigned to the shared threads, not started

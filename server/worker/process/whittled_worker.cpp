@@ -93,7 +93,9 @@ void serve(worker::RenderExecutor& executor, std::uint64_t job_memory_bytes) {
     // Threads are not joined: there is no receiver for their results.
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
     if (auto* job = std::get_if<worker::Assign>(message)) executor.assign(std::move(*job));
-    if (auto* task = std::get_if<worker::ImageTask>(message)) {
+    if (auto* task = std::get_if<worker::ImageTask>(message); task != nullptr && task->work.kind == "live") {
+      executor.make_live_form(std::move(*task));
+    } else if (task != nullptr) {
       std::thread(worker::run_image_task, std::move(*task), job_memory_bytes, worker::worker_socket).detach();
     }
     if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);

@@ -43,7 +43,7 @@ auto fields(Assign& m) {
 auto fields(Cancel& m) { return std::tie(m.job_id, m.preview); }
 auto fields(MeasurementUpdate& m) { return std::tie(m.job_id, m.summary); }
 auto fields(queue::ImageWork& m) {
-  return std::tie(m.kind, m.side, m.tolerance, m.heat, m.layer, m.exposure, m.range, m.crop);
+  return std::tie(m.kind, m.side, m.tolerance, m.heat, m.layer, m.exposure, m.range, m.crop, m.document);
 }
 auto fields(queue::ImageTaskResult& m) { return std::tie(m.failure, m.bytes, m.text, m.code); }
 auto fields(ImageTask& m) { return std::tie(m.number, m.work, m.images); }

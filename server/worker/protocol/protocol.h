@@ -80,7 +80,7 @@ struct PreviewRequest {
   std::string job_id;
   std::uint32_t side = 0;  ///< pixels along the longer side, at most queue::preview_side_max
 };
-/// Work on images that are finished (queue::ImageTask). ImageTaskResult follows.
+/// Work on images that are finished, or on a scene (queue::ImageTask). ImageTaskResult follows.
 struct ImageTask {
   std::uint64_t number = 0;  ///< returned with the result
   queue::ImageWork work;
@@ -207,7 +207,7 @@ struct FileResponse {
 constexpr std::string_view assets_unavailable = "assets_unavailable";
 
 /// Changes with the messages and the order of their fields (protocol.cpp).
-constexpr std::uint32_t protocol_version = 9;
+constexpr std::uint32_t protocol_version = 10;
 
 using Message =
     std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,

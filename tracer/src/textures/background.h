@@ -10,6 +10,16 @@ namespace tracer {
 
 class CompiledBackground {
  public:
+  enum class Kind { color, gradient, environment, cube };
+
+  /// A texture on one face of the cube, or an environment, with the direction of its center as `axis`.
+  struct Face {
+    Vec3 axis, right, up;
+    Texture texture;
+    std::shared_ptr<const ImageMap> image;
+    Wraps wraps;
+  };
+
   /// `images[i]` belongs to `textures[i]`. Both may be empty if the background has no textures.
   CompiledBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
                      const std::vector<std::shared_ptr<const ImageMap>>& images);
@@ -28,6 +38,9 @@ class CompiledBackground {
   /// Gradient along up(), or null.
   [[nodiscard]] const Gradient* gradient() const { return kind_ == Kind::gradient ? &gradient_ : nullptr; }
   [[nodiscard]] const Vec3& up() const { return up_; }
+  [[nodiscard]] Kind kind() const { return kind_; }
+  /// One for an environment, six in the order of CubeMap, or none.
+  [[nodiscard]] const std::vector<Face>& faces() const { return faces_; }
   /// Directions at which the textures have their texels: `columns` around `up` from behind, turning to `right`, and
   /// `rows` of equal angles from below. Those of a cube are as close. No columns without textures.
   struct DirectionGrid {
@@ -41,16 +54,6 @@ class CompiledBackground {
   [[nodiscard]] double bound() const;
 
  private:
-  enum class Kind { color, gradient, environment, cube };
-
-  /// A texture on one face of the cube, or an environment, with the direction of its center as `ahead`.
-  struct Face {
-    Vec3 axis, right, up;
-    Texture texture;
-    std::shared_ptr<const ImageMap> image;
-    Wraps wraps;
-  };
-
   [[nodiscard]] Color environment(const Vec3& direction, double spread) const;
   [[nodiscard]] Color cube(const Vec3& direction, double spread) const;
 
@@ -58,7 +61,7 @@ class CompiledBackground {
   Color color_;
   Gradient gradient_;
   Vec3 up_;
-  std::vector<Face> faces_;  ///< one for an environment, or six in the order of CubeMap
+  std::vector<Face> faces_;
 };
 
 }  // namespace tracer
