@@ -16,7 +16,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 TIME_LIMIT_S = 300  # npm waits for ever where it does not trust the registry's certificate
 # Each is a program of its own: the page, its workers, and the stylesheet.
-ENTRIES = ("main.js", "stream-worker.js", "schema-worker.js", "image-worker.js", "app.css")
+ENTRIES = ("main.js", "stream-worker.js", "schema-worker.js", "image-worker.js", "live/live-view.js", "app.css")
 TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".html": "text/html; charset=utf-8",
          ".txt": "text/plain; charset=utf-8", ".json": "application/json", ".svg": "image/svg+xml"}
 EXAMPLE_BYTES_MAX = 40_000
@@ -76,8 +76,8 @@ def bundle(cache, files):
     shutil.copytree(HERE, sources, ignore=shutil.ignore_patterns("*.py", "*.txt", "*.h", "package*", ".npmrc"))
     (sources / "examples.json").write_text(examples(), encoding="utf-8")
     run([cache / "node_modules/.bin/esbuild", *ENTRIES, "examples.json", "--bundle", "--splitting", "--format=esm", "--minify",
-         "--target=es2022", "--preserve-symlinks", "--legal-comments=none", "--loader:.json=copy", "--loader:.svg=copy", "--asset-names=[name]",
-         "--chunk-names=[name]-[hash]", f"--outdir={files}"], sources, "esbuild")
+         "--target=es2022", "--preserve-symlinks", "--legal-comments=none", "--loader:.json=copy", "--loader:.svg=copy", "--loader:.glsl=text",
+         "--entry-names=[name]", "--asset-names=[name]", "--chunk-names=[name]-[hash]", f"--outdir={files}"], sources, "esbuild")
     (files / "licences.txt").write_text(licences(cache / "node_modules"), encoding="utf-8")
     shutil.copyfile(HERE / "icon.svg", files / "icon.svg")
 

@@ -75,6 +75,8 @@ export class Drafts {
     this.refining = null;
     this.followed = new AbortController();  // ends the requests about it
     this.dragging = false;
+    /** The live view shows drags. */
+    this.isLive = false;
     this.inDrag = 0;
     this.isLate = false;  // a draft of this drag came late
     this.waiting = false;
@@ -223,6 +225,7 @@ export class Drafts {
   }
 
   async drag() {
+    if (this.isLive) return;
     this.waiting = true;
     if (this.inDrag === DRAG_IN_FLIGHT_MAX) return;
     ++this.inDrag;

@@ -5,10 +5,10 @@ import {json} from '@codemirror/lang-json';
 import {bracketMatching, codeFolding, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting} from '@codemirror/language';
 import {lintGutter, lintKeymap, setDiagnostics} from '@codemirror/lint';
 import {highlightSelectionMatches, searchKeymap} from '@codemirror/search';
-import {Compartment, EditorState, Transaction} from '@codemirror/state';
+import {Compartment, EditorSelection, EditorState, Transaction} from '@codemirror/state';
 import {drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers} from '@codemirror/view';
 import {tags} from '@lezer/highlight';
-import {rangeOf} from './pointers.js';
+import {rangeOf, segments, wholeRangeOf} from './pointers.js';
 import {swatches} from './swatches.js';
 import {words} from './words.js';
 import {Caller} from './workers.js';
@@ -101,7 +101,7 @@ export class Editor {
     const extensions = [
       lineNumbers(), history(), drawSelection(), closeBrackets(), highlightActiveLine(), indentUnit.of('  '), theme, lintGutter(),
       this.helps(text.length > LARGE_TEXT, readOnly), EditorView.contentAttributes.of({'aria-label': words.editor.label, tabindex: '0'}),
-      EditorState.readOnly.of(readOnly),
+      EditorState.readOnly.of(readOnly), EditorState.allowMultipleSelections.of(true),
       keymap.of([{key: 'Mod-Enter', run: () => { this.flush(); onSubmit?.(); return true; }}, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                  ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
       EditorView.updateListener.of((update) => {
@@ -192,6 +192,14 @@ export class Editor {
     const {from} = rangeOf(this.text(), pointer);
     this.view.dispatch({selection: {anchor: from}, effects: EditorView.scrollIntoView(from, {y: 'center'})});
     this.view.focus();
+  }
+
+  /** Selects the values at pointers; the first one is shown. @param {string[]} pointers */
+  select(pointers) {
+    const text = this.text(), found = pointers.flatMap((pointer) => wholeRangeOf(text, segments(pointer)) || []);
+    if (found.length === 0) return;
+    const ranges = found.map(({from, to}) => EditorSelection.range(from, to));
+    this.view.dispatch({selection: EditorSelection.create(ranges, 0), effects: EditorView.scrollIntoView(ranges[0].from, {y: 'center'})});
   }
 
   /** @param {EditorView} view @param {number} at */

@@ -5,8 +5,9 @@ import {useEffect} from 'preact/hooks';
 import {mayWrite, postJson, Problem, request} from './api.js';
 import {documentOf} from './job-source.js';
 import {addKeys} from './keys.js';
+import {LiveButton} from './live/session.js';
 import {announce, attempt, Bell, Dialog, Entry} from './parts.js';
-import {go, route, routeOf} from './routes.js';
+import {go, route, routeOf, setQuery} from './routes.js';
 import {words} from './words.js';
 
 const text = words.job;
@@ -46,6 +47,7 @@ export function Actions({job, etag}) {
   const bell = isOpen && html`<${Bell} ids=${[id]} label=${words.bell.ring} />`;
   if (!mayWrite.value) return html`${bell}${edit}`;
   return html`${bell}${edit}
+    ${job.value.kind === 'render' && html`<${LiveButton} isOn=${!!route.value.query.get('live')} toggle=${() => setQuery({live: route.value.query.get('live') ? null : 'on'})} />`}
     ${job.value.kind === 'render' && !job.value.expired && html`<button onClick=${measure} title=${words.playground.measureHelp}>${words.playground.measure}</button><a class="button" href=${`#/batches/new?job=${id}`} title=${words.batches.sweepHelp}>${words.batches.sweep}</a>`}
     ${isOpen && html`<label class="switch">${words.queue.columns.priority}<${Entry} class="priority" type="number" min="0" max="100" value=${priority} onChange=${(/** @type {any} */ event) => setPriority(event.target.value)} /></label>
       <button onClick=${() => { proposed.value = 'cancel'; }}>${words.queue.cancel}</button>`}

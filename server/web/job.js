@@ -10,6 +10,7 @@ import {count, duration, figure, size} from './format.js';
 import {announce, attempt, copy, download, Entry, Failure, imageUrl, missedTarget, NotModelled, Splitter, State} from './parts.js';
 import {errorText} from './queue.js';
 import {addKeys, DIGITS} from './keys.js';
+import {LiveStage} from './live/session.js';
 import {readable} from './pointers.js';
 import {route, setQuery} from './routes.js';
 import {commands} from './scenes.js';
@@ -91,11 +92,11 @@ export function JobPage({id}) {
       <div class="actions"><${Actions} job=${job} etag=${etag} /></div>
     </header>
     ${value.state === 'running' && html`<progress max="1" value=${value.progress} aria-label=${words.queue.columns.progress}></progress>`}
-    <${Viewer} url=${tab === 'image' && view.url || url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} size=${value.image} cover=${tab === 'error' && heat.value ? heat.value.url : ''} coverAlt=${text.heat}
+    ${value.kind === 'render' && mayWrite.value && route.value.query.get('live') ? html`<${LiveStage} key=${id} id=${id} url=${url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} />` : html`<${Viewer} url=${tab === 'image' && view.url || url.value} alt=${text.imageAlt(value.name || words.queue.untitled)} size=${value.image} cover=${tab === 'error' && heat.value ? heat.value.url : ''} coverAlt=${text.heat}
       valueAt=${heat.value && tab === 'error' ? heat.value.valueAt : undefined}>
       ${value.kind === 'measure' ? html`<h2>${text.isMeasurement}</h2><p>${text.isMeasurementText}</p><a class="button primary" href=${`#/measure/${id}`}>${text.tradeOff}</a>`
         : html`<h2>${text.noImage[/** @type {'queued'} */ (value.state)]}</h2><p>${value.problem ? value.problem.detail : waits(value)}</p>`}
-    </${Viewer}>
+    </${Viewer}>`}
     <${Splitter} name="tabs" label=${words.panes.tabs} />
     <div class="tabs">
       <nav aria-label=${words.titles.jobs}>${TABS.map((each) => html`<a href=${tabRoute(each)} aria-current=${each === tab ? 'page' : undefined}>${text.tabs[each]}</a>`)}</nav>

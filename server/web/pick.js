@@ -51,11 +51,12 @@ export async function pick(scene, place, size) {
 
 /**
  * The place of a pointer in an image that is fitted into its element.
- * @param {HTMLImageElement} image @param {{clientX: number, clientY: number}} pointer @returns {{x: number, y: number} | null} null beside the image
+ * @param {HTMLImageElement | HTMLCanvasElement} image @param {{clientX: number, clientY: number}} pointer @returns {{x: number, y: number} | null} null beside the image
  */
 export function placeIn(image, {clientX, clientY}) {
-  const box = image.getBoundingClientRect(), scale = Math.min(box.width / image.naturalWidth, box.height / image.naturalHeight);
-  const x = 0.5 + (clientX - box.left - box.width / 2) / (scale * image.naturalWidth);
-  const y = 0.5 + (clientY - box.top - box.height / 2) / (scale * image.naturalHeight);
+  const [width, height] = image instanceof HTMLCanvasElement ? [image.width, image.height] : [image.naturalWidth, image.naturalHeight];
+  const box = image.getBoundingClientRect(), scale = Math.min(box.width / width, box.height / height);
+  const x = 0.5 + (clientX - box.left - box.width / 2) / (scale * width);
+  const y = 0.5 + (clientY - box.top - box.height / 2) / (scale * height);
   return x >= 0 && x < 1 && y >= 0 && y < 1 ? {x, y} : null;
 }

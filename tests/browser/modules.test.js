@@ -211,3 +211,34 @@ test('a link holds a text, and nothing else passes for one', async () => {
   assert.equal(await linkTo(Array.from({length: 60000}, (_, i) => Math.sin(i)).join()), '');
   for (const broken of ['', '!', 'AAAA', 'x'.repeat(70000)]) assert.equal(await textOfLink(broken), null, broken.slice(0, 9));
 });
+
+test('the live view follows numbers and colors, and nothing that changes what a scene needs', async () => {
+  const {cameraOf, changesOf, colorOf} = await load('live/message.js');
+  const lights = new Float32Array(4 * 7 * 4), materials = new Float32Array(4 * 12);
+  const header = {materials: ['/materials/a~1b'], material_cells: 12, material_fields: {color: 0, reflection: 15, transmission: 19, ior: 31, specular: 33}, origin: [1, 0, 0], scale: 0.5, camera: {type: 'perspective', fov: 45, aperture: 0}};
+  const live = () => ({header, tables: {materials: {columns: 4, rows: 12, values: materials.fill(9)}, lights: {columns: 4, rows: 28, values: lights}}});
+  const before = {camera: {position: [0, 0, 5], look_at: [0, 0, 0]}, lights: [{type: 'point', position: [3, 0, 0]}, {type: 'directional', direction: [0, -1, 0]},
+                  {type: 'spot', position: [0, 4, 0], direction: [0, -1, 0], inner_angle: 10, outer_angle: 20}, {type: 'line', from: [0, 3, 0], to: [1, 3, 0]}],
+                  materials: {'a/b': {color: [1, 0, 0], reflection: 0.5, transmission: 0, ior: 1.5}}, objects: [{type: 'sphere', radius: 1}]};
+  const changed = (change) => { const after = structuredClone(before); change(after); return changesOf(live(), before, after); };
+  assert.deepEqual(changed((d) => { d.materials['a/b'].color = '#ff8000'; }), {camera: false, rows: [{table: 'materials', cell: 0, cells: 12}]});
+  assert.deepEqual([...materials.slice(0, 4)].map((each) => each.toFixed(3)), ['1.000', '0.216', '0.000', '9.000']);
+  assert.equal(changed((d) => { d.materials['a/b'].reflection = 0.25; }).rows.length, 1);
+  assert.equal(materials[15], 0.25);
+  changed((d) => { d.lights[0].position = [5, 2, 0]; d.lights[1].direction = [0, 0, -2]; });
+  assert.deepEqual([...lights.slice(0, 3), ...lights.slice(36, 39)].map((each) => each + 0), [2, 1, 0, 0, 0, 1]);
+  changed((d) => { d.lights[2].outer_angle = 60; d.lights[3].to = [5, 3, 2]; });
+  assert.deepEqual([lights[71].toFixed(6), ...lights.slice(96, 99)], ['0.500000', 2.5, 0, 1]);
+  assert.deepEqual(changed((d) => { d.camera.position = [1, 1, 1]; d.camera.aperture = 2; }), {camera: true, rows: []});
+  for (const change of [
+    (d) => { d.materials['a/b'].reflection = 0; }, (d) => { d.materials['a/b'].transmission = 0.5; }, (d) => { d.materials['a/b'].ior = 1; },
+    (d) => { d.materials['a/b'].color = 'red'; }, (d) => { d.materials['a/b'].color = [1, -1, 0]; }, (d) => { d.materials['a/b'].specular = 1; },
+    (d) => { d.objects[0].radius = 2; }, (d) => { d.objects.push({}); }, (d) => { d.lights[0].position = [1, 2]; }, (d) => { d.lights[3].from = null; }, (d) => { d.camera.up = [1, 0, 0]; },
+  ]) {
+    materials.fill(9);
+    assert.equal(changed(change), null, String(change));
+    assert.ok(materials.every((each) => each === 9), String(change));
+  }
+  assert.deepEqual(cameraOf(live(), {camera: {fov: 30, focus_distance: 4, up: 'x'}}), {type: 'perspective', fov: 30, aperture: 0, focus_distance: 4, up: 'x'});
+  assert.deepEqual([colorOf(0.5), colorOf('#fff'), colorOf({hsb: [1, 1, 1]})], [[0.5, 0.5, 0.5], [1, 1, 1], null]);
+});

@@ -1,0 +1,91 @@
+#!/usr/bin/env -S /usr/bin/python3 -u
+"""The live view of the page in a headless Chromium, whose graphics processor is this machine's processor.
+
+    tests/bench/live_bench.py [--frames 5]
+
+For each scene: the size of its tables; the time of POST /v1/live, the least of some requests that each change a color, so that the
+geometry is in the worker's cache and the tables are made again; the time of a frame of 320 x 240 with one sample a pixel, the least
+of some; and frames per second beside those of one sphere, a figure that holds for graphics processors too.
+"""
+import argparse
+import json
+import math
+import pathlib
+import re
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from tests.browser.browser import Browser  # pylint: disable=wrong-import-position
+from tests.browser.live_scenes import large_scene  # pylint: disable=wrong-import-position
+from tests.browser.live_test import SOFTWARE  # pylint: disable=wrong-import-position
+from tests.http.daemon import Daemon  # pylint: disable=wrong-import-position
+from tests.support.whittle import SCENES, scene  # pylint: disable=wrong-import-position
+
+SIZE = {"width": 320, "height": 240}
+# Milliseconds of each frame, the first one with the compilation of the program.
+FRAMES = """
+const [url, text, frames, done] = arguments;
+(async () => {
+  const {Renderer, readLive} = await import(url);
+  const reply = await fetch('/v1/live', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: text});
+  if (!reply.ok) throw new Error(await reply.text());
+  const live = readLive(await reply.arrayBuffer()), {camera, image: {width, height}} = live.header;
+  const tracer = window.tracer ??= new Renderer(document.createElement('canvas'));
+  tracer.load(live, camera.aperture > 0);
+  while (!tracer.ready()) await new Promise((again) => setTimeout(again, 5));
+  const times = [];
+  for (let frame = 0; frame < frames; ++frame) {
+    const begin = performance.now();
+    tracer.clear(width, height);
+    tracer.findMedia(camera);
+    tracer.trace(camera, {index: -1, points: 1, share: 1, first: 0, rows: height});
+    tracer.pixels();
+    times.push(performance.now() - begin);
+  }
+  return times;
+})().then(done, (error) => done(String(error)));"""
+
+
+def scenes():
+    sphere = {"version": 1, "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]}, "lights": [{"type": "point", "position": [3, 4, 5]}],
+              "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"color": [0.8, 0.3, 0.1]}}]}
+    yield "one sphere", sphere
+    for name in ("tiny", "shapes", "whitted", "glass", "textures", "mountain"):
+        yield name, scene(name)
+    yield "100,352 triangles", large_scene("triangles")
+    yield "50,000 spheres", large_scene("spheres")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", type=int, default=5)
+    options = parser.parse_args()
+    with Daemon("--assets", str(SCENES)) as daemon:
+        browser = Browser(arguments=SOFTWARE)
+        browser.set_script_timeout(3600)
+        browser.get(f"http://127.0.0.1:{daemon.port}/")
+        tree = re.search(r"/ui/([0-9a-f]+)/main\.js", browser.page_source).group(1)
+        print(f"{'scene':20} {'tables':>10} {'request':>10} {'frame':>10} {'frames/s':>9} {'of one sphere':>14}")
+        first = None
+        for name, document in scenes():
+            document = {**document, "image": SIZE}
+            seconds = math.inf
+            for turn in range(options.frames):
+                body = json.dumps({**document, "ambient": 0.1 + turn / 1000})
+                begin = time.perf_counter()
+                reply = daemon.request("POST", "/v1/live", body.encode())
+                seconds = min(seconds, time.perf_counter() - begin)
+                if reply.status != 200:
+                    sys.exit(f"{name}: {reply.status} {reply.body[:300]}")
+            times = browser.execute_async_script(FRAMES, f"/ui/{tree}/live-view.js", json.dumps(document), 1 + options.frames)
+            if isinstance(times, str):
+                sys.exit(f"{name}: {times}")
+            frame = min(times[1:])
+            first = first or frame
+            print(f"{name:20} {len(reply.body) / 1e6:7.2f} MB {1e3 * seconds:7.0f} ms {frame:7.1f} ms {1e3 / frame:9.1f} {first / frame:14.3f}")
+        browser.quit()
+
+
+if __name__ == "__main__":
+    main()
