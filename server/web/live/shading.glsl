@@ -102,10 +102,10 @@ void compute_point(vec3 o, vec3 d) {
   } else if (hit_cell.x == -1.0) {
     vec4 sphere = cell(shapes, int(hit_cell.y));
     // From the point of the line nearest to the center: a point at the distance of the hit has fewer digits.
-    vec3 from = (o - sphere.xyz) / sphere.w, nearest = from - dot(from, d) * d;
+    vec3 from = o - sphere.xyz, nearest = from - dot(from, d) * d;
     nearest -= dot(nearest, d) * d;
-    float half_chord = sqrt(max(1.0 - dot(nearest, nearest), 0.0));
-    hit_face = unit_or_zero(nearest + d * (hit_t < -dot(from, d) * sphere.w ? -half_chord : half_chord));
+    float half_chord = sqrt(max(sphere.w * sphere.w - dot(nearest, nearest), 0.0));
+    hit_face = unit_or_zero(nearest + d * (hit_t < -dot(from, d) ? -half_chord : half_chord));
     vec3 arm = hit_face * sphere.w;
     hit_position = sphere.xyz + arm;
     hit_error = abs(arm) * rounding_bound(16.0) + (abs(hit_position) + abs(sphere.xyz)) * rounding_bound(2.0);

@@ -88,13 +88,14 @@ bool hits_plane(int i, vec3 o, vec3 d) {
   return true;
 }
 
-// The discriminant is one minus the squared distance of the line from the center (tracer/src/accel/packet.cpp).
-float sphere_hit(vec3 o, vec3 d, float speed) {
+// The discriminant is the squared radius minus the squared distance of the line from the center (tracer/src/accel/packet.cpp). A
+// radius of one would cost another rounding of the origin, which is large beside a small sphere.
+float sphere_hit(vec3 o, vec3 d, float radius_squared, float speed) {
   float b = -dot(o, d) / speed;
   vec3 nearest = o + b * d;
-  float discriminant = (1.0 - dot(nearest, nearest)) / speed;
+  float discriminant = (radius_squared - dot(nearest, nearest)) / speed;
   if (!(discriminant >= 0.0)) return FAR;
-  float root = sqrt(discriminant), q = b >= 0.0 ? b + root : b - root, other = (dot(o, o) - 1.0) / speed / q;
+  float root = sqrt(discriminant), q = b >= 0.0 ? b + root : b - root, other = (dot(o, o) - radius_squared) / speed / q;
   float first = min(q, other), last = max(q, other);
   return first > 0.0 ? first : (last > 0.0 ? last : FAR);
 }
@@ -255,7 +256,7 @@ bool hits_quadric(int kind, int at, vec3 o, vec3 d) {
   mat3 shape_from_render = mat3(x.xyz, y.xyz, z.xyz);
   vec3 local_o = shape_from_render * (o - origin.xyz), local_d = shape_from_render * d;
   best_t = hit_t;
-  if (kind == 1) update_nearest(sphere_hit(local_o, local_d, dot(local_d, local_d)), true, 0.0);
+  if (kind == 1) update_nearest(sphere_hit(local_o, local_d, 1.0, dot(local_d, local_d)), true, 0.0);
   else if (kind == 2) disc_hit(local_o, local_d, origin.w);
   else if (kind == 3) frustum_hit(local_o, local_d, origin.w, x.w, y.w > 0.0);
   else if (kind == 4) cube_hit(local_o, local_d);
@@ -315,9 +316,9 @@ bool intersect(vec3 o, vec3 d, float t_max, int from, int mask, bool any) {
 #ifdef SPHERES
       if (primitive.x == -1.0) {
         vec4 sphere = cell(shapes, int(primitive.y));
-        float t = sphere_hit((o - sphere.xyz) / sphere.w, d, 1.0);
-        hit = t < FAR && t * sphere.w < hit_t;
-        if (hit) hit_t = t * sphere.w;
+        float t = sphere_hit(o - sphere.xyz, d, sphere.w * sphere.w, 1.0);
+        hit = t < hit_t;
+        if (hit) hit_t = t;
       }
 #endif
 #ifdef QUADRICS
