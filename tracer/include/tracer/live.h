@@ -21,11 +21,10 @@
 /// `objects`     `object_cells` each: (material, flags, diagonal, 0), and, if there are textures, the axes e0, e1 and n
 ///               of texture coordinates. flags = 1 if it casts no shadow + 2 if a mesh has no texture coordinates + 4 *
 ///               MediumBoundary.
-/// `materials`   `material_cells` each: the colors of tracer::Material as (color, index of its texture + 1 or 0), then
-/// its
-///               numbers, four a cell, then (flags, normal_map, bump, scale of bump), the textures as index + 1 or 0.
-///               `material_fields` has the places of colors and numbers. flags = model + 4 transparency + 16 if fresnel
-///               + 32 if the normals are those of the faces + 64 if it has textures.
+/// `materials`   `material_cells` each: the colors of tracer::Material as (color, index of its texture + 1 or 0), its
+///               numbers, four a cell, and (flags, normal_map, bump, scale of bump), textures as index + 1 or 0.
+///               `material_fields` has the places of colors and numbers. flags = model + 4 transparency + 16 if
+///               fresnel + 32 if the normals are those of the faces + 64 if it has textures.
 /// `lights`      (position, kind), (color, intensity), (axis, cos_inner), (u, cos_outer), (v, radius), (coefficients,
 ///               kind of attenuation), (1 if it casts shadows, 0, 0, 0), as tracer/src/lights/light_registry.h.
 /// `textures`    (pattern, filter, wrap, octaves), (first color, first texel), (second color, levels), (scale, offset),
