@@ -113,7 +113,7 @@ class Drafts(Playground):
 
     def test_set_a_target_error(self):
         self.set_document({**scene(64, 48), "accuracy": {"samples": [4, 4], "max_depth": 3}})
-        field = self.browser.until(lambda: next((each for each in self.browser.all(".target") if "max_depth" in self.document()), None), "the field")
+        field = self.browser.until(lambda: next((each for each in self.browser.all(".target") if not each.get_attribute("value")), None), "no target")
         field.send_keys("1", Keys.ENTER)
         self.browser.until(lambda: json.loads(self.document())["accuracy"] == {"target_error": 1, "max_depth": 3}, "the target in the document")
         self.browser.until(lambda: self.browser.one(".target").get_attribute("value") == "1", "the target in the field")

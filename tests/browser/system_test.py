@@ -54,7 +54,7 @@ class Header(unittest.TestCase):
     def test_shows_that_the_queue_is_full_and_that_nothing_can_be_stored(self):
         """Acceptance test 41; modules.test.js has a full disk and a service that stops."""
         with Daemon("--queued-jobs", "2") as daemon, Browser() as self.browser:
-            self.browser.get(f"http://127.0.0.1:{daemon.port}/#/")
+            self.browser.get(f"http://127.0.0.1:{daemon.port}/#/system")  # without examples, whose images are jobs
             self.browser.until(lambda: self.header() == "Idle", "the word")
             jobs = [daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"})) for _ in range(2)]
             self.assertEqual(daemon.request("POST", "/v1/jobs", scene()).status, 503)
