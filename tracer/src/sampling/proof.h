@@ -86,14 +86,14 @@ inline void prove_error(const CompiledScene& scene, const RenderSettings& settin
   LookTracer tracer({scene, settings, control, pool}, PartKind::whole_looks);
   const std::uint64_t most = std::max<std::uint64_t>(looks_min, rendered.statistics.samples / (2 * look_half));
   const double target = scene.accuracy.target().value_or(0);
-  for (double before = elapsed_ms(), now = before; !control.cancelled() && (timed || proof.count() < most);) {
+  for (double before = elapsed_ms(); !control.cancelled() && (timed || proof.count() < most);) {
     const std::uint64_t doubled = std::max<std::uint64_t>(proof.count(), first_looks);
     const std::vector<Look> looks = proof.draw(timed ? timed_looks : std::min(doubled, most - proof.count()));
     const std::vector<std::optional<Halves>> halves = tracer.halves(looks, look_half);
     if (looks.empty() || control.cancelled()) break;
     proof.add(looks, halves);
     error.proven = proof.bound();
-    now = elapsed_ms();
+    const double now = elapsed_ms();
     if (error.proven <= target || 2 * now - before >= end_ms) break;
     before = now;
   }
