@@ -7,14 +7,14 @@ import numpy
 
 from tests.bench.peers import bench_scenes, document, povray, povray_radiosity, ppm, tachyon
 from tests.bench.peers.equal_error import Point, Ratio, cost_at, frontier, geometric_mean, ratio_at
-from tests.bench.peers.sweeps import ONE_SAMPLE, sweep, true_error
+from tests.bench.peers.sweeps import MODEL, sweep, true_error
 from tests.support.whittle import scene, whittle
 
 SMALL = {"mountain": 6, "pot": 12, "molecule": 40, "waves": 40}
 
 
 def bench_scene(name):
-    return bench_scenes.document(name, ONE_SAMPLE, SMALL.get(name, 2), 8, 8)
+    return bench_scenes.document(name, MODEL, SMALL.get(name, 2), 8, 8)
 
 
 def export(program, source):
