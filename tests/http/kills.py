@@ -62,10 +62,8 @@ def wait_for_all(daemon):
     def unfinished():
         queue = json_of(daemon.get("/v1/queue"))
         return queue["jobs"]["queued"] + queue["jobs"]["running"]
-    left = unfinished()
-    while left > 0:  # patience is for one job: there are thousands after many kills
+    while (left := unfinished()) > 0:  # patience is for one job: there are thousands after many kills
         wait_until(lambda before=left: unfinished() < before, f"the end of one of {left} jobs")
-        left = unfinished()
 
 
 def check_jobs(test, daemon, answered, removed=(), attempts_max=1):
