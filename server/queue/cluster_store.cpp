@@ -2,11 +2,12 @@
 
 #include <chrono>
 
+#include "server/queue/job_rows.h"
+
 namespace queue {
 namespace {
 
-constexpr std::int64_t node_kept_ms = 3'600'000, node_runs_ms = 10'000;
-constexpr std::int64_t result_kept_ms = 600'000;
+constexpr std::int64_t node_kept_ms = 3'600'000, node_runs_ms = 10'000, result_kept_ms = 600'000;
 
 std::int64_t steady_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch())
@@ -53,8 +54,7 @@ std::vector<JobEvent> ClusterStore::events_after(std::int64_t after, int limit) 
 }
 
 void ClusterStore::put_result(const std::string& job_id, const std::string& name, const std::string& bytes) {
-  const std::int64_t now = ClusterStore::now();
-  const auto work = [&](sql::Database& database) {
+  const auto work = [&, now = now()](sql::Database& database) {
     database.post("DELETE FROM running_results WHERE at < ?", now - result_kept_ms);
     return database.change(
         "INSERT INTO running_results (job_id, name, bytes, at) VALUES (?1, ?2, ?3, ?4)"
