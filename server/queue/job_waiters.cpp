@@ -112,7 +112,7 @@ void Previews::evict_oldest(const std::string& id) {
 // ---- JobWaiters
 
 Previews::Token JobWaiters::when_ended(const std::string& id, std::function<void()> done) {
-  const Previews::Token token = previews_.request(id, Previews::at_end, std::move(done)).token;
+  Previews::Token token = previews_.request(id, Previews::at_end, std::move(done)).token;
   // Read after the waiter is in place: an end in between calls it exactly once.
   try {
     const std::optional<JobSummary> job = jobs_.summary(id);

@@ -53,7 +53,7 @@ int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, s
   return removed;
 }
 
-std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, Log log,
+std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
                             CollectorSettings settings) {
   return repeat("collect_assets", log, [&, clock = std::move(clock), log, settings, next = 0]() mutable {
     const int part = std::exchange(next, (next + 1) % AssetStore::parts);

@@ -53,7 +53,7 @@ int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, s
 /// job needs, as long as a submission takes less than the age.
 ///
 /// A thread collects round after round; a part that fails is left to the next round. The stores must outlive it.
-std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, Log log,
+std::jthread collect_assets(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
                             CollectorSettings settings);
 
 }  // namespace queue
