@@ -63,9 +63,11 @@ class DiffuseRays {
   explicit DiffuseRays(WavefrontState<Features>& state) : state_(state) {}
 
   /// Sets the throughputs of the rays, and what the hit rays carry. Precondition: the shading points have theirs.
-  /// `media_behind(lane)`: of the far side of a surface that lets diffuse light through.
+  /// `media_behind(lane)`: of the far side of a surface that lets diffuse light through. `trapped`: lanes with
+  /// Termination::trapped_growth.
   template <class MediaBehind>
-  void begin(const RayQueue& rays, const ShadingPointPacket& shading_points, const MediaBehind& media_behind) {
+  void begin(const RayQueue& rays, const ShadingPointPacket& shading_points, const MediaBehind& media_behind,
+             LaneMask trapped) {
     const HitPacket& hit = state_.hit;
     begin_diffuse(hit, shading_points, rays_, places_);
     after_diffuse_ = at_patch_ = 0;
@@ -74,7 +76,8 @@ class DiffuseRays {
       random_.key[i] = sample.key;
       random_.index[i] = sample.index;
       random_.path[i] = state_.termination.random_path(hit.path[i]);
-      weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight * state_.termination.growth;
+      weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight *
+                   ((trapped >> i & 1) != 0 ? state_.termination.trapped_growth : state_.termination.growth);
       after_diffuse_ |= lane_bit(i, weight_[i] > 0);
       media_[i] = shading_points.media[i];
     }

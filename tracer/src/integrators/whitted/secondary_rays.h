@@ -21,8 +21,8 @@ void spawn_reflection(const HitPacket& packet, const ShadingPointPacket& shading
                       SecondaryRayPacket& reflection);
 
 /// Rays by Snell's law and Fresnel's equations. Lanes without splits get the same bits as by spawn_reflection().
-/// `perturbed`: some normals are perturbed; rays that these refract back to the incident side are reflected in the
-/// face.
+/// `perturbed`: some normals are not those of the faces; rays that these refract back to the incident side are
+/// reflected in the face.
 void spawn_dielectric(const HitPacket& packet, const ShadingPointPacket& shading_points,
                       const InterfacePacket& interfaces, bool perturbed, SecondaryRayPacket& reflection,
                       SecondaryRayPacket& transmission);
@@ -83,14 +83,17 @@ class SecondaryRays {
   /// Precondition: cross_media() was called for the packet.
   void spawn(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
     spawn_specular(shading_points);
+    const LaneMask trapped = find_trapped();
     if (has_diffuse())
-      diffuse_.begin(rays, shading_points, [&](int lane) { return far_side(shading_points, lane).media; });
+      diffuse_.begin(
+          rays, shading_points, [&](int lane) { return far_side(shading_points, lane).media; }, trapped);
     // Lane by lane: the order of additions to one sample must not depend on the packet.
     const double most = state_.termination.most;
-    LaneMask below = not_above(reflection_, most) | not_above(transmission_, most);
+    LaneMask below = not_above(reflection_, most) | not_above(transmission_, most) | trapped;
     if (has_diffuse()) below = (below | not_above(diffuse_.rays(), most)) & ~diffuse_.after_diffuse();
     for_each_lane(below, [&](int i) {
-      const double late = throughput_of_late_rays(rays, i);
+      const double late = (trapped >> i & 1) != 0 ? reflection_.largest[i] * state_.termination.trapped_growth
+                                                  : throughput_of_late_rays(rays, i);
       terminate(transmission_, 1, late, shading_points.sample[i], i);
       terminate(reflection_, 0, late, shading_points.sample[i], i);
       if (has_diffuse()) terminate(diffuse_.rays(), diffuse_kind, late, shading_points.sample[i], i);
@@ -143,11 +146,24 @@ class SecondaryRays {
     } else if (hit.coefficients.splits == 0) {
       spawn_reflection(hit, shading_points, reflection_);
     } else {
-      spawn_dielectric(hit, shading_points, interfaces_, state_.template needs<&Requirements::bump>(), reflection_,
-                       transmission_);
+      const bool perturbed = hit.points.smooth || state_.template needs<&Requirements::bump>();
+      spawn_dielectric(hit, shading_points, interfaces_, perturbed, reflection_, transmission_);
       reflection_.going &= ~nested_boundary_;
       transmission_.going &= ~nested_boundary_;
     }
+  }
+
+  /// Lanes of a long path that an interpolated normal reflects totally. A ray that grazes a mesh of glass arrives
+  /// inside at an angle that the next faces, which are a little nearer to the axis of the smooth surface, never let out
+  /// again.
+  [[nodiscard]] LaneMask find_trapped() const {
+    const HitPacket& hit = state_.hit;
+    if (state_.termination.trapped_growth == 1 || !hit.points.smooth) return 0;
+    LaneMask trapped = 0;
+    for_each_lane(hit.coefficients.splits & reflection_.going & ~transmission_.going, [&](int i) {
+      trapped |= lane_bit(i, hit.coefficients.refracts[i] > 0 && !(hit.points.normal[i] == hit.points.face[i]));
+    });
+    return trapped;
   }
 
   /// Pushes the diffuse rays and those toward emitters.
@@ -189,7 +205,7 @@ class SecondaryRays {
     const Termination& termination = state_.termination;
     const LaneMask bit = lane_bit(lane);
     const double largest = packet.largest[lane];
-    if ((packet.going & bit) == 0 || largest > termination.most) return;
+    if ((packet.going & bit) == 0 || (largest > termination.most && !(late > largest))) return;
     if (largest < termination.cutoff) {
       state_.omitted[sample] += static_cast<float>(largest);
     } else {

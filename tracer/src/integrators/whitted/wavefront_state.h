@@ -85,6 +85,7 @@ struct Termination {
     if (!all) roulette = deep || !accuracy.cutoff ? kept : lifted.cutoff ? std::min(kept, *accuracy.cutoff) : 0;
     late = (deep || !accuracy.max_depth) && depth >= std::max(accuracy.roulette_depth(), lifted.depth_min);
     if (late) growth = 1 / (1 - 2.0 / depth);
+    if (!late && depth >= trapped_depth) trapped_growth = 1 / (1 - 2.0 / depth);
     most = late ? std::numeric_limits<double>::infinity() : std::nextafter(std::max(cutoff, roulette), 0.0);
   }
   Termination() = default;
@@ -100,6 +101,10 @@ struct Termination {
   /// Rays survive with the throughput of the ray before them, or of all at their hit times `growth`, if that is larger.
   bool late = false;
   double growth = 1;
+  /// The same from this bounce on for rays that the interpolated normals of a mesh reflect totally, since they may
+  /// never leave it: on a ball of 48 x 24 triangles 1 sample in 600.
+  static constexpr std::uint32_t trapped_depth = 40;
+  double trapped_growth = 1;
   double most = 0;  ///< rays of a larger throughput are traced; infinite ones end late, too
 };
 
