@@ -135,7 +135,7 @@ TEST(Emitters, IncludeASkyWithADensityThatIntegratesToTheWholeSphere) {
     const Emitters::Sample sample = made->objects.emitters.sample({}, sequence_point(i, mix(3)));
     ASSERT_FALSE(sample.primitive.hit());
     ASSERT_NEAR(length(sample.direction), 1, 1e-12);
-    ASSERT_NEAR(sample.density, made->objects.emitters.density_of_sky(sample.direction), 0.3 * sample.density) << i;
+    ASSERT_NEAR(sample.density, made->objects.emitters.density_of_sky({}, sample.direction), 0.3 * sample.density) << i;
     sum += 1 / sample.density / count;
     power += made->background->radiance(sample.direction, 0).r / sample.density / count;
   }
@@ -183,7 +183,7 @@ TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
       EXPECT_EQ(found.direction[i], one.direction);
       EXPECT_EQ(found.density[i], one.density);
       const double density = one.primitive.hit() ? emitters.density(one.primitive, from[i], one.direction)
-                                                 : emitters.density_of_sky(one.direction);
+                                                 : emitters.density_of_sky(from[i], one.direction);
       EXPECT_NEAR(one.density, density, (one.primitive.hit() ? 1e-9 : 0.3) * density);
       geometries.insert(one.primitive.geometry);
     });

@@ -192,6 +192,16 @@ Emitters emitters_of(const CompiledScene& scene) {
   return {scene.geometry(), std::move(radiance), SkyTable(*scene.background)};
 }
 
+/// Paths sample the openings of a plain sky as they sample surfaces that glow. Light of patches includes such a sky.
+void sample_sky_openings(CompiledScene& scene, const RenderControl& control) {
+  if (!scene.exact.needs.global_light) return;
+  SkyOpenings openings = find_sky_openings(scene, control);
+  if (openings.empty()) return;
+  if (!scene.exact.needs.emitters) scene.objects.emitters = emitters_of(scene);
+  scene.objects.emitters.add_openings(std::move(openings));
+  for (Requirements* needs : {&scene.needs, &scene.exact.needs}) needs->emitters = needs->global_light;
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -231,6 +241,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     if (scene.accuracy.uses_patches() && compiled->needs.global_light)
       if (auto failure = solve_radiosity(*compiled, bounds, {control, cache_entry, elapsed_ms}))
         return *std::move(failure);
+    if (!scene.accuracy.uses_patches()) sample_sky_openings(*compiled, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {

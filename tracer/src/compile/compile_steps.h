@@ -34,6 +34,11 @@ void drop_duplicates(GeometrySet& geometry);
 std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Bounds& finite,
                                           const RenderControl& control);
 
+/// Finds the parts of a sky without textures that are seen from diffuse surfaces, in the view or a few bounces away.
+/// None if they see most of it, or nothing. Runs on the calling thread's oneTBB arena; incomplete after cancellation.
+/// Throws std::bad_alloc.
+SkyOpenings find_sky_openings(const CompiledScene& scene, const RenderControl& control);
+
 /// Divides the surfaces that reflect diffusely into patches, and solves for the light that arrives at each
 /// (Approximations::Interreflection), with more patches and rays until paths at some points show that the error is
 /// within its share of the target, until a limit is reached, or until more would not pay. Sets the scene's light of

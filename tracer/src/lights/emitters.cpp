@@ -124,7 +124,6 @@ Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, Sky
     : geometry_(&geometry), radiance_(std::move(radiance)), sky_(std::move(sky)) {
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
     for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) add({number, i});
-  if (!sky_.empty()) sky_share_ = emitters_.empty() ? 1 : 0.5;
   for (Emitter& emitter : emitters_) emitter.share = share_per_area(emitter.primitive);
 }
 
@@ -149,12 +148,13 @@ Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
 void Emitters::sample(const VecLanes& from, const double* x, const double* y, LaneMask wanted, SamplePacket& to) const {
   FlatPacket flat = {};
   LaneMask other = 0;
+  const double sky_share = this->sky_share();
   Selected selected[lanes];
   for_each_lane(wanted, [&](int i) {
     other |= lane_bit(i);
-    if (x[i] < sky_share_) return;
+    if (x[i] < sky_share) return;
     // The position in the interval of the selected emitter is uniform: the same number serves twice.
-    selected[i] = select_interval(power_, (x[i] - sky_share_) / (1 - sky_share_));
+    selected[i] = select_interval(power_, (x[i] - sky_share) / (1 - sky_share));
     const Emitter& emitter = emitters_[selected[i].index];
     to.primitive[i] = emitter.primitive;
     if (!emitter.flat) return;
@@ -164,30 +164,39 @@ void Emitters::sample(const VecLanes& from, const double* x, const double* y, La
     flat.v.set(i, emitter.flat->v);
     flat.normal.set(i, emitter.flat->normal);
     flat.normal_length[i] = emitter.flat->normal_length;
-    flat.share[i] = emitter.share;
+    flat.share[i] = (1 - sky_share) * emitter.share;
     const Vec2 at = emitter.flat->coordinates({selected[i].position, y[i]});
     flat.at_u[i] = at.x;
     flat.at_v[i] = at.y;
   });
   if (other != wanted) aim_at_flat(flat, from, to);
   for_each_lane(other, [&](int i) {
-    if (x[i] < sky_share_) {
-      const SkyTable::Sample sky = sky_.sample({x[i] / sky_share_, y[i]});
-      to.primitive[i] = {};
-      to.direction.set(i, sky.direction);
-      to.density[i] = sky_share_ * sky.density;
+    if (x[i] < sky_share) {
+      const Vec2 xi{x[i] / sky_share, y[i]};
+      const auto select = [&](const Vec3& direction, double density) {
+        to.primitive[i] = {};
+        to.direction.set(i, direction);
+        to.density[i] = sky_share * density;
+      };
+      if (openings_.empty()) {
+        const SkyTable::Sample sky = sky_.sample(xi);
+        select(sky.direction, sky.density);
+      } else {
+        const SkyOpenings::Sample sky = openings_.sample(from[i], xi);
+        select(sky.direction, sky.density);
+      }
       return;
     }
     const BoundingSphere sphere = bounding_sphere(*geometry_, to.primitive[i]);
     const DirectionCone cone(sphere, from[i]);
     to.direction.set(i, cone.direction({selected[i].position, y[i]}));
-    to.density[i] = emitters_[selected[i].index].share * sphere.area() * cone.density();
+    to.density[i] = (1 - sky_share) * emitters_[selected[i].index].share * sphere.area() * cone.density();
   });
 }
 
 double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
   if (emitters_.empty() || geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
-  const double share = share_per_area(primitive);
+  const double share = (1 - sky_share()) * share_per_area(primitive);
   if (!(share > 0)) return 0;
   if (const auto flat = flat_shape(*geometry_, primitive)) {
     const double rate = dot(flat->normal, direction), distance = dot(flat->normal, flat->origin - from) / rate;
@@ -207,12 +216,12 @@ double Emitters::search_probability(const Vec3& from) const {
 }
 
 double Emitters::share_per_area(const PrimitiveRef& primitive) const {
-  return (1 - sky_share_) * radiance_[geometry_->object_of(primitive)] / power_.back();
+  return radiance_[geometry_->object_of(primitive)] / power_.back();
 }
 
 std::uint64_t Emitters::memory_bytes() const {
   return radiance_.capacity() * sizeof(float) + emitters_.capacity() * sizeof(Emitter) +
-         power_.capacity() * sizeof(double) + sky_.memory_bytes();
+         power_.capacity() * sizeof(double) + sky_.memory_bytes() + openings_.memory_bytes();
 }
 
 }  // namespace tracer

@@ -1,15 +1,16 @@
 #pragma once
-/// Sampling of glowing surfaces and of a sky with textures, as directions from a point. The sky is selected in half of
-/// the cases, or always if nothing else glows; a surface is in proportion to its area times its radiance. Triangles and
-/// discs are sampled uniformly over their area; of any other shape the cone around its bounding sphere is, which for a
-/// sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo Techniques for Direct
-/// Lighting Calculations"). Infinite planes are never selected.
+/// Sampling of glowing surfaces and of a sky with textures or behind openings, as directions from a point. The sky is
+/// selected in half of the cases, or always if nothing else glows; a surface is in proportion to its area times its
+/// radiance. Triangles and discs are sampled uniformly over their area; of any other shape the cone around its bounding
+/// sphere is, which for a sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo
+/// Techniques for Direct Lighting Calculations"). Infinite planes are never selected.
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/lights/sky_openings.h"
 #include "tracer/src/lights/sky_table.h"
 #include "tracer/src/math/affine.h"
 #include "tracer/src/math/lanes.h"
@@ -36,7 +37,10 @@ class Emitters {
   /// std::bad_alloc.
   Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky);
 
-  [[nodiscard]] bool empty() const { return emitters_.empty() && sky_.empty(); }
+  /// From now on samples the openings of a sky without textures, too.
+  void add_openings(SkyOpenings openings) { openings_ = std::move(openings); }
+
+  [[nodiscard]] bool empty() const { return emitters_.empty() && sky_share() == 0; }
 
   struct Sample {
     PrimitiveRef primitive;  ///< no hit: the sky
@@ -61,8 +65,9 @@ class Emitters {
   [[nodiscard]] double search_probability(const Vec3& from) const;
 
   /// The same as density() of a direction to the sky.
-  [[nodiscard]] double density_of_sky(const Vec3& direction) const {
-    return sky_.empty() ? 0 : sky_share_ * sky_.density(direction);
+  [[nodiscard]] double density_of_sky(const Vec3& from, const Vec3& direction) const {
+    if (!openings_.empty()) return sky_share() * openings_.density(from, direction);
+    return sky_.empty() ? 0 : sky_share() * sky_.density(direction);
   }
 
   [[nodiscard]] std::uint64_t memory_bytes() const;
@@ -75,6 +80,8 @@ class Emitters {
   };
 
   void add(const PrimitiveRef& primitive);
+  /// Probability that the sky is selected.
+  [[nodiscard]] double sky_share() const { return sky_.empty() && openings_.empty() ? 0 : emitters_.empty() ? 1 : 0.5; }
   /// Probability that a primitive is selected, per unit of its area or of that of its bounding sphere.
   [[nodiscard]] double share_per_area(const PrimitiveRef& primitive) const;
 
@@ -84,8 +91,8 @@ class Emitters {
   std::vector<double> power_;  ///< sums up to each emitter
   double area_ = 0;
   Bounds bounds_;
-  SkyTable sky_;
-  double sky_share_ = 0;  ///< probability that the sky is selected
+  SkyTable sky_;  ///< one of the two is empty
+  SkyOpenings openings_;
 };
 
 }  // namespace tracer

@@ -190,7 +190,8 @@ void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_
   if (depth == 0 && scene.output.alpha) return;  // transparent
   const Color* plain = scene.background->plain();
   if (plain != nullptr && is_black(*plain)) return;
-  if (plain != nullptr && !state_.template needs<&Requirements::absorption>()) {
+  const bool weighs = state_.template needs<&Requirements::emitters>();
+  if (plain != nullptr && !weighs && !state_.template needs<&Requirements::absorption>()) {
     for (const std::uint32_t ray : escaped_rays_) state_.radiance[rays.sample(ray)] += rays.throughput(ray) * *plain;
     return;
   }
@@ -199,7 +200,7 @@ void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_
   for (const std::uint32_t ray : escaped_rays_) {
     const double spread = filtered ? std::abs(rays.cone(ray).spread) : 0;
     Color radiance = plain != nullptr ? *plain : scene.background->radiance(rays.direction(ray), spread);
-    if (state_.template needs<&Requirements::emitters>()) radiance = radiance * weight_of_sky(rays, ray);
+    if (weighs) radiance = radiance * weight_of_sky(rays, ray);
     state_.radiance[rays.sample(ray)] += state_.throughput_at_hit(rays, ray) * radiance;
   }
 }
@@ -208,7 +209,8 @@ void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_
 template <class Features>
 double Wavefront<Features>::weight_of_sky(const RayQueue& rays, std::size_t ray) const {
   const double own = rays.path_state(ray).density;
-  return own == 0 ? 1 : own / (own + state_.scene.objects.emitters.density_of_sky(rays.direction(ray)));
+  return own == 0 ? 1
+                  : own / (own + state_.scene.objects.emitters.density_of_sky(rays.origin(ray), rays.direction(ray)));
 }
 
 /// Loads up to 16 hits, from `first` on in `hit_rays`: all that does not depend on the light.
@@ -315,7 +317,7 @@ void Wavefront<Features>::add_emission(const RayQueue& rays) {
     const auto is_sampled = [&] {  // else the light of patches includes it
       const Emitters& emitters = state_.scene.objects.emitters;
       return (hit.hit() ? emitters.density(hit, rays.origin(i), rays.direction(i))
-                        : emitters.density_of_sky(rays.direction(i))) > 0;
+                        : emitters.density_of_sky(rays.origin(i), rays.direction(i))) > 0;
     };
     if (path.density > 0 ? !is_sampled() : hit != path.emitter) continue;
     if (!hit.hit()) {
