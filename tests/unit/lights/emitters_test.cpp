@@ -93,20 +93,22 @@ TEST(Emitters, HaveADensityThatIntegratesToTheirSolidAngle) {
 }
 
 /// Share of the samples with this primitive.
-double share_of(const CompiledScene& scene, const PrimitiveRef& primitive) {
+double share_of(const CompiledScene& scene, const PrimitiveRef& primitive, const Vec3& from = {}) {
   constexpr int count = 1 << 12;
   int found = 0;
   for (std::uint32_t i = 0; i < count; ++i)
-    found += scene.objects.emitters.sample({0, 0, 0}, sequence_point(i, mix(1))).primitive == primitive ? 1 : 0;
+    found += scene.objects.emitters.sample(from, sequence_point(i, mix(1))).primitive == primitive ? 1 : 0;
   return found / double{count};
 }
 
-TEST(Emitters, AreSelectedInProportionToTheirPower) {
+TEST(Emitters, AreSelectedInProportionToTheirPowerOverTheSquaredDistance) {
   Scene scene = glowing(Sphere{{0, 0, 2}, 1});
   scenes::add(scene, Sphere{{0, 5, 2}, 1}, scenes::glowing({3, 1, 1}));
   scenes::add(scene, Sphere{{0, 9, 2}, 1}, scenes::matte({1, 1, 1}));
   const auto made = compiled(scene);
-  EXPECT_NEAR(share_of(*made, {0, 1}), 0.75, 0.01);
+  EXPECT_NEAR(share_of(*made, {0, 1}, made->frame.render_from_world(Vec3{1e5, 0, 0})), 0.75, 0.01);
+  EXPECT_NEAR(share_of(*made, {0, 1}, made->frame.render_from_world(Vec3{0, -3, 2})), 3. / 64 / (1. / 9 + 3. / 64),
+              0.01);
   const Vec3 from{}, up{0, 0, 1};
   EXPECT_EQ(made->objects.emitters.density({made->geometry().plane_geometry(), 0}, from, up), 0) << "an infinite plane";
 }

@@ -189,7 +189,7 @@ Emitters emitters_of(const CompiledScene& scene) {
   radiance.reserve(scene.objects.material.size());
   for (const std::uint32_t material : scene.objects.material)
     radiance.push_back(static_cast<float>(max_component(color_bound(scene, scene.materials[material].emission))));
-  return {scene.geometry(), std::move(radiance), SkyTable(*scene.background)};
+  return {scene.geometry(), radiance, SkyTable(*scene.background)};
 }
 
 /// Paths sample the openings of a plain sky as they sample surfaces that glow. Light of patches includes such a sky.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/math/sampling.h"
@@ -77,20 +78,18 @@ struct DirectionCone {
   }
 };
 
-double area_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
-  if (const auto flat = flat_shape(geometry, primitive)) return flat->area();
-  return bounding_sphere(geometry, primitive).area();
+Bounds bounds_of(const FlatShape& flat) {
+  Bounds bounds;
+  for (const Vec3& corner : {flat.origin, flat.origin + flat.u, flat.origin + flat.v}) bounds.include(corner);
+  for (const Vec3& corner : {flat.origin - flat.u, flat.origin - flat.v})
+    if (flat.disc) bounds.include(corner);
+  return bounds;
 }
 
-void include(Bounds& bounds, const GeometrySet& geometry, const PrimitiveRef& primitive) {
-  if (const auto flat = flat_shape(geometry, primitive)) {
-    for (const Vec3& corner : {flat->origin, flat->origin + flat->u, flat->origin + flat->v}) bounds.include(corner);
-    if (!flat->disc) return;
-    for (const Vec3& corner : {flat->origin - flat->u, flat->origin - flat->v}) bounds.include(corner);
-    return;
-  }
-  const BoundingSphere sphere = bounding_sphere(geometry, primitive);
+Bounds bounds_of(const BoundingSphere& sphere) {
+  Bounds bounds;
   bounds.include(sphere.center, {sphere.radius, sphere.radius, sphere.radius});
+  return bounds;
 }
 
 /// Flat shapes and points on them.
@@ -120,21 +119,40 @@ Vec2 FlatShape::coordinates(const Vec2& xi) const {
   return {root * at.x, root * at.y};
 }
 
-Emitters::Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky)
-    : geometry_(&geometry), radiance_(std::move(radiance)), sky_(std::move(sky)) {
+Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky)
+    : geometry_(&geometry), sky_(std::move(sky)) {
+  Lamps lamps;
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
-    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) add({number, i});
-  for (Emitter& emitter : emitters_) emitter.share = share_per_area(emitter.primitive);
+    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
+      const double of_primitive = radiance[geometry.object_of({number, i})];
+      if (of_primitive > 0) add({number, i}, of_primitive, lamps);
+    }
+  tree_ = LightTree(lamps);
 }
 
-void Emitters::add(const PrimitiveRef& primitive) {
-  const double radiance = radiance_[geometry_->object_of(primitive)];
-  const double area = radiance > 0 ? area_of(*geometry_, primitive) : 0, power = radiance * area;
-  if (!(power > 0)) return;
-  area_ += area;
-  include(bounds_, *geometry_, primitive);
-  emitters_.push_back({primitive, flat_shape(*geometry_, primitive)});
-  power_.push_back((power_.empty() ? 0 : power_.back()) + power);
+void Emitters::add(const PrimitiveRef& primitive, double radiance, Lamps& lamps) {
+  Emitter emitter{primitive, flat_shape(*geometry_, primitive)};
+  Bounds bounds;
+  if (emitter.flat) {
+    bounds = bounds_of(*emitter.flat);
+    emitter.area = emitter.flat->area();
+  } else {
+    const BoundingSphere sphere = bounding_sphere(*geometry_, primitive);
+    bounds = bounds_of(sphere);
+    emitter.area = sphere.area();
+  }
+  if (!(radiance * emitter.area > 0)) return;
+  area_ += emitter.area;
+  bounds_.include(bounds.low);
+  bounds_.include(bounds.high);
+  emitters_.push_back(emitter);
+  lamps.push_back({bounds, radiance * emitter.area});
+}
+
+/// Null if it does not glow.
+const Emitters::Emitter* Emitters::find(const PrimitiveRef& primitive) const {
+  const auto found = std::ranges::lower_bound(emitters_, primitive, {}, &Emitter::primitive);
+  return found != emitters_.end() && found->primitive == primitive ? &*found : nullptr;
 }
 
 Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
@@ -153,8 +171,8 @@ void Emitters::sample(const VecLanes& from, const double* x, const double* y, La
   for_each_lane(wanted, [&](int i) {
     other |= lane_bit(i);
     if (x[i] < sky_share) return;
-    // The position in the interval of the selected emitter is uniform: the same number serves twice.
-    selected[i] = select_interval(power_, (x[i] - sky_share) / (1 - sky_share));
+    // The position of the number among those that select the emitter is uniform: it serves twice.
+    selected[i] = tree_.select(from[i], (x[i] - sky_share) / (1 - sky_share));
     const Emitter& emitter = emitters_[selected[i].index];
     to.primitive[i] = emitter.primitive;
     if (!emitter.flat) return;
@@ -164,7 +182,7 @@ void Emitters::sample(const VecLanes& from, const double* x, const double* y, La
     flat.v.set(i, emitter.flat->v);
     flat.normal.set(i, emitter.flat->normal);
     flat.normal_length[i] = emitter.flat->normal_length;
-    flat.share[i] = (1 - sky_share) * emitter.share;
+    flat.share[i] = (1 - sky_share) * selected[i].probability / emitter.area;
     const Vec2 at = emitter.flat->coordinates({selected[i].position, y[i]});
     flat.at_u[i] = at.x;
     flat.at_v[i] = at.y;
@@ -190,20 +208,20 @@ void Emitters::sample(const VecLanes& from, const double* x, const double* y, La
     const BoundingSphere sphere = bounding_sphere(*geometry_, to.primitive[i]);
     const DirectionCone cone(sphere, from[i]);
     to.direction.set(i, cone.direction({selected[i].position, y[i]}));
-    to.density[i] = (1 - sky_share) * emitters_[selected[i].index].share * sphere.area() * cone.density();
+    to.density[i] = (1 - sky_share) * selected[i].probability * cone.density();
   });
 }
 
 double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
-  if (emitters_.empty() || geometry_->kind_of(primitive.geometry) == GeometryKind::planes) return 0;
-  const double share = (1 - sky_share()) * share_per_area(primitive);
-  if (!(share > 0)) return 0;
-  if (const auto flat = flat_shape(*geometry_, primitive)) {
+  const Emitter* const emitter = find(primitive);
+  if (emitter == nullptr) return 0;
+  const double share =
+      (1 - sky_share()) * tree_.probability(from, static_cast<std::size_t>(emitter - emitters_.data()));
+  if (const auto& flat = emitter->flat) {
     const double rate = dot(flat->normal, direction), distance = dot(flat->normal, flat->origin - from) / rate;
-    return share * distance * distance * flat->normal_length / std::abs(rate);
+    return share / emitter->area * distance * distance * flat->normal_length / std::abs(rate);
   }
-  const BoundingSphere sphere = bounding_sphere(*geometry_, primitive);
-  return share * sphere.area() * DirectionCone(sphere, from).density();
+  return share * DirectionCone(bounding_sphere(*geometry_, primitive), from).density();
 }
 
 double Emitters::search_probability(const Vec3& from) const {
@@ -215,13 +233,8 @@ double Emitters::search_probability(const Vec3& from) const {
   return area_ < disc ? area_ / disc : 1;
 }
 
-double Emitters::share_per_area(const PrimitiveRef& primitive) const {
-  return radiance_[geometry_->object_of(primitive)] / power_.back();
-}
-
 std::uint64_t Emitters::memory_bytes() const {
-  return radiance_.capacity() * sizeof(float) + emitters_.capacity() * sizeof(Emitter) +
-         power_.capacity() * sizeof(double) + sky_.memory_bytes() + openings_.memory_bytes();
+  return emitters_.capacity() * sizeof(Emitter) + tree_.memory_bytes() + sky_.memory_bytes() + openings_.memory_bytes();
 }
 
 }  // namespace tracer

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/lights/light_tree.h"
 #include "tracer/src/lights/sky_openings.h"
 #include "tracer/src/lights/sky_table.h"
 #include "tracer/src/math/affine.h"
@@ -35,7 +36,7 @@ class Emitters {
   Emitters() = default;
   /// `radiance`: by object, any measure of what it emits; 0 if it does not glow. The geometry must outlive it. Throws
   /// std::bad_alloc.
-  Emitters(const GeometrySet& geometry, std::vector<float> radiance, SkyTable sky);
+  Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky);
 
   /// From now on samples the openings of a sky without textures, too.
   void add_openings(SkyOpenings openings) { openings_ = std::move(openings); }
@@ -76,19 +77,18 @@ class Emitters {
   struct Emitter {
     PrimitiveRef primitive;
     std::optional<FlatShape> flat;  ///< none: sampled by its cone
-    double share = 0;               ///< share_per_area()
+    double area = 0;                ///< its own or that of its bounding sphere
   };
+  using Lamps = std::vector<LightTree::Lamp>;
 
-  void add(const PrimitiveRef& primitive);
+  void add(const PrimitiveRef& primitive, double radiance, Lamps& lamps);
+  [[nodiscard]] const Emitter* find(const PrimitiveRef& primitive) const;
   /// Probability that the sky is selected.
   [[nodiscard]] double sky_share() const { return sky_.empty() && openings_.empty() ? 0 : emitters_.empty() ? 1 : 0.5; }
-  /// Probability that a primitive is selected, per unit of its area or of that of its bounding sphere.
-  [[nodiscard]] double share_per_area(const PrimitiveRef& primitive) const;
 
   const GeometrySet* geometry_ = nullptr;
-  std::vector<float> radiance_;  ///< by object
-  std::vector<Emitter> emitters_;
-  std::vector<double> power_;  ///< sums up to each emitter
+  std::vector<Emitter> emitters_;  ///< ascending by primitive
+  LightTree tree_;                 ///< of the emitters
   double area_ = 0;
   Bounds bounds_;
   SkyTable sky_;  ///< one of the two is empty
