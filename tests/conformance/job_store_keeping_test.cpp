@@ -7,27 +7,21 @@ using namespace queue;
 TEST_P(JobStoreConformance, KeepsEveryFieldOfAJob) {
   const Job plain = new_job();
   Job job = new_job();
-  job.kind = JobKind::measure;
-  job.owner = "ann";
-  job.weight = 7;
-  job.name = "two \"spheres\", \xC3\xA9t\xC3\xA9";
-  job.variation = "{}";
   job.created_at = 1'700'000'000'123;
-  job.max_attempts = 7;
-  job.priority = 91;
-  job.run_after = job.not_before = job.created_at + 10;
-  job.deadline = job.created_at + 20;
-  job.expires_in_s = 30;
-  job.webhook = api::Webhook{"https://example.org/hook", {"failed", "succeeded"}};
-  job.labels = {{"batch", "orbit"}, {"frame", "17"}};
-  job.width = 1920;
-  job.height = 1080;
-  job.formats = "exr 16.png";
+  static_cast<api::JobRequest&>(job) = {.name = "two \"spheres\", \xC3\xA9t\xC3\xA9",
+                                        .labels = {{"batch", "orbit"}, {"frame", "17"}},
+                                        .priority = 91,
+                                        .max_attempts = 7,
+                                        .run_after = job.created_at + 10,
+                                        .deadline = job.created_at + 20,
+                                        .expires_in_s = 30,
+                                        .webhook = api::Webhook{"https://example.org/hook", {"failed", "succeeded"}}};
+  job.not_before = job.run_after;
+  job.kind = JobKind::measure;
+  std::tie(job.owner, job.weight, job.variation, job.content_key) = std::tuple("ann", 7, "{}", "key");
+  std::tie(job.width, job.height, job.formats, job.work, job.large) = std::tuple(1920, 1080, "exr 16.png", 123, true);
   job.accuracy = R"({"target_error":2.0})";
-  job.large = true;
-  job.work = 123;
   job.assets = {std::string(64, 'b'), std::string(64, 'a')};
-  job.content_key = "key";
   for (const Job& each : {plain, job}) store().submit(each, "{}");
   reopen();
   EXPECT_EQ(find(plain.id), plain);

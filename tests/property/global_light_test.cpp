@@ -54,33 +54,15 @@ TEST(GlobalLight, BetweenInfinitePlanesIsThatOfTheSeries) {
   }
 }
 
-/// A view into a room with a window in its ceiling, behind which there is a sky, or a lamp in the window.
-Scene room_with_window(const Color& radiance, bool is_lamp) {
-  Scene scene = view_of({-1, 1, 0}, {1, -1, 1.5}, 64);
-  const Material wall = surface(0.6);
-  const auto rectangle = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Material& material) {
-    const auto d = Vec3{a.x + c.x - b.x, a.y + c.y - b.y, a.z + c.z - b.z};
-    scenes::add(scene, scenes::quad(a, b, c, d), material);
-  };
-  rectangle({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, wall);
-  for (const double side : {-2.0, 2.0}) {
-    rectangle({side, -2, 0}, {side, 2, 0}, {side, 2, 3}, wall);
-    rectangle({-2, side, 0}, {2, side, 0}, {2, side, 3}, wall);
-  }
-  rectangle({-2, -2, 3}, {0, -2, 3}, {0, 2, 3}, wall);
-  rectangle({1, -2, 3}, {2, -2, 3}, {2, 2, 3}, wall);
-  rectangle({0, -2, 3}, {1, -2, 3}, {1, -0.5, 3}, wall);
-  rectangle({0, 1, 3}, {1, 1, 3}, {1, 2, 3}, wall);
-  if (is_lamp) {
-    rectangle({0, -0.5, 3}, {1, -0.5, 3}, {1, 1, 3}, scenes::glowing(radiance));
-  } else {
-    scene.background.color = radiance;
-  }
-  return scene;
-}
-
 TEST(GlobalLight, OfASkyBehindAWindowIsThatOfALampOfItsSize) {
-  const Mean sky = radiance(room_with_window({3, 2, 1}, false)), lamp = radiance(room_with_window({3, 2, 1}, true));
+  const auto render = [](bool is_lamp) {
+    Scene scene = view_of({-1, 1, 0}, {1, -1, 1.5}, 64);
+    scenes::add_room_with_round_window(scene, surface(0.6));
+    if (is_lamp) scenes::add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 0.8, 0, {}}, scenes::glowing({3, 2, 1}));
+    if (!is_lamp) scene.background.color = {3, 2, 1};
+    return radiance(scene);
+  };
+  const Mean sky = render(false), lamp = render(true);
   EXPECT_NEAR(sky.value, lamp.value, 4 * std::hypot(sky.error, lamp.error));
   EXPECT_LT(sky.error, 2 * lamp.error) << "and takes as many samples";
 }
