@@ -1,7 +1,7 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
 """The live view of the page in a headless Chromium, whose graphics processor is this machine's processor.
 
-    tests/bench/live_bench.py [SCENE ...] [--frames 5]
+    tests/bench/live_bench.py [--frames 5]
 
 For each scene: the size of its tables; the time of POST /v1/live, the least of some requests that each change a color, so that the
 geometry is in the worker's cache and the tables are made and sent again (the triangles are in a file, the spheres in the document); the time of a frame of 320 x 240 with one sample a pixel, the least
@@ -21,24 +21,15 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from tests.bench.peers import bench_scenes  # pylint: disable=wrong-import-position
 from tests.browser.browser import Browser  # pylint: disable=wrong-import-position
 from tests.browser.live_scenes import large_scene  # pylint: disable=wrong-import-position
-from tests.browser.live_test import SOFTWARE  # pylint: disable=wrong-import-position
+from tests.browser.live_test import LOAD, SOFTWARE  # pylint: disable=wrong-import-position
 from tests.http.daemon import Daemon  # pylint: disable=wrong-import-position
 from tests.support.whittle import SCENES, scene  # pylint: disable=wrong-import-position
 
 SIZE = {"width": 320, "height": 240}
 # Milliseconds of each frame, the first one with the compilation of the program.
-FRAMES = """
-const [url, text, frames, done] = arguments;
-(async () => {
-  const {Renderer, readLive} = await import(url);
-  const reply = await fetch('/v1/live', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: text});
-  if (!reply.ok) throw new Error(await reply.text());
-  const live = readLive(await reply.arrayBuffer()), {camera, image: {width, height}} = live.header;
-  const tracer = window.tracer ??= new Renderer(document.createElement('canvas'));
-  tracer.load(live, camera.aperture > 0);
-  while (!tracer.ready()) await new Promise((again) => setTimeout(again, 5));
+FRAMES = LOAD + """
   const times = [];
-  for (let frame = 0; frame < frames; ++frame) {
+  for (let frame = 0; frame < options.frames; ++frame) {
     const begin = performance.now();
     tracer.clear(width, height);
     tracer.findMedia(camera);
@@ -63,7 +54,6 @@ def scenes(directory):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", help="all by default, with 100,352 triangles and 50,000 spheres")
     parser.add_argument("--frames", type=int, default=5)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory, Daemon("--assets", directory) as daemon:
@@ -75,8 +65,6 @@ def main():
         print(f"{'scene':20} {'tables':>10} {'request':>10} {'frame':>10} {'frames/s':>9} {'of one sphere':>14}")
         first = None
         for name, document in scenes(pathlib.Path(directory)):
-            if first and options.scenes and name not in options.scenes:
-                continue
             document = {**document, "image": SIZE}
             seconds = math.inf
             for turn in range(options.frames):
@@ -86,7 +74,7 @@ def main():
                 seconds = min(seconds, time.perf_counter() - begin)
                 if reply.status != 200:
                     sys.exit(f"{name}: {reply.status} {reply.body[:300]}")
-            times = browser.execute_async_script(FRAMES, f"/ui/{tree}/live-view.js", json.dumps(document), 1 + options.frames)
+            times = browser.execute_async_script(FRAMES, f"/ui/{tree}/live-view.js", json.dumps(document), {"frames": 1 + options.frames})
             if isinstance(times, str):
                 sys.exit(f"{name}: {times}")
             frame = min(times[1:])

@@ -19,18 +19,21 @@ SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable
 SIDE = 96
 EVERYTHING = ("reflection", "refraction", "fresnel", "shadows", "transmissive_shadows", "transmitted_light", "absorption", "overlapping_media", "depth_cue",
               "environment", "textures", "filtered_textures", "bump", "smooth_normals", "triangles", "spheres", "quadrics", "planes")
-# One centered sample a pixel, as codes.
-TRACE = """
-const [url, text, needs, done] = arguments;
+# The tables of a document in the tracer of the page.
+LOAD = """
+const [url, text, options, done] = arguments;
 (async () => {
   const {Renderer, readLive} = await import(url);
   const reply = await fetch('/v1/live', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: text});
   if (!reply.ok) throw new Error(await reply.text());
   const live = readLive(await reply.arrayBuffer()), {camera, image: {width, height}, omitted} = live.header;
-  live.header.requirements.push(...needs);
+  live.header.requirements.push(...options.needs ?? []);
   const tracer = window.tracer ??= new Renderer(document.createElement('canvas'));
   tracer.load(live, camera.aperture > 0);
   while (!tracer.ready()) await new Promise((again) => setTimeout(again, 5));
+"""
+# One centered sample a pixel, as codes.
+TRACE = LOAD + """
   tracer.clear(width, height);
   tracer.findMedia(camera);
   for (let first = 0; first < height; first += 4) {
@@ -67,7 +70,7 @@ class Live(BrowserTest):
         # On a busy machine the first one takes longer than a reply may wait.
         wait_until(lambda: self.daemon.request("POST", "/v1/live", document).status != 503, "the live form")
         tree = re.search(r"/ui/([0-9a-f]+)/main\.js", self.browser.page_source).group(1)
-        found = self.browser.execute_async_script(TRACE, f"/ui/{tree}/live-view.js", json.dumps(document), needs)
+        found = self.browser.execute_async_script(TRACE, f"/ui/{tree}/live-view.js", json.dumps(document), {"needs": needs})
         self.assertNotIn("error", found, found.get("error"))
         codes = numpy.frombuffer(base64.b64decode(found["codes"]), numpy.uint8).reshape(found["height"], found["width"], 4)
         return codes[..., :3].astype(float), found

@@ -11,6 +11,7 @@ import tempfile
 import threading
 import unittest
 
+from tests.reader.invalid_documents import merged
 from tests.support.whittle import SOURCE
 
 sys.path.insert(0, str(SOURCE / "api/client"))
@@ -67,19 +68,6 @@ class WithValue(unittest.TestCase):
                 with_value(scene, path, 1)
 
 
-def patched(target, patch):
-    """The algorithm of RFC 7396, section 2."""
-    if not isinstance(patch, dict):
-        return patch
-    target = dict(target) if isinstance(target, dict) else {}
-    for name, value in patch.items():
-        if value is None:
-            target.pop(name, None)
-        else:
-            target[name] = patched(target.get(name), value)
-    return target
-
-
 class MergePatch(unittest.TestCase):
     def documents(self):
         generator = random.Random(1)
@@ -103,7 +91,7 @@ class MergePatch(unittest.TestCase):
             except NoMergePatch:
                 self.assertIn("null", json.dumps(document))
                 continue
-            self.assertEqual(json.dumps(patched(base, patch), sort_keys=True), json.dumps(document, sort_keys=True))
+            self.assertEqual(json.dumps(merged(base, patch), sort_keys=True), json.dumps(document, sort_keys=True))
             patches += 1
         self.assertGreater(patches, 500)
 
@@ -128,7 +116,7 @@ class Batches(unittest.TestCase):
     def test_reproduce_the_documents_from_scene_and_patches(self):
         documents = [{"camera": {"fov": fov}, "objects": [1, 2]} for fov in (30, 40, 50)]
         body = batch_request("orbit", documents)
-        self.assertEqual([patched(body["scene"], patch) for patch in body["frames"]], documents)
+        self.assertEqual([merged(body["scene"], patch) for patch in body["frames"]], documents)
         self.assertEqual(body["frames"], [{}, {"camera": {"fov": 40}}, {"camera": {"fov": 50}}])
 
 

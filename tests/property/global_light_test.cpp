@@ -54,15 +54,19 @@ TEST(GlobalLight, BetweenInfinitePlanesIsThatOfTheSeries) {
   }
 }
 
+/// The floor of a round room with a sky behind the hole in its ceiling, or a lamp in it.
+Mean under_window(const Color& light, bool is_lamp) {
+  Scene scene = view_of({-1, 1, 0}, {1, -1, 1.5}, 64);
+  scenes::add(scene, Cylinder{{0, 0, 0}, {0, 0, 3}, 2, false, {}}, surface(0.6));
+  for (const double z : {0.0, 3.0})
+    scenes::add(scene, Disc{{0, 0, z}, {0, 0, 1}, 2, z == 0 ? 0 : 0.8, {}}, surface(0.6));
+  if (is_lamp) scenes::add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 0.8, 0, {}}, scenes::glowing(light));
+  if (!is_lamp) scene.background.color = light;
+  return radiance(scene);
+}
+
 TEST(GlobalLight, OfASkyBehindAWindowIsThatOfALampOfItsSize) {
-  const auto render = [](bool is_lamp) {
-    Scene scene = view_of({-1, 1, 0}, {1, -1, 1.5}, 64);
-    scenes::add_room_with_round_window(scene, surface(0.6));
-    if (is_lamp) scenes::add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 0.8, 0, {}}, scenes::glowing({3, 2, 1}));
-    if (!is_lamp) scene.background.color = {3, 2, 1};
-    return radiance(scene);
-  };
-  const Mean sky = render(false), lamp = render(true);
+  const Mean sky = under_window({3, 2, 1}, false), lamp = under_window({3, 2, 1}, true);
   EXPECT_NEAR(sky.value, lamp.value, 4 * std::hypot(sky.error, lamp.error));
   EXPECT_LT(sky.error, 2 * lamp.error) << "and takes as many samples";
 }

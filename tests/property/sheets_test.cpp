@@ -69,13 +69,12 @@ Shape shape_of(const Layer& layer) {
 }
 
 Material clear(Random& random, Material::Transparency transparency) {
-  Material material;
-  material.color = Color{};
-  material.transmission = random.in(0.3, 1);
-  material.transmission_color = random.color(0.5);
-  material.transparency = transparency;
-  material.ior = 1;
-  return material;
+  return {.color = Color{},
+          .transmission = random.in(0.3, 1),
+          .transmission_color = random.color(0.5),
+          .transparency = transparency,
+          .ior = 1,
+          .path = {}};
 }
 
 struct Stack {

@@ -95,14 +95,9 @@ TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
       "orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, true, webhook};
   Job wanted;
   static_cast<api::JobRequest&>(wanted) = request;
-  wanted.kind = JobKind::measure;
-  wanted.width = 320;
-  wanted.height = 200;
-  wanted.large = true;
+  std::tie(wanted.kind, wanted.width, wanted.height, wanted.large) = std::tuple(JobKind::measure, 320, 200, true);
+  std::tie(wanted.owner, wanted.weight, wanted.accuracy) = std::tuple("ann", 7, "{}");
   wanted.assets = {std::string(64, 'a')};
-  wanted.accuracy = "{}";
-  wanted.owner = "ann";
-  wanted.weight = 7;
   Job expected = wanted;
   expected.id = queue.submission.submit({.document = "verbatim", .job = wanted})->view.job.id;
   expected.not_before = wanted.run_after;

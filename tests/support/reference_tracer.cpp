@@ -371,12 +371,9 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
     mirror = mirror + transmit;
   }
   if (total) transmit = {};
-  Vec mirrored = unit(d + 2 * cos_i * n);
-  const Real off_face = dot(mirrored, point.face_normal);
-  if (off_face < 0) mirrored = unit(mirrored - 2 * off_face * point.face_normal);
-  Vec onward = material.transmission > 0 ? unit(along - cos_t * n) : d;
-  const Real before_face = dot(onward, point.face_normal);
-  if (before_face > 0) onward = unit(onward - 2 * before_face * point.face_normal);
+  const auto above = [](const Vec& v, const Vec& face) { return v + std::fmax(0.0L, -2 * dot(v, face)) * face; };
+  const Vec mirrored = above(unit(d + 2 * cos_i * n), point.face_normal);
+  const Vec onward = above(material.transmission > 0 ? unit(along - cos_t * n) : d, -point.face_normal);
   return follow(point, onward, after, weight, transmit + missing, depth, path.counted.rays.refraction, path) +
          follow(point, mirrored, ray.inside, weight, mirror, depth, path.counted.rays.reflection, path);
 }

@@ -249,12 +249,6 @@ Scene room(double scale, const Vec3& offset) {
   return scene;
 }
 
-void add_room_with_round_window(Scene& scene, const Material& wall) {
-  add(scene, Cylinder{{0, 0, 0}, {0, 0, 3}, 2, false, {}}, wall);
-  add(scene, Disc{{0, 0, 0}, {0, 0, 1}, 2, 0, {}}, wall);
-  add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 2, 0.8, {}}, wall);
-}
-
 void light_globally(Scene& scene) {
   scene.accuracy.model = Accuracy::Model::global;
   for (Material& material : scene.materials)

@@ -52,9 +52,6 @@ tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 /// pixels. Every position p becomes p * scale + offset.
 tracer::Scene room(double scale = 1, const tracer::Vec3& offset = {});
 
-/// A cylinder of height 3 and radius 2 on z = 0, with a hole of radius 0.8 in its ceiling.
-void add_room_with_round_window(tracer::Scene& scene, const tracer::Material& wall);
-
 /// Sets global light: materials give back less light than they receive, and the first glows.
 void light_globally(tracer::Scene& scene);
 

@@ -88,7 +88,7 @@ class Emitters {
 
   const GeometrySet* geometry_ = nullptr;
   std::vector<Emitter> emitters_;  ///< ascending by primitive
-  LightTree tree_;                 ///< of the emitters
+  LightTree tree_;                 ///< selects emitters
   double area_ = 0;
   Bounds bounds_;
   SkyTable sky_;  ///< one of the two is empty

@@ -38,10 +38,10 @@ class LightTree {
  private:
   struct Node {
     Vec3 center;
-    double squared_radius = 0;  ///< of a sphere around the lamps
+    double squared_radius = 0;  ///< around the lamps
     double power = 0;
     std::uint32_t second = 0;  ///< the second child; the first follows the node. 0: a leaf
-    std::uint32_t lamp = 0;    ///< of a leaf
+    std::uint32_t lamp = 0;    ///< leaves have one
     std::uint32_t parent = 0;
   };
   std::uint32_t add(std::span<const Lamp> lamps, std::span<std::uint32_t> numbers, std::uint32_t parent);
