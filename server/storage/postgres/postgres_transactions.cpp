@@ -104,14 +104,15 @@ bool PostgresTransactions::try_write(const Run& work, sql::Synced synced, bool i
 /// transaction that has committed may have got its id after a crash of the server.
 bool PostgresTransactions::has_committed(const std::string& transaction_id, const std::string& server_run) {
   const auto end = std::chrono::steady_clock::now() + patience;
+  const auto outcome = [id = "'" + transaction_id + "'"](bool crashed) {
+    const std::string lost = crashed ? "pg_snapshot_xmax(pg_current_snapshot()) <= " + id + "::xid8" : "false";
+    return "SELECT CASE WHEN " + lost + " THEN 'aborted' ELSE pg_xact_status(" + id + ") END";
+  };
   while (!transaction_id.empty() && std::chrono::steady_clock::now() < end) {
     try {
       const ConnectionPool::PooledConnection database(pool_);
       const bool crashed = database->server_run() != server_run;
-      const std::string id = "'" + transaction_id + "'",
-                        lost = crashed ? "pg_snapshot_xmax(pg_current_snapshot()) <= " + id + "::xid8" : "false";
-      const std::string status =
-          database->value("SELECT CASE WHEN " + lost + " THEN 'aborted' ELSE pg_xact_status(" + id + ") END");
+      const std::string status = database->value(outcome(crashed));
       if (status == "committed" && crashed) break;
       if (status == "committed") return true;
       if (status == "aborted") return false;
