@@ -151,7 +151,9 @@ void Emitters::add(const PrimitiveRef& primitive, double radiance, Lamps& lamps)
 
 /// Null if it does not glow.
 const Emitters::Emitter* Emitters::find(const PrimitiveRef& primitive) const {
-  const auto found = std::ranges::lower_bound(emitters_, primitive, {}, &Emitter::primitive);
+  const auto key = [](const PrimitiveRef& one) { return std::pair(one.geometry, one.primitive); };
+  const auto found = std::ranges::lower_bound(emitters_, key(primitive), {},
+                                              [&](const Emitter& emitter) { return key(emitter.primitive); });
   return found != emitters_.end() && found->primitive == primitive ? &*found : nullptr;
 }
 
