@@ -64,7 +64,7 @@ inline ConvexRegion shaft(const Bounds& from, const Bounds& to) {
   for (const auto& [p, q] : planes)
     for (const bool high_p : {false, true})
       for (const bool high_q : {false, true}) {
-        const auto edge = [&](const Bounds& box) {
+        const auto edge = [&, p = p, q = q](const Bounds& box) {
           Vec3 corner{};
           corner.*p = (high_p ? box.high : box.low).*p;
           corner.*q = (high_q ? box.high : box.low).*q;
@@ -75,7 +75,7 @@ inline ConvexRegion shaft(const Bounds& from, const Bounds& to) {
         Vec3 inward{};
         inward.*p = first.*q - second.*q;
         inward.*q = second.*p - first.*p;
-        const auto points_in = [&] {
+        const auto points_in = [&, p = p, q = q] {
           return (high_p ? inward.*p <= 0 : inward.*p >= 0) && (high_q ? inward.*q <= 0 : inward.*q >= 0);
         };
         if (!points_in()) inward = -inward;

@@ -108,14 +108,16 @@ class Builder {
       bvh_.nodes.insert(bvh_.nodes.end(), {corner[0], corner[1], corner[2], 0});
     const std::size_t left = range.size() <= 1 ? 0 : left_part(range, box, depth);
     if (left == 0) {
-      bvh_.nodes[node + 3] = static_cast<float>(bvh_.primitives.size() / 4);
+      const std::size_t first = bvh_.primitives.size() / 4;
+      bvh_.nodes[node + 3] = static_cast<float>(first);
       bvh_.nodes[node + 7] = static_cast<float>(range.size());
       for (const LivePrimitive& primitive : range)
         bvh_.primitives.insert(bvh_.primitives.end(), primitive.cell.begin(), primitive.cell.end());
       return;
     }
     build(range.first(left), depth + 1);
-    bvh_.nodes[node + 3] = static_cast<float>(bvh_.nodes.size() / 8);
+    const std::size_t second = bvh_.nodes.size() / 8;
+    bvh_.nodes[node + 3] = static_cast<float>(second);
     build(range.subspan(left), depth + 1);
   }
 

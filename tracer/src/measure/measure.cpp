@@ -246,14 +246,14 @@ void MeasurementRun::add_errors(const DisplayImage& image, MeasuredPoint& point)
   const bool is_fitted = setting.model == fitted_ambient;
   const double own_error = standard_error(references_[own], scene_.output);
   const double error = distance(is_fitted ? comparison_->fitted : mean_display(own), own_error, image);
-  const bool compares = !setting.model.empty() && comparison_ != nullptr;
-  const double least = compares ? comparison_->error.standard_error : own_error;
+  const auto* const compared = setting.model.empty() ? nullptr : comparison_.get();
+  const double least = compared != nullptr ? compared->error.standard_error : own_error;
   point.error = shown_error("error", error, least, point);
-  if (!compares) return;
+  if (compared == nullptr) return;
   const std::size_t global = reference_of(Accuracy::Model::global);
   const double total = distance(mean_display(global), standard_error(references_[global], scene_.output), image);
   point.total_error = shown_error("total_error", total, least, point);
-  const double levels = is_fitted ? comparison_->error.fitted_levels : comparison_->error.levels;
+  const double levels = is_fitted ? compared->error.fitted_levels : compared->error.levels;
   point.model_error = own == global ? 0 : shown_error("model_error", levels, least, point);
 }
 
