@@ -27,8 +27,12 @@ Json approximations_json(const Approximations& approximate) {
   Json json = Json::object();
   tracer::for_each_field<Approximations>([&](const auto& field) {
     const auto value = approximate.*field.member;
-    for (const auto& [word, meaning] : tracer::words<std::remove_const_t<decltype(value)>>)
-      if (value == meaning) json[std::string(field.name)] = word;
+    if constexpr (std::is_enum_v<decltype(value)>) {
+      for (const auto& [word, meaning] : tracer::words<std::remove_const_t<decltype(value)>>)
+        if (value == meaning) json[std::string(field.name)] = word;
+    } else if (value > 0) {
+      json[std::string(field.name)] = value;
+    }
   });
   if (approximate.nearest_lights != 0) json["lights"] = "nearest-" + std::to_string(approximate.nearest_lights);
   return json;

@@ -121,6 +121,8 @@ TEST(SceneReader, ReadsPatternsAndImages) {
   EXPECT_EQ(scene.textures[5].path, "/objects/2/material/color");
   ASSERT_EQ(scene.materials.size(), 4u);
   EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 5u);
+  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[2].roughness).index, 2u);
+  EXPECT_EQ(scene.materials[2].specular, 1);
 }
 
 TEST(SceneReader, ReadsObjectsAndTheirMaterials) {

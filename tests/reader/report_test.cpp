@@ -123,7 +123,7 @@ TEST(Report, HasEveryMember) {
       R"("transmitted_light":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
       R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
-      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"global_light":false,"emitters":false,"interreflection":false,"approximations":false},)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"global_light":false,"emitters":false,"principled":false,"interreflection":false,"approximations":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
       R"("warnings":[{"pointer":"#/lights","code":"nothing_lit","detail":"every object is black: there is no light, no \"ambient\" and no \"emission\""}],)"

@@ -34,6 +34,7 @@ inline Real power(Real cosine, Real exponent) {
 inline Real highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v) {
   switch (material.model) {
     case tracer::Material::Model::lambert:
+    case tracer::Material::Model::principled:
       return 0;
     case tracer::Material::Model::phong:
       return power(dot(2 * dot(n, l) * n - l, v), material.shininess);

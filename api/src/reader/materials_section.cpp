@@ -94,8 +94,20 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   return id;
 }
 
-/// The default of `reflection` depends on `fresnel`, whose default depends on the transmission.
+/// Fields that only one kind of models has: none is without effect in silence.
+void check_fields_of_model(Fields& fields, bool principled) {
+  for (const char* const name :
+       {"diffuse", "shininess", "specular_transmission", "fresnel", "reflection", "reflection_color"})
+    if (principled && fields.has(name))
+      fields.add_issue(name, "conflict", R"(has no effect where "model" is "principled")");
+  for (const char* const name : {"metallic", "roughness"})
+    if (!principled && fields.has(name)) fields.add_issue(name, "conflict", R"(needs "model": "principled")");
+}
+
+/// The default of `reflection` depends on `fresnel`, whose default depends on the transmission. Principled glass has
+/// them, too.
 void set_derived_fields(const Fields& fields, tracer::Material& material) {
+  if (material.model == tracer::Material::Model::principled && !fields.has("specular")) material.specular = 1;
   if (!fields.has("fresnel"))
     material.fresnel = material.transmission > 0 && material.transparency == tracer::Material::Transparency::refract;
   if (!fields.has("reflection") && material.fresnel) material.reflection = 1;
@@ -109,6 +121,7 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   material.path = pointer(at);
   Fields fields(reading, at, "a material");
   read_all_fields(fields, material);
+  check_fields_of_model(fields, material.model == tracer::Material::Model::principled);
   set_derived_fields(fields, material);
   fields.finish();
   return id;

@@ -148,20 +148,24 @@ vec3 color_of(vec3 plain, float id) {
 }
 // The colors of a material at the surface, by their cells; for shadows only what transmittance_of() needs.
 const int COLOR = AT_COLOR / 4, EMISSION = AT_EMISSION / 4, SPECULAR = AT_SPECULAR_COLOR / 4, REFLECTION_COLOR = AT_REFLECTION_COLOR / 4,
-  TRANSMISSION = AT_TRANSMISSION_COLOR / 4, DIFFUSE_TRANSMISSION = AT_DIFFUSE_TRANSMISSION_COLOR / 4, OPACITY = AT_OPACITY / 4;
+  TRANSMISSION = AT_TRANSMISSION_COLOR / 4, DIFFUSE_TRANSMISSION = AT_DIFFUSE_TRANSMISSION_COLOR / 4, OPACITY = AT_OPACITY / 4,
+  METALLIC = AT_METALLIC / 4, ROUGHNESS = AT_ROUGHNESS / 4;
 vec3 colors[MATERIAL_CELLS];
 void set_colors(int material, bool all) {
   for (int i = 0; i < AT_AMBIENT / 4; ++i) {  // the first number
-    if (!all && i != TRANSMISSION && i != OPACITY) continue;
+    if (!all && i != TRANSMISSION && i != OPACITY && i != COLOR && i != METALLIC) continue;
     vec4 color = cell(materials, material + i);
     colors[i] = color_of(color.rgb, color.w);
   }
-  colors[OPACITY] = clamp(colors[OPACITY], 0.0, 1.0);
+  float cutoff = number_of(material, AT_OPACITY_CUTOFF);
+  colors[OPACITY] = cutoff > 0.0 ? step(cutoff, colors[OPACITY]) : clamp(colors[OPACITY], 0.0, 1.0);
 }
+bool is_principled(int material) { return (material_flags(material) & 3) == 3; }
 bool is_cut_out(int material) { return cell(materials, material + OPACITY) != vec4(1.0, 1.0, 1.0, 0.0); }
 // Precondition of this: set_colors().
 vec3 transmittance_of(int material) {
   vec3 surface = colors[TRANSMISSION] * number_of(material, AT_TRANSMISSION);
+  if (is_principled(material)) surface *= colors[COLOR] * (1.0 - clamp(colors[METALLIC].r, 0.0, 1.0));
   return is_cut_out(material) ? surface * colors[OPACITY] + (1.0 - colors[OPACITY]) : surface;
 }
 bool is_textured(int material) { return (material_flags(material) & 64) != 0; }
@@ -294,6 +298,33 @@ int point_from;
 vec4 point_media;
 bool point_blinn, point_far_side;
 
+// ---- facets of a principled surface: tracer/src/materials/principled.h
+
+vec3 facet_f0, facet_weight;  // a weight of 0: another material
+float facet_f90, facet_alpha;
+#ifdef PRINCIPLED
+// Albedos of facets with f0 = 1 and of those with f90 = 1 (Karis 2014, "Physically Based Shading on Mobile").
+vec2 facet_albedo(float cosine, float roughness) {
+  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  return vec2(-1.04, 1.04) * (min(r.x * r.x, exp2(-9.28 * cosine)) * r.x + r.y) + r.zw;
+}
+// Share of the light that facets reflect, several reflections included.
+vec3 facets_reflect(vec3 f0, float f90, float cosine, float roughness) {
+  vec2 albedo = facet_albedo(cosine, roughness), mean = facet_albedo(0.6, roughness);
+  vec3 average = (20.0 * f0 + f90) / 21.0;
+  float lost = 1.0 - mean.x - mean.y, white = mean.x + mean.y;
+  return f0 * albedo.x + f90 * albedo.y + average * average * white / (1.0 - average * lost) * max(1.0 - albedo.x - albedo.y, 0.0);
+}
+float masking_root(float cosine) { return sqrt(mix(cosine * cosine, 1.0, facet_alpha * facet_alpha)); }
+vec3 eval_facets(vec3 l, float cosine) {
+  vec3 h = normalize(l + point_to_eye);
+  float view = max(dot(point_normal, point_to_eye), 1e-4), x = 1.0 - min(dot(point_to_eye, h), 1.0), along = dot(point_normal, h);
+  float squared = facet_alpha * facet_alpha, root = 1.0 - along * along * (1.0 - squared);
+  float d = squared / max(root * root, 1e-12), masking = cosine / (2.0 * (view * masking_root(cosine) + cosine * masking_root(view)));
+  return mix(facet_f0, vec3(facet_f90), x * x * x * x * x) * (d * masking);
+}
+#endif
+
 float spot_factor(float c, float inner, float outer) {
   float x = (c - outer) / (inner - outer);
   return c >= inner ? 1.0 : (c <= outer ? 0.0 : x * x * (3.0 - 2.0 * x));
@@ -358,6 +389,9 @@ vec3 sample_light(int number, vec3 from, float share) {
   vec4 color = cell(lights, light + 1);
   vec3 radiance = point_diffuse * cosine;
   if (!is_black(point_specular)) radiance += point_specular * eval_highlight(to_light, cosine);
+#ifdef PRINCIPLED
+  if (!point_far_side && !is_black(facet_weight)) radiance += facet_weight * eval_facets(to_light, cosine);
+#endif
   radiance *= color.rgb * (color.w * strength);
   if (is_black(radiance)) return radiance;
 #ifdef BUMP

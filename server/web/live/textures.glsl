@@ -206,17 +206,18 @@ float octave_noise(float x, float y, int octaves, vec2 width) {
 // ---- lookups
 
 vec2 looked_up(int id, vec2 uv) {
-  vec4 place = cell(textures, 5 * id + 3);
+  vec4 place = cell(textures, 6 * id + 3);
   return uv * place.xy + place.zw;
 }
 vec2 covered_by(int id, vec2 width) {
-  return cell(textures, 5 * id).y == 2.0 ? width * abs(cell(textures, 5 * id + 3).xy) : vec2(0.0);
+  return cell(textures, 6 * id).y == 2.0 ? width * abs(cell(textures, 6 * id + 3).xy) : vec2(0.0);
 }
 vec3 color_at(int id, vec2 at, vec2 covered, ivec2 wraps) {
-  int row = 5 * id;
+  int row = 6 * id;
   vec4 kind = cell(textures, row);
-  if (kind.x == 3.0) return image_color(row, int(kind.y), at, covered, wraps);
-  vec3 first = cell(textures, row + 1).rgb, second = cell(textures, row + 2).rgb;
+  vec3 factor = cell(textures, row + 5).rgb;
+  if (kind.x == 3.0) return factor * image_color(row, int(kind.y), at, covered, wraps);
+  vec3 first = factor * cell(textures, row + 1).rgb, second = factor * cell(textures, row + 2).rgb;
   if (kind.x == 0.0) {
     float even = alternating_mean(at.x, covered.x) * alternating_mean(at.y, covered.y);
     return first * ((1.0 + even) / 2.0) + second * ((1.0 - even) / 2.0);
@@ -226,7 +227,7 @@ vec3 color_at(int id, vec2 at, vec2 covered, ivec2 wraps) {
 }
 // texture_color(): `width` is the footprint around uv.
 vec3 texture_color(int id, vec2 uv, vec2 width) {
-  int wrap = int(cell(textures, 5 * id).z);
+  int wrap = int(cell(textures, 6 * id).z);
   return color_at(id, looked_up(id, uv), covered_by(id, width), ivec2(wrap));
 }
 #endif
@@ -337,12 +338,12 @@ vec2 uv_footprint(vec3 gradient_u, vec3 gradient_v, vec3 normal, vec3 direction,
 #ifdef BUMP
 // height_slope(): finite differences over the footprint.
 float height_at(int id, vec2 at, vec2 covered) {
-  vec3 color = color_at(id, at, covered, ivec2(int(cell(textures, 5 * id).z)));
+  vec3 color = color_at(id, at, covered, ivec2(int(cell(textures, 6 * id).z)));
   return (color.r + color.g + color.b) / 3.0;
 }
 vec2 height_slope(int id, vec2 uv, vec2 width) {
-  vec4 kind = cell(textures, 5 * id), place = cell(textures, 5 * id + 3);
-  vec2 at = looked_up(id, uv), covered = covered_by(id, width), size = cell(textures, 5 * id + 4).xy;
+  vec4 kind = cell(textures, 6 * id), place = cell(textures, 6 * id + 3);
+  vec2 at = looked_up(id, uv), covered = covered_by(id, width), size = cell(textures, 6 * id + 4).xy;
   vec2 least = kind.x == 3.0 ? max(max(covered.x * size.x, covered.y * size.y), 1.0) / size
                              : vec2(kind.x == 2.0 ? exp2(1.0 - kind.w) : 1.0) * 0.0009765625;
   vec2 reach = max(covered, least) / 2.0;

@@ -49,10 +49,10 @@ vec3 environment(vec3 direction, float spread) {
   float above = dot(direction, cell(background, 6).xyz), level = length(vec2(ahead, right));
   float turn = 0.5 + (level > 0.0 ? atan(right, ahead) : 0.0) / (2.0 * PI);
   vec2 uv = vec2(turn - floor(turn), 0.5 + atan(above, level) / PI);
-  vec4 kind = cell(textures, 5 * id);
+  vec4 kind = cell(textures, 6 * id);
   if (kind.y != 2.0) spread = 0.0;
   float height = min(1.0, spread / PI), width = spread < 2.0 * PI * level ? spread / (2.0 * PI * level) : 1.0;
-  float turned = abs(cell(textures, 5 * id + 3).x), pieces = kind.x == 3.0 ? turned * cell(textures, 5 * id + 4).x
+  float turned = abs(cell(textures, 6 * id + 3).x), pieces = kind.x == 3.0 ? turned * cell(textures, 6 * id + 4).x
       : (kind.x == 2.0 ? turned * exp2(2.0 + kind.w) : 1.0);
   float lookups = spread > 0.0 ? max(1.0, roundEven(min(min(2.0 * width / height, width * pieces), 1024.0))) : 1.0;
   vec3 sum = vec3(0.0);
@@ -214,21 +214,45 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
   vec3 there = is_cut_out(material) ? colors[OPACITY] : vec3(1.0), through = transmittance_of(material);
   float opaque_share = ((flags >> 2) & 3) == 1 ? 1.0 - transmission : 1.0;
   vec3 emitted = colors[EMISSION] + ambient * colors[COLOR] * (number_of(material, AT_AMBIENT) * opaque_share);
-  bool has_specular = (flags & 3) != 0;
+  bool has_specular = (flags & 3) != 0 && (flags & 3) != 3;
   vec3 specular_color = has_specular ? colors[SPECULAR] : vec3(0.0);
   point_diffuse = weight * there * colors[COLOR] * (number_of(material, AT_DIFFUSE) * opaque_share);
   point_specular = weight * there * specular_color * number_of(material, AT_SPECULAR);
   float shininess = point_shininess = number_of(material, AT_SHININESS);
   point_blinn = (flags & 3) == 2;
-  vec3 reflectance = colors[REFLECTION_COLOR] * reflection * there, behind = colors[DIFFUSE_TRANSMISSION];
+  vec3 reflectance = colors[REFLECTION_COLOR] * reflection * there, behind = colors[DIFFUSE_TRANSMISSION], mirrored_facets = vec3(0.0);
 #ifdef BUMP
   vec4 surface = surface_of(material);
   int normal_map = int(surface.y) - 1, bump = int(surface.z) - 1;
   if (normal_map >= 0 || bump >= 0) {
     // Textures perturb the front; the back is its reverse.
-    if (normal_map >= 0) outward = mapped_normal(outward, gradient_u, gradient_v, 2.0 * texture_color(normal_map, surface_uv, surface_footprint) - 1.0);
+    if (normal_map >= 0) outward = mapped_normal(outward, gradient_u, gradient_v, (2.0 * texture_color(normal_map, surface_uv, surface_footprint) - 1.0) * vec3(vec2(number_of(material, AT_NORMAL_SCALE)), 1.0));
     if (bump >= 0) outward = bumped_normal(outward, gradient_u, gradient_v, height_slope(bump, surface_uv, surface_footprint) * (surface.w / world_per_render));
     point_normal = back ? -outward : outward;
+  }
+#endif
+  facet_weight = vec3(0.0);
+#ifdef PRINCIPLED
+  if ((flags & 3) == 3) {
+    // principled_surface() and coefficients() of tracer/src/materials/compiled_material.h; a mirror image stands for the light of
+    // all facets.
+    float metallic = clamp(colors[METALLIC].r, 0.0, 1.0), roughness = clamp(colors[ROUGHNESS].r, 0.0, 1.0);
+    float clear = min(transmission * max_component(colors[TRANSMISSION]), 1.0), most = min(number_of(material, AT_SPECULAR), 1.0);
+    float amplitude = (ior - 1.0) / (ior + 1.0), view = clamp(dot(point_normal, -d), 0.0, 1.0), matt = (1.0 - clear) * (1.0 - metallic);
+    vec3 nonmetal = min(most * colors[SPECULAR] * amplitude * amplitude, 1.0), base = colors[COLOR] * matt;
+    facet_f0 = mix(nonmetal, colors[COLOR], metallic);
+    facet_f90 = mix(most, 1.0, metallic);
+    facet_alpha = max(roughness * roughness, 0.04);
+    facet_weight = weight * there;
+    vec3 reflected = facets_reflect(facet_f0, facet_f90, view, roughness);
+    point_diffuse = facet_weight * base * (1.0 - number_of(material, AT_DIFFUSE_TRANSMISSION)) * (1.0 - facets_reflect(nonmetal, most, view, roughness));
+    emitted = colors[EMISSION] + ambient * base * number_of(material, AT_AMBIENT);
+    behind *= matt;
+    float glass = refracting ? clear * (1.0 - metallic) : 0.0;
+    reflectance = there * glass;
+    facet_f0 = min(facet_f0, 1.0);
+    mirrored_facets = there * reflected * (1.0 - glass);
+    if (!refracting) through -= (through - (1.0 - there)) * reflected;
   }
 #endif
   vec3 normal = point_normal, face = point_face, position = point_position;
@@ -265,7 +289,7 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
   bool total = false;
   vec2 at = splits ? dielectric_interface(cos_i, n_from, n_to, total) : vec2(1.0);
   total = total && (fresnel || refracting);
-  vec3 reflected_part = reflectance * (fresnel ? at.y : 1.0) + (total && !fresnel ? through : vec3(0.0));
+  vec3 reflected_part = mirrored_facets + reflectance * (fresnel ? at.y : 1.0) + (total && !fresnel ? through : vec3(0.0));
   vec3 transmitted_part = total ? vec3(0.0) : through * (fresnel ? 1.0 - at.y : 1.0);
   vec3 mirror = normalize(mirrored(d, normal)), passing = d;
   if (dot(mirror, face_outward) < 0.0) mirror = normalize(mirrored(mirror, face_outward));

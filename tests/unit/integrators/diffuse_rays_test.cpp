@@ -87,7 +87,8 @@ TEST(ChosenBranches, KeepTheMeanThroughputAndLeaveLanesBeforeTheFirstDiffuseBoun
         rays[b].largest[i] = largest[b];
         rays[b].going = 0xf;
       }
-    choose_branch(weight, random, {&rays[0], &rays[1], &rays[2]});
+    SecondaryRayPacket* const all[] = {&rays[0], &rays[1], &rays[2]};
+    choose_branch(weight, random, all);
     for (int i = 1; i < 4; ++i) {
       int kept = 0;
       for (std::size_t b = 0; b < 3; ++b) {

@@ -69,7 +69,8 @@ void fill(Random& random, const std::vector<CompiledMaterial>& terms, Packets& p
     p.interfaces.n_to[i] = random.in(0.5, 2.5);
   }
   gather_coefficients(terms, p.hits);
-  spawn_dielectric(p.hits, p.shading_points, p.interfaces, false, p.reflection, p.transmission);
+  spawn_dielectric(p.hits, p.shading_points, p.shading_points.normal, p.interfaces, false, p.reflection,
+                   p.transmission);
 }
 
 void expect_throughput(const SecondaryRayPacket& found, int i, const HitPacket& hits, const Color& by_color,

@@ -39,6 +39,9 @@ struct Approximations {
   /// Number of lights, nearest first, that are evaluated at each hit, at most nearest_lights_max; 0: all. Directional
   /// lights have no distance: they are always evaluated and not counted.
   std::uint32_t nearest_lights = 0;
+  /// Principled surfaces of at most this roughness reflect and refract as smooth ones, with the same albedo: by one
+  /// direction instead of those of their facets. Lights keep their highlights.
+  double mirror_roughness = 0;
   bool operator==(const Approximations&) const = default;
 
   /// All but `lights`, which is "nearest-N". Exact is the absence of a field.
@@ -47,7 +50,8 @@ struct Approximations {
         Field{"shadows", &Approximations::shadows, FieldRange::any, FieldPresence::derived},
         Field{"reflections", &Approximations::reflections, FieldRange::any, FieldPresence::derived},
         Field{"shading", &Approximations::shading, FieldRange::any, FieldPresence::derived},
-        Field{"interreflection", &Approximations::interreflection, FieldRange::any, FieldPresence::derived}};
+        Field{"interreflection", &Approximations::interreflection, FieldRange::any, FieldPresence::derived},
+        optional_field("mirror_roughness", &Approximations::mirror_roughness, FieldRange::fraction())};
   }
   [[nodiscard]] bool any() const { return *this != Approximations{}; }
 };

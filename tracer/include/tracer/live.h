@@ -28,7 +28,7 @@
 /// `lights`      (position, kind), (color, intensity), (axis, cos_inner), (u, cos_outer), (v, radius), (coefficients,
 ///               kind of attenuation), (1 if it casts shadows, 0, 0, 0), as tracer/src/lights/light_registry.h.
 /// `textures`    (pattern, filter, wrap, octaves), (first color, first texel), (second color, levels), (scale, offset),
-///               (width, height, 0, 0): pattern and the enumerators in the order of tracer/materials.h.
+///               (width, height, 0, 0), (factor, 0): pattern and the enumerators in the order of tracer/materials.h.
 /// `background`  (kind, 0, 0, 0), (color or zenith, 0), (nadir, 0), (up, 0), and for each texture around the scene
 ///               (axis, texture), (right, wrap along u), (up, wrap along v).
 /// `texels`      Two words: 16-bit floats of red and green, and of blue. An image has its mip levels one after the

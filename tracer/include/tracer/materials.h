@@ -49,8 +49,8 @@ struct ImageTexture {
   AssetId file{};
   std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
   /// color: without alpha. alpha: the last of two or four channels, as gray and linear; a file without it fails with
-  /// `bad_asset`.
-  enum class Channel { color, alpha };
+  /// `bad_asset`. red, green, blue: that channel as gray. luminance: that of ITU-R BT.709, as gray.
+  enum class Channel { color, alpha, red, green, blue, luminance };
   Channel channel = Channel::color;
 
   static constexpr auto fields() {
@@ -58,14 +58,16 @@ struct ImageTexture {
                       Field{"color_space", &ImageTexture::color_space}};
   }
 };
-constexpr auto words_of(ImageTexture::Channel first) { return in_order(first, {"color", "alpha"}); }
+constexpr auto words_of(ImageTexture::Channel first) {
+  return in_order(first, {"color", "alpha", "red", "green", "blue", "luminance"});
+}
 
 /// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
   std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
   Vec2 scale{1, 1};
   Vec2 offset{0, 0};
-  std::string path;  ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
+  std::string path;       ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
   /// Continuation of gradients and images beyond [0, 1]. No effect on checkers and noise.
   enum class Wrap { repeat, clamp, mirror };
   Wrap wrap = Wrap::repeat;
@@ -74,10 +76,12 @@ struct Texture {
   /// footprint shrinks with more samples and the converged image is unbiased.
   enum class Filter { nearest, bilinear, mipmap };
   Filter filter = Filter::mipmap;
+  Color factor{1, 1, 1};  ///< of the pattern's colors
 
   static constexpr auto fields() {
     return std::tuple{optional_field("scale", &Texture::scale), optional_field("offset", &Texture::offset),
-                      optional_field("wrap", &Texture::wrap), optional_field("filter", &Texture::filter)};
+                      optional_field("factor", &Texture::factor), optional_field("wrap", &Texture::wrap),
+                      optional_field("filter", &Texture::filter)};
   }
 };
 constexpr auto words_of(Texture::Wrap first) { return in_order(first, {"repeat", "clamp", "mirror"}); }
@@ -106,14 +110,20 @@ struct Bump {
 /// with the direction T of the light's ray after it is refracted at the point, from the index of refraction of the far
 /// side to that of the near side (none at total internal reflection; straight on unless the material refracts), and
 /// n' = n, or n/4 for blinn_phong, which has the same width. `lambert` has no K_st.
+///
+/// `principled`: metals, plastics and glass of any roughness by the quantities of glTF 2.0 (appendix B);
+/// tracer/src/materials/principled.h has the formulas. `color` is the base color. Lights have highlights, reflected and
+/// refracted rays are spread over the directions of rough facets, and the sum is what arrives at most.
 struct Material {
-  enum class Model { lambert, phong, blinn_phong };
+  enum class Model { lambert, phong, blinn_phong, principled };
   Model model = Model::phong;
   ColorOrTexture color = Color{0.8, 0.8, 0.8};                 ///< C
   double ambient = 1;                                          ///< K_a
   double diffuse = 1;                                          ///< K_d
   double specular = 0;                                         ///< K_s
   double shininess = 32;                                       ///< n >= 0
+  ColorOrTexture metallic = Color{};                           ///< principled: share in [0,1], the red channel
+  ColorOrTexture roughness = Color{0.5, 0.5, 0.5};             ///< the same, of a distribution of width roughness^2
   ColorOrTexture specular_color = Color{1, 1, 1};              ///< C_s
   double diffuse_transmission = 0;                             ///< K_dt in [0,1]
   double specular_transmission = 0;                            ///< K_st
@@ -132,7 +142,8 @@ struct Material {
   /// Share of the surface that is there, by channel, in [0, 1]: I = opacity I_surface + (1 - opacity) I_behind, and
   /// shadow rays pass likewise. Below 1 only where the surface neither refracts nor has `fresnel`.
   ColorOrTexture opacity = Color{1, 1, 1};
-  double ior = 1.5;  ///< > 0; relative to the outside
+  double opacity_cutoff = 0;  ///< above 0: shares from there on count as 1, others as 0
+  double ior = 1.5;           ///< > 0; relative to the outside
   /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals that of a closed
   /// object before an open one, then that of the object with the smaller bounding box, by its diagonal; then that of
   /// the later material.
@@ -150,6 +161,7 @@ struct Material {
   /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the
   /// front. An image without an explicit color space is linear here, for every format.
   std::optional<TextureId> normal_map{};
+  double normal_scale = 1;     ///< of n.x and n.y
   std::optional<Bump> bump{};  ///< applied after the normal map
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarized dielectric reflectance. The document's default is
   /// true if transmission > 0 is refracted; the reader resolves it, and reflection's default of 1 with fresnel.
@@ -161,8 +173,10 @@ struct Material {
                       optional_field("color", &Material::color),
                       optional_field("ambient", &Material::ambient, FieldRange::factor),
                       optional_field("diffuse", &Material::diffuse, FieldRange::factor),
-                      optional_field("specular", &Material::specular, FieldRange::factor),
+                      Field{"specular", &Material::specular, FieldRange::factor, FieldPresence::derived},
                       optional_field("shininess", &Material::shininess, FieldRange::exponent),
+                      optional_field("metallic", &Material::metallic),
+                      optional_field("roughness", &Material::roughness),
                       optional_field("specular_color", &Material::specular_color),
                       optional_field("diffuse_transmission", &Material::diffuse_transmission, FieldRange::fraction()),
                       optional_field("diffuse_transmission_color", &Material::diffuse_transmission_color),
@@ -175,15 +189,19 @@ struct Material {
                       optional_field("reflection_color", &Material::reflection_color),
                       optional_field("transmission_color", &Material::transmission_color),
                       optional_field("opacity", &Material::opacity),
+                      optional_field("opacity_cutoff", &Material::opacity_cutoff, FieldRange::fraction()),
                       optional_field("ior", &Material::ior, FieldRange::ratio),
                       optional_field("priority", &Material::priority),
                       optional_field("absorption", &Material::absorption),
                       optional_field("shading", &Material::shading),
                       optional_field("normal_map", &Material::normal_map),
+                      optional_field("normal_scale", &Material::normal_scale),
                       optional_field("bump", &Material::bump)};
   }
 };
-constexpr auto words_of(Material::Model first) { return in_order(first, {"lambert", "phong", "blinn_phong"}); }
+constexpr auto words_of(Material::Model first) {
+  return in_order(first, {"lambert", "phong", "blinn_phong", "principled"});
+}
 constexpr auto words_of(Material::Transparency first) {
   return in_order(first, {"refract", "interpolated", "filtered"});
 }

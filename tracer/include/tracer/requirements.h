@@ -34,6 +34,7 @@ struct Requirements {
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
   bool global_light = false;     ///< surfaces reflect the light of other surfaces diffusely
+  bool principled = false;       ///< a material is principled: rays are spread over the directions of facets
   bool emitters = false;         ///< and a finite surface glows, or the background has textures
   bool interreflection = false;  ///< and the light between surfaces is approximated
   bool approximations = false;   ///< an approximation changes the image
@@ -42,6 +43,11 @@ struct Requirements {
 /// True if light arrives by way of other surfaces.
 inline bool has_secondary_rays(const Requirements& needs) {
   return needs.reflection || needs.refraction || needs.global_light;
+}
+
+/// True if samples at one place of the image differ by chance, beyond the lens.
+inline bool has_random_rays(const Requirements& needs) {
+  return needs.soft_lights || needs.global_light || needs.principled;
 }
 
 /// A requirement and its name in responses, reports and on the command line.
@@ -77,6 +83,7 @@ inline constexpr RequirementName requirement_names[] = {
     {"planes", &Requirements::planes},
     {"global_light", &Requirements::global_light},
     {"emitters", &Requirements::emitters},
+    {"principled", &Requirements::principled},
     {"interreflection", &Requirements::interreflection},
     {"approximations", &Requirements::approximations},
 };

@@ -14,7 +14,7 @@ std::array<double, 3> channels_of(const Color& c) { return {c.r, c.g, c.b}; }
 
 /// Coefficients over the values of the textures, with which they grow or shrink; `bright`: of the brightest values.
 Coefficients coefficients_at_end(const CompiledScene& scene, const Material& material, bool bright) {
-  return coefficients(material, scene.ambient_of({}), [&](const ColorOrTexture& color) {
+  return coefficient_bounds(material, scene.ambient_of({}), [&](const ColorOrTexture& color) {
     const auto* const id = std::get_if<TextureId>(&color);
     if (id == nullptr) return std::get<Color>(color);
     const double bound = bright ? texture_bound(scene.textures[id->index], scene.images[id->index].get()) : 0;
@@ -36,7 +36,7 @@ SceneBounds::MaterialRange range_of(const SceneBounds& bounds, std::size_t index
   SceneBounds::MaterialRange material{.emitted_ambient = range(&Coefficients::emitted_ambient),
                                       .diffuse = range(&Coefficients::diffuse),
                                       .specular = range(&Coefficients::specular)};
-  material.has_normal = !terms.has_normal_map && !is_lit_by_triangle(terms.shading);
+  material.has_normal = !terms.has_normal_map && !is_lit_by_triangle(terms.shading) && !terms.principled;
   const bool overlaps = scene.needs.overlapping_media || scene.exact.needs.overlapping_media;
   material.may_be_hidden = terms.transmits && overlaps;
   const std::array<double, 3> reflected = channels_of(high.reflectance), through = channels_of(high.transmittance);
@@ -47,14 +47,18 @@ SceneBounds::MaterialRange range_of(const SceneBounds& bounds, std::size_t index
                     ? channels_of(light.radiance)[c] * attenuation_bound(light.attenuation) *
                           (light.shadows ? bounds.transmittance_max : 1)
                     : 0;
-    const double near = material.diffuse[c].high + material.specular[c].high;
+    const double facets = terms.principled ? PrincipledSurface::highlight_max + 1 : material.specular[c].high;
+    const double near = material.diffuse[c].high + facets;
     const double far = channels_of(high.diffuse_transmission)[c] + channels_of(high.specular_transmission)[c];
     const auto lit = [&](double factor) { return factor > 0 && lights > 0 ? factor * lights : 0; };
     // The missing part of a surface transmits everything. Fresnel's reflectance and transmittance add up to one.
     const double transmitted = is_cut_out(scene.materials[index]) ? std::max(1.0, through[c]) : through[c];
-    const double secondary = terms.fresnel ? std::max(reflected[c], transmitted) : reflected[c] + transmitted;
+    const double secondary = terms.principled ? 1
+                             : terms.fresnel  ? std::max(reflected[c], transmitted)
+                                              : reflected[c] + transmitted;
     const double arriving = secondary > 0 && bounds.radiance_max > 0 ? secondary * bounds.radiance_max : 0;
-    const bool scatters = material.diffuse[c].high > 0 || channels_of(high.diffuse_transmission)[c] > 0;
+    const bool scatters =
+        terms.principled || material.diffuse[c].high > 0 || channels_of(high.diffuse_transmission)[c] > 0;
     const double paths = scene.needs_of({}).global_light && scatters ? infinity : 0;
     material.other_max[c] = lit(far) + arriving + paths;
     material.anywhere[c] = sum(material.emitted_ambient[c], {0, lit(near) + material.other_max[c]});

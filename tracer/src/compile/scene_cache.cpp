@@ -262,7 +262,7 @@ Result<std::optional<LruCache::BuildTicket>, Failure> SceneCacheEntry::image(con
   if (file >= contents_.size() || contents_[file].empty()) return std::optional<LruCache::BuildTicket>();
   const auto& space = texture.color_space;
   const char color_space = !space ? 'd' : *space == ColorSpace::linear ? 'l' : 's';
-  const char read_as = texture.channel == ImageTexture::Channel::alpha ? 'a' : color_space;
+  const std::string read_as{color_space, static_cast<char>('0' + static_cast<int>(texture.channel))};
   auto ticket = cache_->acquire({LruCache::Kind::image, read_as + contents_[file]}, control);
   if (!ticket) return ticket.error();
   return std::optional<LruCache::BuildTicket>(std::move(*ticket));

@@ -82,7 +82,11 @@ class Reading {
       space_ = ColorSpace::linear;
       first_ = spec_.alpha_channel;
       channels_ = 1;
+    } else if (channel >= ImageTexture::Channel::red && channel <= ImageTexture::Channel::blue) {
+      first_ = channels_ == 1 ? 0 : static_cast<int>(channel) - static_cast<int>(ImageTexture::Channel::red);
+      channels_ = 1;
     }
+    luminance_ = channel == ImageTexture::Channel::luminance;
     if (coded_) table_ = decoding_table(space_);
     image_.width = static_cast<std::uint32_t>(spec_.width);
     image_.height = static_cast<std::uint32_t>(spec_.height);
@@ -108,6 +112,10 @@ class Reading {
       if (!std::isfinite(image_.rgb[i]))
         return "is not finite at pixel (" + std::to_string(i / 3 % image_.width) + ", " +
                std::to_string(i / 3 / image_.width) + ")";
+    }
+    for (std::size_t i = 0; luminance_ && i < image_.rgb.size(); i += 3) {
+      float* const rgb = &image_.rgb[i];
+      std::fill_n(rgb, 3, 0.2126F * rgb[0] + 0.7152F * rgb[1] + 0.0722F * rgb[2]);
     }
     return std::move(image_);
   }
@@ -144,7 +152,7 @@ class Reading {
   OIIO::ImageInput& input_;
   const OIIO::ImageSpec spec_;
   ColorSpace space_;
-  bool coded_;
+  bool coded_, luminance_ = false;
   int first_ = 0, channels_ = 3;
   std::vector<float> table_;
   std::vector<std::uint16_t> codes_;

@@ -28,6 +28,7 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
 
 /// Upper bound of the fraction of light that secondary rays receive.
 double albedo_bound(const CompiledScene& scene, const Material& material) {
+  if (is_principled(material)) return 1;
   const bool diffuse = scene.needs.global_light;
   const double scattered =
       diffuse ? material.diffuse * color_bound(scene, material.color) +
@@ -44,7 +45,8 @@ double local_radiance_bound(const CompiledScene& scene, const Material& material
   const double diffuse = color * material.diffuse;
   const double specular = color_bound(scene, material.specular_color);
   // A light is on one side of the surface.
-  const double reflected = diffuse + specular * material.specular;
+  const double facets = is_principled(material) ? PrincipledSurface::highlight_max + 1 : specular * material.specular;
+  const double reflected = diffuse + facets;
   const double transmitted = color_bound(scene, material.diffuse_transmission_color) * material.diffuse_transmission +
                              specular * material.specular_transmission;
   const double lit = std::max(reflected, transmitted);

@@ -44,7 +44,7 @@ inline RayCone refracted_cone(const RayCone& cone, double t, double curvature, d
   return {width, cone.spread * n + (n - 1) * curvature * width};
 }
 
-/// State of a ray beside its throughput where surfaces reflect the light of surfaces.
+/// State of a ray beside its throughput where surfaces reflect the light of surfaces, or are principled.
 struct PathState {
   /// Largest channel of the throughput at the first diffuse bounce; 0: there was none yet.
   double weight = 0;
@@ -53,6 +53,8 @@ struct PathState {
   /// For a ray toward an emitter, which brings the emission of this primitive alone; no hit: that of the sky. With a
   /// density: that of every emitter which is sampled.
   PrimitiveRef emitter{};
+  /// Width of the roughest surface on the way, for PrincipledSurface::highlight.
+  double alpha = 0;
 };
 
 /// Rays of one kind, as arrays. Their order is the order of the contributions to a sample, so it must depend on the

@@ -10,6 +10,7 @@
 #include "tracer/src/accel/primitive_bounds.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/live/live_bvh.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/math/rounding.h"
 
 namespace tracer {
@@ -242,6 +243,7 @@ class ImageWriter {
     add_cell(live.textures, colors[1], number(place.levels));
     add_cell(live.textures, texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y);
     add_cell(live.textures, place.width, place.height, 0, 0);
+    add_cell(live.textures, texture.factor, 0);
   }
 
  private:
@@ -310,8 +312,12 @@ std::vector<LiveOmission> leave_out(Scene& scene) {
   omit(scene.image.crop.has_value(), "/image/crop", "is left out: the whole image is shown");
   omit(scene.output.overflow == Output::Overflow::scale, "/output/overflow", "is clamp");
   omit(scene.output.palette > 0, "/output/palette", "is left out");
-  for (const Material& material : scene.materials)
+  for (const Material& material : scene.materials) {
     omit(is_lit_by_triangle(material.shading), material.path + "/shading", "is smooth");
+    const auto* roughness = std::get_if<Color>(&material.roughness);
+    omit(is_principled(material) && (roughness == nullptr || roughness->r > 0), material.path + "/roughness",
+         "blurs the highlights of lights alone: mirror images are sharp");
+  }
   scene.accuracy.model = Accuracy::Model::whitted;
   scene.accuracy.approximate = {};
   scene.camera.layout = Camera::Layout::single;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tracer/src/materials/principled.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
 
@@ -43,12 +44,15 @@ inline bool is_lit_by_triangle(Material::Shading shading) {
   return shading == Material::Shading::gouraud || shading == Material::Shading::flat_polygon;
 }
 
+inline bool is_principled(const Material& material) { return material.model == Material::Model::principled; }
+
+/// True if it has a power of a cosine for a highlight.
 inline bool has_specular(const Material& material) {
-  return material.model != Material::Model::lambert && material.specular > 0;
+  return material.model != Material::Model::lambert && !is_principled(material) && material.specular > 0;
 }
 
 inline bool has_specular_transmission(const Material& material) {
-  return material.model != Material::Model::lambert && material.specular_transmission > 0;
+  return material.model != Material::Model::lambert && !is_principled(material) && material.specular_transmission > 0;
 }
 
 /// True if lights on the far side of the surface brighten it.
@@ -63,7 +67,7 @@ inline bool may_be_bright(const ColorOrTexture& color) {
 
 /// True if the surface scatters light to one of its sides.
 inline bool scatters_light(const Material& material) {
-  return (material.diffuse > 0 && may_be_bright(material.color)) ||
+  return is_principled(material) || (material.diffuse > 0 && may_be_bright(material.color)) ||
          (material.diffuse_transmission > 0 && may_be_bright(material.diffuse_transmission_color));
 }
 
@@ -93,9 +97,45 @@ struct Coefficients {
 /// Share of the surface that is there.
 template <class ColorOf>
 Color opacity(const Material& material, const ColorOf& color_of) {
-  const auto within = [](double share) { return share > 0 ? std::min(share, 1.0) : 0; };
+  const auto within = [cutoff = material.opacity_cutoff](double share) {
+    if (cutoff > 0) return share >= cutoff ? 1.0 : 0.0;
+    return share > 0 ? std::min(share, 1.0) : 0.0;
+  };
   const Color at_point = color_of(material.opacity);
   return {within(at_point.r), within(at_point.g), within(at_point.b)};
+}
+
+/// The share of a color that a principled material has as a number.
+template <class ColorOf>
+double share(const ColorOrTexture& value, const ColorOf& color_of) {
+  return std::clamp(color_of(value).r, 0.0, 1.0);
+}
+
+/// Share of the light below the facets of a principled surface that is transmitted.
+template <class ColorOf>
+double clear_share(const Material& material, const ColorOf& color_of) {
+  if (!(material.transmission > 0)) return 0;
+  return std::min(material.transmission * max_component(color_of(material.transmission_color)), 1.0);
+}
+
+/// A principled material at a point. Reflectance of nonmetals: ((n - 1) / (n + 1))^2 (Born & Wolf 1999, sec. 1.5.2).
+template <class ColorOf>
+PrincipledSurface principled_surface(const Material& material, const ColorOf& color_of) {
+  const Color base = color_of(material.color), tint = color_of(material.specular_color);
+  const double clear = clear_share(material, color_of), roughness = share(material.roughness, color_of);
+  const double amplitude = (material.ior - 1) / (material.ior + 1), most = std::min(material.specular, 1.0);
+  const auto reflectance = [&](double channel) { return std::min(most * channel * amplitude * amplitude, 1.0); };
+  const bool refracts = material.transparency == Material::Transparency::refract;
+  PrincipledSurface surface{.base = base * ((1 - clear) * (1 - material.diffuse_transmission)),
+                            .metal = base,
+                            .metallic = share(material.metallic, color_of),
+                            .f0 = {reflectance(tint.r), reflectance(tint.g), reflectance(tint.b)},
+                            .f90 = most,
+                            .alpha = roughness * roughness};
+  surface.glossy = refracts ? 1 - clear * (1 - surface.metallic) : 1;
+  if (!refracts && clear > 0)
+    surface.sheet = base * color_of(material.transmission_color) * (material.transmission * (1 - surface.metallic));
+  return surface;
 }
 
 /// Transmittance at a point; see coefficients().
@@ -103,6 +143,8 @@ template <class ColorOf>
 Color transmittance(const Material& material, const ColorOf& color_of) {
   Color surface{};
   if (material.transmission > 0) surface = color_of(material.transmission_color) * material.transmission;
+  if (material.transmission > 0 && is_principled(material))
+    surface = surface * color_of(material.color) * (1 - share(material.metallic, color_of));
   if (!is_cut_out(material)) return surface;
   const Color there = opacity(material, color_of);
   return surface * there + Color{1 - there.r, 1 - there.g, 1 - there.b};
@@ -135,6 +177,14 @@ Coefficients coefficients(const Material& material, const Color& ambient, const 
                                    : Color{},
       .reflectance = material.reflection > 0 ? color_of(material.reflection_color) * material.reflection : Color{},
       .transmittance = transmittance(material, color_of)};
+  if (is_principled(material)) {  // without the facets, which depend on the view
+    const double matt = (1 - clear_share(material, color_of)) * (1 - share(material.metallic, color_of));
+    surface.emitted_ambient = color_of(material.emission) + ambient * color * (material.ambient * matt);
+    surface.diffuse = color * (matt * (1 - material.diffuse_transmission));
+    surface.diffuse_transmission = surface.diffuse_transmission * matt;
+    const double clear = 1 - share(material.metallic, color_of);
+    if (material.reflection > 0) surface.reflectance = Color{clear, clear, clear} * clear_share(material, color_of);
+  }
   if (!is_cut_out(material)) return surface;
   const Color there = opacity(material, color_of);
   for (Color Coefficients::*factor :
@@ -144,6 +194,16 @@ Coefficients coefficients(const Material& material, const Color& ambient, const 
   return surface;
 }
 
+/// Upper bounds of coefficients(). `bound_of` returns an upper bound of a ColorOrTexture.
+template <class BoundOf>
+Coefficients coefficient_bounds(const Material& material, const Color& ambient, const BoundOf& bound_of) {
+  if (!is_principled(material) || std::holds_alternative<Color>(material.metallic))
+    return coefficients(material, ambient, bound_of);
+  Material matt = material;  // metals scatter less than nonmetals
+  matt.metallic = Color{};
+  return coefficients(matt, ambient, bound_of);
+}
+
 // ---- Light that a surface gives back. Under the rendering equation it must not exceed what it receives: light between
 // such surfaces would grow without end.
 
@@ -151,7 +211,11 @@ Coefficients coefficients(const Material& material, const Color& ambient, const 
 /// out. `bound_of` returns an upper bound of a ColorOrTexture.
 template <class BoundOf>
 Color returned_share(const Material& material, const BoundOf& bound_of) {
-  const Coefficients most = coefficients(material, {}, bound_of);
+  const Coefficients most = coefficient_bounds(material, {}, bound_of);
+  if (is_principled(material)) {
+    const Color base = bound_of(material.color);
+    return {std::max(base.r, 1.0), std::max(base.g, 1.0), std::max(base.b, 1.0)};
+  }
   const Color &reflected = most.reflectance, &transmitted = most.transmittance;
   // Fresnel's reflectance and transmittance add up to one.
   const Color diffuse = most.scattered();
@@ -186,10 +250,12 @@ std::optional<std::string> excess_of_light(const Material& material, const Bound
 /// Calls visit(texture) for the textures of the colors that have an effect.
 template <class Visit>
 void for_each_color_texture(const Material& material, const Visit& visit) {
-  coefficients(material, {}, [&](const ColorOrTexture& color) {
+  const auto visit_color = [&](const ColorOrTexture& color) {
     if (const auto* texture = std::get_if<TextureId>(&color)) visit(*texture);
     return Color{};
-  });
+  };
+  coefficients(material, {}, visit_color);
+  if (is_principled(material)) principled_surface(material, visit_color);
 }
 
 /// The coefficients of textured colors are those of white: `specular` and `reflectance` are black only if they are
@@ -197,6 +263,7 @@ void for_each_color_texture(const Material& material, const Visit& visit) {
 struct CompiledMaterial : Coefficients {
   double shininess = 0;
   double ior = 1;
+  bool principled = false;           ///< PrincipledSurface is its reflection
   bool blinn = false;                ///< specular model of Blinn, else of Phong
   bool refracts = false;             ///< transmission by Snell's law
   bool fresnel = false;              ///< reflectance and transmittance are multiplied by the Fresnel factors
@@ -214,13 +281,14 @@ inline CompiledMaterial compiled_material(const Material& material, const Color&
   CompiledMaterial compiled;
   static_cast<Coefficients&>(compiled) = coefficients(material, ambient, [&](const ColorOrTexture& color) {
     const auto* plain = std::get_if<Color>(&color);
-    compiled.textured = compiled.textured || plain == nullptr;
     return plain != nullptr ? *plain : Color{1, 1, 1};
   });
   std::size_t textures = 0;
   for_each_color_texture(material, [&](TextureId) { ++textures; });
-  compiled.only_color_textured =
-      textures == 1 && std::holds_alternative<TextureId>(material.color) && !is_cut_out(material);
+  compiled.principled = is_principled(material);
+  compiled.textured = textures > 0;
+  compiled.only_color_textured = textures == 1 && !compiled.principled &&
+                                 std::holds_alternative<TextureId>(material.color) && !is_cut_out(material);
   compiled.transmits = material.transmission > 0;
   compiled.transmits_light = transmits_light(material);
   compiled.cut_out = is_cut_out(material);

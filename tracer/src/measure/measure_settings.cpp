@@ -151,6 +151,7 @@ class SettingList {
       if (has_background()) approximate("reflections: environment", &A::reflections, A::Reflections::environment);
       approximate("reflections: none", &A::reflections, A::Reflections::none);
     }
+    if (needs_.principled) approximate("mirror_roughness: 1", &A::mirror_roughness, 1.0);
     if (needs_.triangles) approximate("shading: gouraud", &A::shading, A::Shading::gouraud);
     if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", &A::shading, A::Shading::flat);
     if (needs_.global_light)

@@ -39,7 +39,7 @@ class AdaptiveSampler {
                   static_cast<std::uint32_t>(std::min<std::uint64_t>(concurrency(settings.threads), tiles_.count())),
                   scene.accuracy.approximate.any() ? approximation_share : 0,
                   scene.accuracy.proof ? 1 - proof_share : 1),
-        decay_{.stratified = !scene.needs.lens && !scene.needs.soft_lights && !scene.needs.global_light},
+        decay_{.stratified = !scene.needs.lens && !has_random_rays(scene.needs)},
         film_(scene, scene.image.window(), decay_),
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),

@@ -81,7 +81,7 @@ inline void fill(Batch& batch, const CompiledScene& scene, std::span<const Pixel
   if (lens) batch.lens.resize(size);
   if (scene.needs.filtered_textures) batch.share.assign(size, uniform_share(range.count));
   const std::uint64_t seed = scene.accuracy.seed;
-  if (range.count == 1 && !lens && !scene.needs.soft_lights && !scene.needs.global_light) {
+  if (range.count == 1 && !lens && !has_random_rays(scene.needs)) {
     // Hashing seeds would be most of the work of a simple image beside its rays, and choices of rays hash them again.
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       batch.samples[i] = {pixel_index(scene, pixels[i].x, pixels[i].y) + (seed << 32), 0};

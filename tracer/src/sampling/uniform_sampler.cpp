@@ -91,7 +91,7 @@ class UniformSampler {
         missed_features(features, radiance, pixels, scene_.image.window(), context.display);
     pixels.missed = missed;
     pixels.indirect = has_secondary_rays(scene_.needs);
-    pixels.noisy = scene_.needs.global_light;
+    pixels.noisy = scene_.needs.global_light || scene_.needs.principled;
     ErrorEstimate error = measure_uniform_errors(image, pixels, truncation.error, context, in_parallel);
     error.bounded = scene_.has_bounded_patches() && truncation.bounded;
     error.target = scene_.accuracy.target();

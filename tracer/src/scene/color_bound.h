@@ -15,7 +15,8 @@ inline Color bound_before_reading(const Scene& scene, const ColorOrTexture& colo
   if (id == nullptr) return std::get<Color>(color);
   const bool is_image =
       id->index >= scene.textures.size() || std::holds_alternative<ImageTexture>(scene.textures[id->index].pattern);
-  const double bound = is_image ? image : texture_bound(scene.textures[id->index], nullptr);
+  const double factor = id->index < scene.textures.size() ? max_component(scene.textures[id->index].factor) : 1;
+  const double bound = is_image ? image * factor : texture_bound(scene.textures[id->index], nullptr);
   return {bound, bound, bound};
 }
 

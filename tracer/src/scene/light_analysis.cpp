@@ -38,7 +38,7 @@ void add(const Scene& scene, const Material& material, SurfaceLight& found) {
   if (const auto excess = excess_of_light(material, certain_bound_of); excess && !found.excess)
     found.excess = material.path + " " + *excess;
   if (excess_of_light(material, bound_of) && !found.white_excess) found.white_excess = material.path;
-  const Coefficients most = coefficients(material, {}, bound_of);
+  const Coefficients most = coefficient_bounds(material, {}, bound_of);
   const Color diffuse = most.scattered();
   if (!(max_component(diffuse) > 0)) return;
   const auto* texture = std::get_if<TextureId>(&material.color);
@@ -117,7 +117,7 @@ class LightWarningFinder {
       return
           [&scene = scene_, image](const ColorOrTexture& color) { return bound_before_reading(scene, color, image); };
     };
-    const Coefficients most = coefficients(material, {}, bound_of(1));
+    const Coefficients most = coefficient_bounds(material, {}, bound_of(1));
     const Color highlight = most.highlights();
     surfaces_.push_back({max_component(most.scattered() + highlight), max_component(most.emitted_ambient) * exposure_,
                          !is_black(highlight)});

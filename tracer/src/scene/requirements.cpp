@@ -89,7 +89,9 @@ class Finder {
     const std::string_view where = material.path;
     need(&Requirements::refraction, branches && passes, where);
     // Without Fresnel, total internal reflection still converts transmitted to reflected throughput.
-    need(&Requirements::reflection, branches && (material.reflection > 0 || refracts), where);
+    const bool principled = material.model == Material::Model::principled;
+    need(&Requirements::principled, principled, where);
+    need(&Requirements::reflection, branches && (material.reflection > 0 || refracts || principled), where);
     const bool goes_on = approximate_.reflections != Reflections::none && (transmits || material.reflection > 0);
     need(&Requirements::fresnel, material.fresnel && goes_on, where);
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);

@@ -129,10 +129,14 @@ void check_textures(Checks& checks, const Scene& scene) {
   }
 }
 
-void check_opacity(Checks& checks, const DocumentPath& where, const Material& material) {
-  const auto* plain = std::get_if<Color>(&material.opacity);
+void check_share(Checks& checks, const DocumentPath& where, const ColorOrTexture& share) {
+  const auto* plain = std::get_if<Color>(&share);
   if (plain != nullptr && max_component(*plain) > 1)
     checks.add_issue(where, "out_of_range", "must be <= 1, got " + text_of(max_component(*plain)));
+}
+
+void check_opacity(Checks& checks, const DocumentPath& where, const Material& material) {
+  check_share(checks, where, material.opacity);
   const bool refracts = material.transmission > 0 && material.transparency == Material::Transparency::refract;
   if (is_cut_out(material) && (refracts || material.fresnel))
     checks.add_issue(
@@ -150,6 +154,8 @@ void check_material(Checks& checks, const Material& material) {
     checks.within({where, "transmission"}, material.transmission, 0, 1);
   }
   check_opacity(checks, {where, "opacity"}, material);
+  check_share(checks, {where, "metallic"}, material.metallic);
+  check_share(checks, {where, "roughness"}, material.roughness);
 }
 
 void check_materials(Checks& checks, const Scene& scene) {

@@ -209,7 +209,7 @@ class WarningFinder {
     const Material& material = scene_.materials[placed.material.index];
     const auto* emission = std::get_if<Color>(&material.emission);
     is_lit_ = is_lit_ || emission == nullptr || !is_black(*emission);
-    reflects_ = reflects_ || material.reflection > 0 || material.transmission > 0 ||
+    reflects_ = reflects_ || is_principled(material) || material.reflection > 0 || material.transmission > 0 ||
                 (has_interreflection_ && material.diffuse > 0);
     any_object_ = true;
     if (const auto* plane = std::get_if<Plane>(&placed.shape)) {

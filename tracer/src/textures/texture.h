@@ -213,9 +213,8 @@ inline Lookup lookup(const Texture& texture, const Vec2& uv, const Vec2& width) 
   return {at, {near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}};
 }
 
-/// Mean over the footprint. `image` is the image of an ImageTexture, null for patterns; `wraps` overrides the texture's
-/// wrap mode.
-inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
+/// Mean over the footprint, before the factor; see texture_color().
+inline Color unscaled_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
   const auto& [at, covered] = place;
   if (image != nullptr) {
     if (texture.filter == Texture::Filter::mipmap) return image->trilinear(at, covered, wraps);
@@ -228,6 +227,12 @@ inline Color texture_color(const Texture& texture, const Lookup& place, const Im
   return pattern_color(std::get<NoiseTexture>(texture.pattern), at, covered, wraps.v);
 }
 
+/// Mean over the footprint. `image` is the image of an ImageTexture, null for patterns; `wraps` overrides the texture's
+/// wrap mode.
+inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
+  return unscaled_color(texture, place, image, wraps) * texture.factor;
+}
+
 /// Color of `texture` at the surface coordinates `uv`, filtered over the footprint `width` if its filter is mipmap.
 inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width = {},
                            const ImageMap* image = nullptr) {
@@ -236,9 +241,10 @@ inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& w
 
 /// Upper bound of the channels of any lookup: filtering only averages.
 inline double texture_bound(const Texture& texture, const ImageMap* image) {
+  const double factor = max_component(texture.factor);
   if (image != nullptr) {
     const std::vector<float>& texels = image->levels().front().rgb;
-    return texels.empty() ? 0 : *std::max_element(texels.begin(), texels.end());
+    return texels.empty() ? 0 : factor * *std::max_element(texels.begin(), texels.end());
   }
   const auto& colors = std::visit(
       [](const auto& pattern) -> std::array<Color, 2> {
@@ -248,7 +254,7 @@ inline double texture_bound(const Texture& texture, const ImageMap* image) {
           return pattern.colors;
       },
       texture.pattern);
-  return std::max(max_component(colors[0]), max_component(colors[1]));
+  return factor * std::max(max_component(colors[0]), max_component(colors[1]));
 }
 
 /// Minimum step of the finite difference: below it there is only interpolation, whose slope is discontinuous. For an
@@ -283,7 +289,10 @@ inline Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& wid
   return {slope(left, right, right.x - left.x) * texture.scale.x, slope(low, high, high.y - low.y) * texture.scale.y};
 }
 
-/// Normal encoded in a color, in the frame (dp/du, dp/dv, n). Not unit length; zero if the color encodes no direction.
-inline Vec3 tangent_normal(const Color& color) { return {2 * color.r - 1, 2 * color.g - 1, 2 * color.b - 1}; }
+/// Normal encoded in a color, in the frame (dp/du, dp/dv, n), with n.x and n.y times `scale`. Not unit length; zero if
+/// the color encodes no direction.
+inline Vec3 tangent_normal(const Color& color, double scale = 1) {
+  return {(2 * color.r - 1) * scale, (2 * color.g - 1) * scale, 2 * color.b - 1};
+}
 
 }  // namespace tracer

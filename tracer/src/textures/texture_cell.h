@@ -49,7 +49,7 @@ void add_texture(Signature& signature, const Texture& texture, const Vec2& uv, c
   }
   const Wraps wraps{texture.wrap, texture.wrap};
   const Color own = texture_color(texture, {at, {}}, image, wraps),
-              mean = image != nullptr ? image->trilinear(at, covered, wraps)
+              mean = image != nullptr ? image->trilinear(at, covered, wraps) * texture.factor
                                       : texture_color(texture, {at, covered}, nullptr, wraps);
   double difference = 0;  // with a gamma of 2, close enough to the display's
   for (const auto channel : {&Color::r, &Color::g, &Color::b})

@@ -96,16 +96,17 @@ WHITTLE_WIDE LaneMask aim_diffuse(const ReceiverPacket& __restrict places, const
 }
 
 WHITTLE_WIDE void choose_branch(const double* __restrict weight, const double* __restrict random,
-                                const std::array<SecondaryRayPacket*, 3>& branches) {
-  double own[3][lanes], left[lanes], whole[lanes];
-  for (std::size_t b = 0; b < 3; ++b)
+                                std::span<SecondaryRayPacket* const> branches) {
+  double own[4][lanes], left[lanes], whole[lanes];
+  for (std::size_t b = 0; b < branches.size(); ++b)
     for (int i = 0; i < lanes; ++i) own[b][i] = (branches[b]->going >> i & 1) != 0 ? branches[b]->largest[i] : 0;
   for (int i = 0; i < lanes; ++i) {
-    const double sum = own[0][i] + own[1][i] + own[2][i];
+    double sum = 0;
+    for (std::size_t b = 0; b < branches.size(); ++b) sum += own[b][i];
     whole[i] = sum > weight[i] ? sum : weight[i];
     left[i] = whole[i] * random[i];
   }
-  for (std::size_t b = 0; b < 3; ++b) {
+  for (std::size_t b = 0; b < branches.size(); ++b) {
     SecondaryRayPacket& branch = *branches[b];
     LaneMask kept = 0;
     for (int i = 0; i < lanes; ++i) {

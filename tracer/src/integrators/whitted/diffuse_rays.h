@@ -4,7 +4,8 @@
 /// Combining Sampling Techniques for Monte Carlo Rendering"), and diffuse rays everything else.
 
 #include <algorithm>
-#include <array>
+#include <numbers>
+#include <span>
 
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/math/sampling.h"
@@ -29,11 +30,22 @@ struct alignas(64) ReceiverPacket {
 };
 
 /// Random choices at a hit; area lights have their number, from 1.
-enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side, patch, search };
+enum class Choice : std::uint32_t { direction = 0xfffffff0u, emitter, branch, corner, side, patch, search, facet };
 
 /// Numbers in [0,1) and points in [0,1)^2 for a choice.
 void random_numbers(const RandomPacket& random, Choice choice, double* to);
 void random_points(const RandomPacket& random, Choice choice, PointLanes& to);
+
+/// Sets the seeds of the packet being shaded.
+template <class Features>
+void seed(const WavefrontState<Features>& state, const ShadingPointPacket& shading_points, RandomPacket& random) {
+  for (int i = 0; i < state.hit.count; ++i) {
+    const Batch::Sample& sample = state.batch.samples[shading_points.sample[i]];
+    random.key[i] = sample.key;
+    random.index[i] = sample.index;
+    random.path[i] = state.termination.random_path(state.hit.path[i]);
+  }
+}
 
 /// Hash of the bounces of a diffuse ray: beyond the keys of reflected and refracted rays.
 WHITTLE_INLINE std::uint32_t diffuse_path(std::uint32_t path) {
@@ -55,7 +67,7 @@ LaneMask weigh_samples(const ReceiverPacket& places, const Emitters::SamplePacke
 
 /// Keeps one ray at most in the lanes with a positive `weight`, selected in proportion to the throughput. Russian
 /// roulette ends the path in the rest of the cases, so that its throughput stays `weight`.
-void choose_branch(const double* weight, const double* random, const std::array<SecondaryRayPacket*, 3>& branches);
+void choose_branch(const double* weight, const double* random, std::span<SecondaryRayPacket* const> branches);
 
 template <class Features>
 class DiffuseRays {
@@ -71,11 +83,8 @@ class DiffuseRays {
     const HitPacket& hit = state_.hit;
     begin_diffuse(hit, shading_points, rays_, places_);
     after_diffuse_ = at_patch_ = 0;
+    seed(state_, shading_points, random_);
     for (int i = 0; i < hit.count; ++i) {
-      const Batch::Sample& sample = state_.batch.samples[shading_points.sample[i]];
-      random_.key[i] = sample.key;
-      random_.index[i] = sample.index;
-      random_.path[i] = state_.termination.random_path(hit.path[i]);
       weight_[i] = rays.path_state(static_cast<std::size_t>(hit.ray[i])).weight *
                    ((trapped >> i & 1) != 0 ? state_.termination.trapped_growth : state_.termination.growth);
       after_diffuse_ |= lane_bit(i, weight_[i] > 0);
@@ -83,6 +92,7 @@ class DiffuseRays {
     }
     const LaneMask transmits = hit.coefficients.transmits_light & first_lanes(hit.count);
     const LaneMask far_side = transmits == 0 ? 0 : choose_sides(transmits, shading_points, media_behind);
+    far_side_ = far_side;
     if (state_.template needs<&Requirements::gouraud>()) move_to_corners(far_side);
     if (state_.patches() != nullptr) find_patches();
   }
@@ -97,28 +107,40 @@ class DiffuseRays {
   /// Adds a ray toward an emitter for each lane with a ray, and one that searches emitters for some of those that end
   /// at a patch. To be called before any of them is dropped by chance.
   void sample_emitters(const ShadingPointPacket& shading_points, RayQueue& to) {
-    if (rays_.going == 0 || state_.scene.objects.emitters.empty()) return;
+    const LaneMask wanted = rays_.going | glossy_lanes();
+    if (wanted == 0 || state_.scene.objects.emitters.empty()) return;
     PointLanes points;
     random_points(random_, Choice::emitter, points);
     Emitters::SamplePacket samples;
-    state_.scene.objects.emitters.sample(places_.origin, points.x, points.y, rays_.going, samples);
+    state_.scene.objects.emitters.sample(places_.origin, points.x, points.y, wanted, samples);
     double search[lanes];
     std::fill_n(search, lanes, 1.0);
     for_each_lane(rays_.going & at_patch_,
                   [&](int i) { search[i] = state_.scene.objects.emitters.search_probability(places_.origin[i]); });
     ColorLanes throughput;
-    const LaneMask going = rays_.going & weigh_samples(places_, samples, rays_.throughput, search, throughput);
+    LaneMask going = weigh_samples(places_, samples, rays_.throughput, search, throughput);
+    for_each_lane(going & principled_lanes(), [&](int i) {
+      const PrincipledHit& hit = state_.principled[i];
+      const Vec3 direction = samples.direction[i];
+      throughput.set(i, (rays_.going >> i & 1) != 0 ? throughput[i] * matt_factor(i, direction) : Color{});
+      if ((glossy_lanes() >> i & 1) == 0) return;
+      const double own = hit.point.density(direction), share = hit.point.surface().glossy / std::numbers::pi;
+      throughput.set(i, throughput[i] + hit.weight * hit.point.glossy(direction, hit.point.surface().alpha) *
+                                            (share / (own + samples.density[i])));
+    });
+    going &= wanted;
     push_emission(shading_points, samples.direction, throughput, going, to,
                   [&](int i) { return PathState{.emitter = samples.primitive[i]}; });
     if ((rays_.going & at_patch_) != 0) search_emitters(shading_points, search, to);
   }
 
   /// Applies choose_branch() to the rays of all kinds.
-  void choose_branches(SecondaryRayPacket& transmission, SecondaryRayPacket& reflection) {
+  void choose_branches(SecondaryRayPacket& transmission, SecondaryRayPacket& reflection, SecondaryRayPacket& glossy) {
     if (after_diffuse_ == 0) return;
     double numbers[lanes];
     random_numbers(random_, Choice::branch, numbers);
-    choose_branch(weight_, numbers, {&transmission, &reflection, &rays_});
+    SecondaryRayPacket* const all[] = {&transmission, &reflection, &rays_, &glossy};
+    choose_branch(weight_, numbers, std::span(all).first(state_.template needs<&Requirements::principled>() ? 4 : 3));
   }
 
   /// Ends the rays of lanes that have a patch. Its light takes their place, or the share of it that they bring is
@@ -142,15 +164,44 @@ class DiffuseRays {
     random_points(random_, Choice::direction, points);
     rays_.origin = places_.origin;
     rays_.going &= aim_diffuse(places_, points, rays_.direction, density_);
+    for_each_lane(rays_.going & principled_lanes(),
+                  [&](int i) { rays_.throughput.set(i, rays_.throughput[i] * matt_factor(i, rays_.direction[i])); });
+  }
+
+  /// Principled lanes whose facets emitters are sampled for; those on the near side alone.
+  [[nodiscard]] LaneMask glossy_lanes() const {
+    LaneMask found = 0;
+    for_each_lane(principled_lanes() & ~state_.hit.coefficients.transmits_light, [&](int i) {
+      const PrincipledPoint& point = state_.principled[i].point;
+      found |= lane_bit(i, !point.is_smooth() && point.surface().glossy > 0);
+    });
+    return found;
   }
 
   /// State of the lane's ray. Precondition: aim() was called.
   [[nodiscard]] PathState path_state(int lane) const {
     return {.weight = weight_[lane] > 0 ? weight_[lane] : rays_.largest[lane],
-            .density = state_.template needs<&Requirements::emitters>() ? density_[lane] : 0};
+            .density = state_.template needs<&Requirements::emitters>() ? density_[lane] : 0,
+            .alpha = PrincipledSurface::blurred_alpha};
   }
 
  private:
+  /// Lanes with a principled material, on the near side.
+  [[nodiscard]] LaneMask principled_lanes() const {
+    LaneMask found = 0;
+    if (!state_.template needs<&Requirements::principled>()) return found;
+    for (int i = 0; i < state_.hit.count; ++i) found |= lane_bit(i, !is_black(state_.principled[i].weight));
+    return found & ~far_side_;
+  }
+
+  /// Matt reflection of light from there over its mean.
+  [[nodiscard]] Color matt_factor(int lane, const Vec3& direction) const {
+    const PrincipledPoint& point = state_.principled[lane].point;
+    const Color there = point.matt(dot(places_.normal[lane], direction)), mean = point.matt_albedo();
+    const auto over = [](double value, double by) { return by > 0 ? value / by : 0; };
+    return {over(there.r, mean.r), over(there.g, mean.g), over(there.b, mean.b)};
+  }
+
   template <class StateOfLane>
   void push_emission(const ShadingPointPacket& shading_points, const VecLanes& direction, const ColorLanes& throughput,
                      LaneMask going, RayQueue& to, const StateOfLane& state_of_lane) {
@@ -175,6 +226,8 @@ class DiffuseRays {
     random_points(random_, Choice::direction, points);
     going &= aim_diffuse(places_, points, direction, density);
     for_each_lane(going, [&](int i) { throughput.set(i, rays_.throughput[i] * (1 / probability[i])); });
+    for_each_lane(going & principled_lanes(),
+                  [&](int i) { throughput.set(i, throughput[i] * matt_factor(i, direction[i])); });
     push_emission(shading_points, direction, throughput, going, to,
                   [&](int i) { return PathState{.density = density[i] * probability[i]}; });
   }
@@ -227,7 +280,7 @@ class DiffuseRays {
     random_numbers(random_, Choice::corner, numbers);
     for_each_lane(rays_.going, [&](int i) {
       const Material::Shading shading = shading_of(state_.material_of_lane(i).shading, state_.approximate().shading);
-      if (!is_lit_by_triangle(shading)) return;
+      if (!is_lit_by_triangle(shading) || state_.material_of_lane(i).principled) return;
       const Hit at = state_.hits.at(static_cast<std::size_t>(state_.hit.ray[i]));
       const auto corners = corners_at(state_.scene, at);
       if (!corners) return;
@@ -255,7 +308,7 @@ class DiffuseRays {
   RandomPacket random_ = {};
   ReceiverPacket places_;
   SecondaryRayPacket rays_ = {};
-  LaneMask after_diffuse_ = 0, at_patch_ = 0;
+  LaneMask after_diffuse_ = 0, at_patch_ = 0, far_side_ = 0;
   std::uint32_t patch_[lanes] = {};
   MediumStack::List media_[lanes] = {};
   double weight_[lanes] = {}, density_[lanes] = {};

@@ -88,6 +88,15 @@ WHITTLE_INLINE void eval_diffuse_and_specular(const ShadingPointPacket& f, const
     a.radiance.set(i, (f.diffuse[i] * a.cosine[i] + f.specular[i] * a.highlight[i]) * radiance * a.strength[i]);
 }
 
+/// Replaces the light of the lanes with principled materials, lane by lane: by its tables, it is a long computation.
+void eval_principled(const ShadingPointPacket& f, const PrincipledHit* principled, const Color& radiance,
+                     LightSamplePacket& a) {
+  for (int i = 0; i < f.count; ++i) {
+    const PrincipledHit& hit = principled[f.hit[i]];
+    if (!is_black(hit.weight)) a.radiance.set(i, hit.weight * hit.point.lit(a.to_light[i]) * radiance * a.strength[i]);
+  }
+}
+
 /// offset_origin() with a given clearance.
 WHITTLE_INLINE void offset_shadow_origins(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) a.origin.set(i, clear_of(f.position[i], f.face[i], f.clearance[i], a.to_light[i]));
@@ -140,7 +149,8 @@ void append_lanes(const double* packet, LaneMask mask, std::size_t used, std::ve
 /// sample_light() for one side of the surfaces.
 template <bool far_side>
 WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                                double world_per_render, double share, LightSamplePacket& sample) {
+                                double world_per_render, double share, const PrincipledHit* principled,
+                                LightSamplePacket& sample) {
   if (light.kind == light_kind<DirectionalLight>) {
     directions_along_axis(light.axis, share, sample);
   } else {
@@ -162,6 +172,7 @@ WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const 
   } else {
     eval_diffuse(shading_points, light.radiance, sample);
   }
+  if (!far_side && principled != nullptr) eval_principled(shading_points, principled, light.radiance, sample);
   sample.lit &= ~black_lanes(sample);
   if (!light.shadows) return;
   if (shading_points.smooth) {
@@ -174,13 +185,15 @@ WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const 
 }  // namespace
 
 WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                               double world_per_render, double share, LightSamplePacket& sample) {
-  sample_side<false>(shading_points, light, world_per_render, share, sample);
+                               double world_per_render, double share, const PrincipledHit* principled,
+                               LightSamplePacket& sample) {
+  sample_side<false>(shading_points, light, world_per_render, share, principled, sample);
 }
 
 WHITTLE_WIDE void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                                      double world_per_render, double share, LightSamplePacket& sample) {
-  sample_side<true>(shading_points, light, world_per_render, share, sample);
+                                      double world_per_render, double share, const PrincipledHit* principled,
+                                      LightSamplePacket& sample) {
+  sample_side<true>(shading_points, light, world_per_render, share, principled, sample);
 }
 
 void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& sample) {

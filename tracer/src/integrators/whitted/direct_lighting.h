@@ -36,11 +36,12 @@ struct alignas(64) LightSamplePacket {
 };
 
 /// Evaluates the fraction `share` of `light`. `world_per_render` converts render-space distances to world space.
+/// `principled`: by hit, null if no material is principled.
 void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
-                  double share, LightSamplePacket& sample);
+                  double share, const PrincipledHit* principled, LightSamplePacket& sample);
 /// The same for packets of the far side.
 void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
-                         double share, LightSamplePacket& sample);
+                         double share, const PrincipledHit* principled, LightSamplePacket& sample);
 
 /// Shadow rays from shading points to one light, and their transmittance.
 class ShadowRays {
@@ -160,6 +161,7 @@ class DirectLighting {
     corner_points_.clear();
     far_points_.clear();
     position_.clear();
+    principled_.clear();
     if (state_.template needs<&Requirements::bump>()) unperturbed_normal_.assign(state_.hit_rays.size(), {});
   }
 
@@ -167,6 +169,11 @@ class DirectLighting {
 
   /// Normals before bump and normal maps, by hit; zero where they are not perturbed. Empty in scenes without maps.
   [[nodiscard]] std::vector<Vec3>& unperturbed_normals() { return unperturbed_normal_; }
+
+  /// Stores the principled hits of the packet.
+  void add_principled(int count) {
+    principled_.insert(principled_.end(), state_.principled, state_.principled + count);
+  }
 
   /// Stores the positions of the packet's hits if only the nearest lights count.
   void add_positions() {
@@ -255,7 +262,7 @@ class DirectLighting {
                      ShadingPointQueue& to) {
     const HitPacket& hit = state_.hit;
     const Material::Shading shading = shading_of(state_.material_of_lane(lane).shading, state_.approximate().shading);
-    if (!is_lit_by_triangle(shading)) return false;
+    if (!is_lit_by_triangle(shading) || state_.material_of_lane(lane).principled) return false;
     const auto ray = static_cast<std::size_t>(hit.ray[lane]);
     const std::optional<Corners> corners = corners_at(state_.scene, state_.hits.at(ray));
     if (!corners) return false;
@@ -293,7 +300,8 @@ class DirectLighting {
                        [&](int lane) { return sample_area_light(pass, rays, state_.hit_rays[packet.hit[lane]]); });
     const bool far_side = state_.template needs<&Requirements::transmitted_light>() && packet.far_side;
     const auto sample = far_side ? sample_light_behind : sample_light;
-    sample(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points, light_sample_);
+    sample(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points,
+           principled_.empty() ? nullptr : principled_.data(), light_sample_);
     // One test for a packet in a scene without any of these features.
     const bool filters = !pass.light.shadows || state_.may_cull_shadow_rays() ||
                          state_.approximate().nearest_lights != 0 || state_.template needs<&Requirements::bump>();
@@ -380,12 +388,13 @@ class DirectLighting {
   }
 
   WavefrontState<Features>& state_;
-  ShadingPointQueue shading_points_;      ///< the hits, packet by packet
-  ShadingPointQueue corner_points_;       ///< vertices or centroids of triangles, three or one for a hit
-  ShadingPointQueue far_points_;          ///< far sides of hits that light comes through, or of their vertices
-  std::vector<Vec3> unperturbed_normal_;  ///< by hit; empty in scenes without bump and normal maps
-  std::vector<Vec3> position_;            ///< by hit; empty unless only the nearest lights count
-  std::vector<double> culled_radiance_;   ///< by hit; empty unless the scene has many lights
+  ShadingPointQueue shading_points_;       ///< the hits, packet by packet
+  ShadingPointQueue corner_points_;        ///< vertices or centroids of triangles, three or one for a hit
+  ShadingPointQueue far_points_;           ///< far sides of hits that light comes through, or of their vertices
+  std::vector<Vec3> unperturbed_normal_;   ///< by hit; empty in scenes without bump and normal maps
+  std::vector<PrincipledHit> principled_;  ///< by hit; empty unless a material is principled
+  std::vector<Vec3> position_;             ///< by hit; empty unless only the nearest lights count
+  std::vector<double> culled_radiance_;    ///< by hit; empty unless the scene has many lights
   NearestLights nearest_;
   LightSamplePacket light_sample_;  ///< one light at one packet
   ShadowRays shadow_;

@@ -158,6 +158,12 @@ struct alignas(64) HitPacket : IntersectionPacket {
   ColorLanes emitted;  ///< emission and ambient light, times throughput
 };
 
+/// A hit on a principled material.
+struct PrincipledHit {
+  PrincipledPoint point;
+  Color weight;  ///< throughput times opacity; black: the hit is on another material
+};
+
 /// Secondary rays, lane by lane with the hits.
 struct alignas(64) SecondaryRayPacket {
   VecLanes origin, direction;

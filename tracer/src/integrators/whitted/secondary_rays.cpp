@@ -18,12 +18,12 @@ struct alignas(64) ScatterGeometry {
 /// The geometric normal on the incident side.
 WHITTLE_INLINE Vec3 outward_of(const HitPacket& p, int i) { return p.points.face[i] * (1 - 2 * p.back_face[i]); }
 
-WHITTLE_INLINE void choose_normals(const HitPacket& __restrict p, const ShadingPointPacket& __restrict f,
+WHITTLE_INLINE void choose_normals(const HitPacket& __restrict p, const VecLanes& __restrict normals,
                                    ScatterGeometry& __restrict m) {
   for (int i = 0; i < lanes; ++i) {
     // An interpolated normal may point away from the ray; the normal of the face never does.
-    const bool toward_ray = dot(p.direction[i], f.normal[i]) < 0;
-    m.normal.set(i, select(toward_ray, f.normal[i], outward_of(p, i)));
+    const bool toward_ray = dot(p.direction[i], normals[i]) < 0;
+    m.normal.set(i, select(toward_ray, normals[i], outward_of(p, i)));
   }
 }
 
@@ -111,7 +111,7 @@ WHITTLE_WIDE void spawn_reflection(const HitPacket& __restrict packet,
                                    const ShadingPointPacket& __restrict shading_points,
                                    SecondaryRayPacket& __restrict reflection) {
   ScatterGeometry geometry;
-  choose_normals(packet, shading_points, geometry);
+  choose_normals(packet, shading_points.normal, geometry);
   reflect(packet, geometry, reflection);
   reflect_to_side(packet, 1, reflection);
   clear_origins(packet, shading_points, reflection);
@@ -122,11 +122,11 @@ WHITTLE_WIDE void spawn_reflection(const HitPacket& __restrict packet,
 
 WHITTLE_WIDE void spawn_dielectric(const HitPacket& __restrict packet,
                                    const ShadingPointPacket& __restrict shading_points,
-                                   const InterfacePacket& __restrict interfaces, bool perturbed,
-                                   SecondaryRayPacket& __restrict reflection,
+                                   const VecLanes& __restrict normals, const InterfacePacket& __restrict interfaces,
+                                   bool perturbed, SecondaryRayPacket& __restrict reflection,
                                    SecondaryRayPacket& __restrict transmission) {
   ScatterGeometry geometry;
-  choose_normals(packet, shading_points, geometry);
+  choose_normals(packet, normals, geometry);
   eval_fresnel(packet, interfaces, geometry);
   scale_throughputs(packet, geometry, reflection, transmission);
   if (transmission.going != 0) {

@@ -3,6 +3,7 @@
 
 #include "tracer/src/integrators/whitted/diffuse_rays.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
+#include "tracer/src/math/optics.h"
 
 namespace tracer {
 
@@ -21,11 +22,16 @@ void spawn_reflection(const HitPacket& packet, const ShadingPointPacket& shading
                       SecondaryRayPacket& reflection);
 
 /// Rays by Snell's law and Fresnel's equations. Lanes without splits get the same bits as by spawn_reflection().
-/// `perturbed`: some normals are not those of the faces; rays that these refract back to the incident side are
-/// reflected in the face.
-void spawn_dielectric(const HitPacket& packet, const ShadingPointPacket& shading_points,
+/// `normals`: those of the shading points, or of facets. `perturbed`: some are not those of the faces; rays that these
+/// refract back to the incident side are reflected in the face.
+void spawn_dielectric(const HitPacket& packet, const ShadingPointPacket& shading_points, const VecLanes& normals,
                       const InterfacePacket& interfaces, bool perturbed, SecondaryRayPacket& reflection,
                       SecondaryRayPacket& transmission);
+
+/// Hash of the bounces of a ray that rough facets reflect: beyond the keys of all others.
+WHITTLE_INLINE std::uint32_t glossy_path(std::uint32_t path) {
+  return static_cast<std::uint32_t>(mix(path | std::uint64_t{1} << 41));
+}
 
 /// Lanes of `going` whose throughput is at most this one, or NaN.
 LaneMask not_above(const SecondaryRayPacket& rays, double throughput);
@@ -82,7 +88,9 @@ class SecondaryRays {
 
   /// Precondition: cross_media() was called for the packet.
   void spawn(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
+    if (has_principled()) spawn_glossy(shading_points);
     spawn_specular(shading_points);
+    if (has_principled()) attenuate_sheets();
     const LaneMask trapped = find_trapped();
     if (has_diffuse())
       diffuse_.begin(
@@ -90,16 +98,18 @@ class SecondaryRays {
     // Lane by lane: the order of additions to one sample must not depend on the packet.
     const double most = state_.termination.most;
     LaneMask below = not_above(reflection_, most) | not_above(transmission_, most) | trapped;
+    if (has_principled()) below |= not_above(glossy_, most);
     if (has_diffuse()) below = (below | not_above(diffuse_.rays(), most)) & ~diffuse_.after_diffuse();
     for_each_lane(below, [&](int i) {
       const double late = (trapped >> i & 1) != 0 ? reflection_.largest[i] * state_.termination.trapped_growth
                                                   : throughput_of_late_rays(rays, i);
       terminate(transmission_, 1, late, shading_points.sample[i], i);
       terminate(reflection_, 0, late, shading_points.sample[i], i);
+      if (has_principled()) terminate(glossy_, glossy_kind, late, shading_points.sample[i], i);
       if (has_diffuse()) terminate(diffuse_.rays(), diffuse_kind, late, shading_points.sample[i], i);
     });
     if (nested_boundary_ != 0) skip_nested_boundary(rays);
-    if (!has_diffuse() && (reflection_.going | transmission_.going) == 0) return;
+    if (!has_diffuse() && (reflection_.going | transmission_.going | glossy_.going) == 0) return;
     if (state_.termination.all) {
       for_each_ray([&](const SecondaryRayPacket& packet, int i) {
         terminate_at_max_depth(packet.largest[i], shading_points.sample[i]);
@@ -114,18 +124,20 @@ class SecondaryRays {
     } else {
       push_rays(rays, transmission_, shading_points, medium_after_, next.refraction);
       push_rays(rays, reflection_, shading_points, shading_points.media, next.reflection);
+      if (has_principled()) push_rays(rays, glossy_, shading_points, shading_points.media, next.reflection);
     }
   }
 
  private:
-  static constexpr std::uint64_t diffuse_kind = std::uint64_t{1} << 40;
+  static constexpr std::uint64_t diffuse_kind = std::uint64_t{1} << 40, glossy_kind = std::uint64_t{1} << 41;
 
+  [[nodiscard]] bool has_principled() const { return state_.template needs<&Requirements::principled>(); }
   [[nodiscard]] bool has_diffuse() const { return state_.template needs<&Requirements::global_light>(); }
 
   template <class Work>
   void for_each_specular_ray(const Work& work) {
-    for_each_lane(reflection_.going | transmission_.going, [&](int i) {
-      for (const SecondaryRayPacket* packet : {&transmission_, &reflection_})
+    for_each_lane(reflection_.going | transmission_.going | glossy_.going, [&](int i) {
+      for (const SecondaryRayPacket* packet : {&transmission_, &reflection_, &glossy_})
         if ((packet->going >> i & 1) != 0) work(*packet, i);
     });
   }
@@ -146,11 +158,59 @@ class SecondaryRays {
     } else if (hit.coefficients.splits == 0) {
       spawn_reflection(hit, shading_points, reflection_);
     } else {
-      const bool perturbed = hit.points.smooth || state_.template needs<&Requirements::bump>();
-      spawn_dielectric(hit, shading_points, interfaces_, perturbed, reflection_, transmission_);
+      const bool perturbed = hit.points.smooth || state_.template needs<&Requirements::bump>() || has_principled();
+      const VecLanes& normals = has_principled() ? facets_.normal : shading_points.normal;
+      spawn_dielectric(hit, shading_points, normals, interfaces_, perturbed, reflection_, transmission_);
       reflection_.going &= ~nested_boundary_;
       transmission_.going &= ~nested_boundary_;
     }
+  }
+
+  /// Selects a facet for each principled lane and sets the rays that the opaque ones reflect. Those that leave below
+  /// the face of a triangle are dropped, as light from there is; on mirrors they are reflected in the face.
+  void spawn_glossy(const ShadingPointPacket& shading_points) {
+    const HitPacket& hit = state_.hit;
+    glossy_.going = 0;
+    facets_.normal = shading_points.normal;
+    seed(state_, shading_points, facets_.random);
+    PointLanes points;
+    random_points(facets_.random, Choice::facet, points);
+    const bool reflects = state_.approximate().reflections != Approximations::Reflections::none;
+    for (int i = 0; i < hit.count; ++i) {
+      const PrincipledHit& at = state_.principled[i];
+      if (is_black(at.weight)) continue;
+      const Vec2 xi{points.x[i], points.y[i]};
+      facets_.normal.set(i, at.point.sample_facet(xi));
+      PrincipledPoint::Sample sample = at.point.sample(xi);
+      const Vec3 outward = hit.points.face[i] * (1 - 2 * hit.back_face[i]);
+      if (dot(sample.direction, outward) < 0) {
+        if (!at.point.is_smooth()) continue;
+        sample.direction = unit(reflected(sample.direction, outward));
+      }
+      const Color throughput = at.weight * sample.factor * at.point.surface().glossy;
+      if (is_black(throughput) || !reflects) continue;
+      glossy_.going |= lane_bit(i);
+      glossy_.throughput.set(i, throughput);
+      glossy_.largest[i] = max_component(throughput);
+      glossy_.direction.set(i, sample.direction);
+      glossy_.origin.set(i, clear_of(shading_points.position[i], shading_points.face[i], shading_points.clearance[i],
+                                     sample.direction));
+      glossy_.path[i] = glossy_path(hit.path[i]);
+      facets_.density[i] = sample.density;
+    }
+  }
+
+  /// Thin sheets transmit what their facets do not reflect.
+  void attenuate_sheets() {
+    for_each_lane(transmission_.going, [&](int i) {
+      const PrincipledHit& at = state_.principled[i];
+      const Color kept = at.weight * at.point.surface().sheet * at.point.glossy_albedo(),
+                  all = transmission_.throughput[i];
+      if (is_black(kept)) return;
+      const Color left{std::max(all.r - kept.r, 0.0), std::max(all.g - kept.g, 0.0), std::max(all.b - kept.b, 0.0)};
+      transmission_.throughput.set(i, left);
+      transmission_.largest[i] = max_component(left);
+    });
   }
 
   /// Lanes of a long path that an interpolated normal reflects totally. A ray that grazes a mesh of glass arrives
@@ -170,7 +230,7 @@ class SecondaryRays {
   void spawn_diffuse(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
     if (state_.template needs<&Requirements::emitters>()) diffuse_.sample_emitters(shading_points, next.emission);
     diffuse_.end_at_patches(shading_points);
-    diffuse_.choose_branches(transmission_, reflection_);
+    diffuse_.choose_branches(transmission_, reflection_, glossy_);
     diffuse_.aim();
     push_rays(rays, diffuse_.rays(), shading_points, diffuse_.media(), next.diffuse);
   }
@@ -194,7 +254,7 @@ class SecondaryRays {
   [[nodiscard]] double throughput_of_late_rays(const RayQueue& rays, int lane) {
     if (!state_.termination.late) return 0;
     double sum = 0;
-    for (const SecondaryRayPacket* packet : {&transmission_, &reflection_, &diffuse_.rays()})
+    for (const SecondaryRayPacket* packet : {&transmission_, &reflection_, &glossy_, &diffuse_.rays()})
       if ((packet->going >> lane & 1) != 0) sum += packet->largest[lane];
     const Color before = state_.throughput_at_hit(rays, static_cast<std::size_t>(state_.hit.ray[lane]));
     return std::max(sum * state_.termination.growth, max_component(before));
@@ -238,21 +298,30 @@ class SecondaryRays {
 
   [[nodiscard]] bool has_cones() const { return state_.template needs<&Requirements::filtered_textures>(); }
 
-  [[nodiscard]] RayCone cone_of(const RayQueue& rays, const SecondaryRayPacket& packet, int lane) const {
-    if (&packet != &reflection_ && &packet != &transmission_) return {};  // diffuse: not filtered
+  [[nodiscard]] RayCone cone_of(const RayQueue& rays, const SecondaryRayPacket& packet, int lane) {
+    if (&packet == &diffuse_.rays()) return {};  // not filtered
     const HitPacket& hit = state_.hit;
     const auto ray = static_cast<std::size_t>(hit.ray[lane]);
     const double t = state_.hits.t[ray];
     const double curvature =
         (hit.back_face[lane] > 0 ? -1 : 1) * curvature_at(state_.scene, state_.hits.primitive[ray]);
-    if (&packet == &reflection_) return reflected_cone(rays.cone(ray), t, curvature);
+    if (&packet != &transmission_) return reflected_cone(rays.cone(ray), t, curvature);
     const bool refracts = hit.coefficients.refracts[lane] > 0 && (nested_boundary_ >> lane & 1) == 0;
     const double n = interfaces_.n_from[lane] / interfaces_.n_to[lane];
     return refracted_cone(rays.cone(ray), t, refracts ? curvature : 0, refracts ? n : 1);
   }
 
-  [[nodiscard]] PathState path_state_of(const SecondaryRayPacket& packet, int lane) {
-    return &packet == &diffuse_.rays() ? diffuse_.path_state(lane) : PathState{.weight = diffuse_.weight(lane)};
+  [[nodiscard]] PathState path_state_of(const RayQueue& rays, const SecondaryRayPacket& packet, int lane) {
+    if (&packet == &diffuse_.rays()) return diffuse_.path_state(lane);
+    PathState state{.weight = has_diffuse() ? diffuse_.weight(lane) : 0};
+    if (!has_principled()) return state;
+    const PrincipledHit& hit = state_.principled[lane];
+    const double own = is_black(hit.weight) ? 0 : std::min(hit.point.surface().alpha, PrincipledSurface::blurred_alpha);
+    state.alpha = std::max(own, rays.path_state(static_cast<std::size_t>(state_.hit.ray[lane])).alpha);
+    if (&packet == &glossy_ && state_.template needs<&Requirements::emitters>() &&
+        (diffuse_.glossy_lanes() >> lane & 1) != 0)
+      state.density = facets_.density[lane];
+    return state;
   }
 
   void push_rays(const RayQueue& rays, const SecondaryRayPacket& p, const ShadingPointPacket& shading_points,
@@ -262,7 +331,8 @@ class SecondaryRays {
     to.append({p.origin, p.direction, &p.throughput, shading_points.sample, shading_points.from, p.path, media},
               p.going);
     if (has_cones()) for_each_lane(p.going, [&](int i) { to.set_cone(next++, cone_of(rays, p, i)); });
-    if (has_diffuse()) for_each_lane(p.going, [&](int i) { to.set_path_state(first++, path_state_of(p, i)); });
+    if (has_diffuse() || has_principled())
+      for_each_lane(p.going, [&](int i) { to.set_path_state(first++, path_state_of(rays, p, i)); });
   }
 
   WavefrontState<Features>& state_;
@@ -270,6 +340,12 @@ class SecondaryRays {
   MediumStack::List medium_after_[lanes] = {};  ///< media beyond the surfaces
   InterfacePacket interfaces_;
   SecondaryRayPacket reflection_ = {}, transmission_ = {};
+  SecondaryRayPacket glossy_ = {};  ///< rays that facets reflect
+  struct {
+    RandomPacket random;
+    VecLanes normal;  ///< of the facet that a principled surface reflects or refracts by, else of the shading point
+    double density[lanes];
+  } facets_ = {};
   DiffuseRays<Features> diffuse_;
 };
 

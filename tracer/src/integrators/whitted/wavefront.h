@@ -53,6 +53,17 @@ class TextureLookup {
     });
   }
 
+  /// Parameters of the lane's principled material. Precondition: as for color_of_lane().
+  [[nodiscard]] PrincipledSurface principled_surface_of_lane(int lane) const {
+    return principled_surface(state_.scene.materials[state_.hit.material[lane]],
+                              [&](const ColorOrTexture& color) { return at_lane(color, lane); });
+  }
+  /// Share of the lane's surface that is there.
+  [[nodiscard]] Color opacity_of_lane(int lane) const {
+    return opacity(state_.scene.materials[state_.hit.material[lane]],
+                   [&](const ColorOrTexture& color) { return at_lane(color, lane); });
+  }
+
   /// Color C of the lane's material. Precondition: apply_colors() was called if the packet has textured lanes.
   [[nodiscard]] Color color_of_lane(int lane) const {
     return at_lane(state_.scene.materials[state_.hit.material[lane]].color, lane);
@@ -113,7 +124,7 @@ class TextureLookup {
       const Texture& texture = state_.scene.textures[material.normal_map->index];
       const Color color =
           texture_color(texture, surface.uv, footprint_of(rays, ray, surface, texture), image_of(*material.normal_map));
-      outward = mapped_normal(outward, gradients, tangent_normal(color));
+      outward = mapped_normal(outward, gradients, tangent_normal(color, material.normal_scale));
     }
     if (material.bump) {
       const TextureId id = material.bump->texture;
@@ -197,6 +208,7 @@ class Wavefront : public Tracer {
   void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
+  void set_principled(const RayQueue& rays, ShadingPointPacket& shading_points);
   void sign(const RayQueue& rays, std::uint32_t depth, const ShadingPointPacket& shading_points);
 
   WavefrontState<Features> state_;

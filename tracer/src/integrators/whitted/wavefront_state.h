@@ -195,7 +195,8 @@ struct WavefrontState {
   Hits hits;                            ///< one per ray
   std::vector<std::uint32_t> hit_rays;  ///< rays that hit a surface
 
-  HitPacket hit;  ///< the packet being shaded
+  HitPacket hit;                    ///< the packet being shaded
+  PrincipledHit principled[lanes];  ///< of its lanes; undefined unless a material is principled
 };
 
 }  // namespace tracer

@@ -1,0 +1,101 @@
+#pragma once
+/// The principled material: its parameters at a point, evaluation, sampling, density and bounds.
+///
+/// A rough surface of facets reflects by the distribution GGX of their normals with width a = roughness^2 (Walter et
+/// al. 2007, "Microfacet Models for Refraction through Rough Surfaces"), Smith's masking for correlated heights (Heitz
+/// 2014, "Understanding the Masking-Shadowing Function", eq. 99), and Schlick's Fresnel term F = f0 + (f90 - f0) (1 -
+/// v.h)^5. Below the facets is a matt base. With the albedo S(c) of the facets for light at the cosine c, its mean S'
+/// over all directions and E of white facets, a nonmetal has
+///   f = F D G / (4 c_o c_i) + f_m (1 - E(c_o)) (1 - E(c_i)) / (pi (1 - E')) + base (1 - S(c_o)) (1 - S(c_i)) / (pi (1
+///   - S'))
+/// which is reciprocal and reflects everything if the base is white. The second term is light that facets reflect
+/// several times (Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"), f_m = F'^2 E' / (1 - F' (1
+/// - E')). A metal has f0 = base and no matt part, and values between are mixtures of both. Glass transmits what its
+/// facets do not reflect; a facet is selected by its visible area, and its interface is exact (math/optics.h).
+///
+/// All directions are unit vectors away from the surface; c_i and c_o are their cosines to the normal. Values of f are
+/// multiplied by pi, as coefficients of the local models are, and by c_i.
+
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+/// Parameters at a point of the surface.
+struct PrincipledSurface {
+  /// Narrower surfaces are mirrors.
+  static constexpr double smooth_alpha = 1e-3;
+  /// Lights have the highlight of a surface of this width at least: that of a mirror would be a point.
+  static constexpr double highlight_alpha = 0.04;
+  /// The same where paths arrive by way of matt or of as rough surfaces, which blur it: their samples rarely find a
+  /// narrow highlight (Kaplanyan & Dachsbacher 2013, "Path Space Regularization for Holistic and Robust Light
+  /// Transport"). The energy is that of the narrow one.
+  static constexpr double blurred_alpha = 0.25;
+  /// Upper bound of the highlight for f0 = f90 = 1: D <= 1 / (pi a^2), and G / (4 c_o) <= 1 / (2 a).
+  static constexpr double highlight_max = 1 / (2 * highlight_alpha * highlight_alpha * highlight_alpha);
+
+  Color base{};                        ///< of the matt part, nonmetals
+  Color metal{};                       ///< f0 of the metal
+  double metallic = 0;                 ///< share of the metal
+  Color f0{};                          ///< reflectance of a nonmetal's facet at normal incidence, at most 1
+  double f90 = 1;                      ///< and at grazing incidence
+  double alpha = 1;                    ///< width of the distribution
+  double glossy = 1;                   ///< share of the facets that are no glass: glass reflects by its own rays
+  Color sheet{};                       ///< share of the light below the facets that passes a thin sheet straight
+  bool mirror = false;                 ///< reflects like a smooth surface
+  double highlight = highlight_alpha;  ///< width of the distribution for lights
+};
+
+/// Albedos of facets with f0 = 1, f90 = 0 and with f0 = 0, f90 = 1. Their sum is that of white ones.
+struct FacetAlbedo {
+  double normal = 0, grazing = 0;
+  [[nodiscard]] double white() const { return normal + grazing; }
+};
+
+/// A surface seen from one direction. Immutable; any thread.
+class PrincipledPoint {
+ public:
+  PrincipledPoint() = default;
+  /// `normal`: on the side of `to_eye`, with a positive product of both.
+  PrincipledPoint(const PrincipledSurface& surface, const Vec3& normal, const Vec3& to_eye);
+
+  [[nodiscard]] const PrincipledSurface& surface() const { return surface_; }
+  [[nodiscard]] bool is_smooth() const { return surface_.mirror || surface_.alpha < PrincipledSurface::smooth_alpha; }
+
+  /// Matt part and light of several reflections, for light from `cosine` > 0: over c_i, so constant for a matt surface.
+  [[nodiscard]] Color matt(double cosine) const;
+  /// Its mean over directions that are distributed as the cosine: the share of the light that it reflects.
+  [[nodiscard]] Color matt_albedo() const;
+  /// Share of the light that the facets reflect at once.
+  [[nodiscard]] Color glossy_albedo() const { return tint(view_); }
+  /// Facets, for light from `to_light` on the side of the normal, with a distribution of width `alpha`.
+  [[nodiscard]] Color glossy(const Vec3& to_light, double alpha) const;
+  /// Both, for a light.
+  [[nodiscard]] Color lit(const Vec3& to_light) const;
+
+  /// Normal of a visible facet for xi in [0,1)^2 (Heitz 2018, "Sampling the GGX Distribution of Visible Normals").
+  [[nodiscard]] Vec3 sample_facet(const Vec2& xi) const;
+  /// A direction and what arrives from there: glossy() over density(). Black below the surface.
+  struct Sample {
+    Vec3 direction;
+    Color factor;
+    double density = 0;  ///< per solid angle; 0 for a mirror, which no other technique samples
+  };
+  [[nodiscard]] Sample sample(const Vec2& xi) const;
+  /// Density of sample() in this direction.
+  [[nodiscard]] double density(const Vec3& direction) const;
+
+ private:
+  [[nodiscard]] Color tint(const FacetAlbedo& albedo) const;
+  [[nodiscard]] Color below_facets(const FacetAlbedo& albedo) const;  ///< 1 - S of a nonmetal
+
+  PrincipledSurface surface_;
+  Vec3 normal_{}, to_eye_{};
+  double cosine_ = 1;       ///< c_o
+  FacetAlbedo view_{};      ///< at c_o
+  Color several_{};         ///< f_m of a nonmetal
+  Color several_mixed_{};   ///< and of the mixture
+  Color base_factor_{};     ///< base (1 - S(c_o)) / (1 - S')
+  Color several_factor_{};  ///< f_m (1 - E(c_o)) / (1 - E')
+};
+
+}  // namespace tracer
