@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -12,6 +13,8 @@
 #include <system_error>
 #include <utility>
 #include <vector>
+
+#include "api/json.h"
 
 namespace cli {
 namespace {
@@ -154,20 +157,39 @@ void PendingFile::publish() {
   temporary_.clear();
 }
 
-std::string read_document(const SceneSource& source) { return read_text(source.path, api::DocumentLimits{}.bytes); }
+std::string read_document(const SceneSource& source, const std::string& directory) {
+  const fs::path path(source.path);
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::string_view models[] = {".glb", ".gltf", ".obj", ".ply", ".stl"};
+  if (std::ranges::find(models, extension) == std::end(models))
+    return read_text(source.path, api::DocumentLimits{}.bytes);
+  api::Json document{{"version", 1}, {"model", directory.empty() ? path.filename() : fs::proximate(path, directory)}};
+  if (source.time) document["time"] = *source.time;
+  return api::json_line(document);
+}
 
-tracer::Result<std::monostate, api::Refusal> load_scene(api::DocumentRender& render, const std::string& text,
-                                                        const SceneSource& source) {
+api::Limits reading_limits() {
   api::Limits limits;
   limits.files = api::Files::anywhere;
   limits.uploads = true;
-  if (auto parsed = render.parse(text, limits); !parsed) return parsed;
+  return limits;
+}
+
+api::ReadAsset asset_reader(const SceneSource& source) {
   const fs::path directory = source.path == "-" ? fs::path() : fs::path(source.path).parent_path();
-  const auto read_asset = [&](const std::string& name) {
-    return name.starts_with(api::upload_prefix) ? read_upload(source.assets_directory, name) : read(directory / name);
+  return [directory, uploads = source.assets_directory](const std::string& name) {
+    return name.starts_with(api::upload_prefix) ? read_upload(uploads, name) : read(directory / name);
   };
+}
+
+tracer::Result<std::monostate, api::Refusal> load_scene(api::DocumentRender& render, const std::string& text,
+                                                        const SceneSource& source) {
+  const api::Limits limits = reading_limits();
+  if (auto parsed = render.parse(text, limits); !parsed) return parsed;
   api::Refusal refusal;
-  auto loaded = render.load(read_asset, limits.scene);
+  auto loaded = render.import(asset_reader(source), limits);
+  if (loaded) loaded = render.load(asset_reader(source), limits.scene);
   if (loaded) return std::monostate{};
   refusal.issues = std::move(loaded.error());
   return refusal;

@@ -43,8 +43,15 @@ class PendingFile {
   std::string temporary_;  ///< path while it is not published; empty: unlinked
 };
 
-/// Text of the document, at most one byte more than the limit of documents.
-std::string read_document(const SceneSource& source);
+/// Text of the document, at most one byte more than the limit of documents. For a model (a file that ends in .glb,
+/// .gltf, .obj, .ply or .stl) that of a document which stands for it, in the directory `directory`; empty: that of the
+/// model.
+std::string read_document(const SceneSource& source, const std::string& directory = {});
+
+/// No limits but those of documents.
+api::Limits reading_limits();
+/// Reads files that documents name, as load_scene() does.
+api::ReadAsset asset_reader(const SceneSource& source);
 
 /// Parses `text` and loads its files. File names in it are relative to the directory of `source.path` (for "-": the
 /// working directory). A file named by its SHA-256 has that name in `source.assets_directory`, or the path that the

@@ -65,6 +65,10 @@ void print_issues(std::FILE* file, const api::Refusal& refusal) {
   for (const tracer::Issue& issue : issues_of(refusal)) print_issue(file, issue);
 }
 
+void print_omitted(std::FILE* file, const std::vector<std::string>& omitted) {
+  for (const std::string& sentence : omitted) std::fprintf(file, "%s\n", printable(sentence).c_str());
+}
+
 void print_warnings(std::FILE* file, const tracer::Scene& scene) {
   for (const tracer::Issue& warning : tracer::warnings(scene)) {
     std::fputs("warning ", file);

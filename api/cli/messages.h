@@ -26,6 +26,9 @@ std::vector<tracer::Issue> issues_of(const api::Refusal& refusal);
 void print_issue(std::FILE* file, const tracer::Issue& issue);
 void print_issues(std::FILE* file, const api::Refusal& refusal);
 
+/// Parts of a model that its document does not have, one a line.
+void print_omitted(std::FILE* file, const std::vector<std::string>& omitted);
+
 /// "warning " and the issue, for each warning of a valid scene.
 void print_warnings(std::FILE* file, const tracer::Scene& scene);
 

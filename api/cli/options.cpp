@@ -66,7 +66,10 @@ void add_path(CLI::App& command, const std::string& name, std::string& into, con
 }
 
 void add_scene(CLI::App& command, SceneSource& scene) {
-  add_path(command, "SCENE", scene.path, "Scene document");
+  add_path(command, "SCENE", scene.path, "Scene document or model (.glb, .gltf, .obj, .ply, .stl)");
+  add_real(
+      command, "--time", scene.time, [](double value) { return std::abs(value) < HUGE_VAL; }, "that is finite",
+      "SECONDS", "Time of a model's animation");
   command.add_option("--assets", scene.assets_directory, "Directory of the files that SCENE names by SHA-256")
       ->type_name("DIRECTORY")
       ->check([](const std::string& path) { return std::string(path.empty() ? "the directory name is empty" : ""); });
@@ -114,6 +117,16 @@ CLI::App* add_render(CLI::App& app, RenderOptions& options) {
   add_threads(*command, options.threads);
   command->add_flag("--require-target", options.require_target, "Exit code 1 if the image misses the target error");
   command->add_flag("--quiet", options.quiet, "No progress bar, no summary on standard error");
+  return command;
+}
+
+CLI::App* add_import(CLI::App& app, ImportOptions& options) {
+  CLI::App* command = app.add_subcommand(
+      "import", "Write the scene document of a model (.glb, .gltf, .obj, .ply, .stl), and list what it does not have");
+  add_scene(*command, options.model);
+  command->add_option("-o", options.output, "File of the document (- is standard output)")
+      ->required()
+      ->type_name("FILE");
   return command;
 }
 
@@ -229,11 +242,12 @@ tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> ar
   app.footer(exit_codes);
   app.require_subcommand(0, 1);  // a file may have the name of a command
   RenderOptions render;
+  ImportOptions import;
   CheckOptions check;
   DiffOptions diff;
   MeasureOptions measure;
-  const CLI::App* commands[] = {add_render(app, render), add_check(app, check), add_diff(app, diff),
-                                add_measure(app, measure)};
+  const CLI::App* commands[] = {add_render(app, render), add_import(app, import), add_check(app, check),
+                                add_diff(app, diff), add_measure(app, measure)};
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   try {
     app.parse(std::move(arguments));
@@ -245,10 +259,11 @@ tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> ar
     return std::string(error.what());
   }
   if (commands[0]->parsed()) return Command(std::move(render));
-  if (commands[1]->parsed()) return Command(std::move(check));
-  if (commands[2]->parsed()) return Command(std::move(diff));
-  if (commands[3]->parsed()) return Command(std::move(measure));
-  return std::string("a command is required: render, check, diff or measure");
+  if (commands[1]->parsed()) return Command(std::move(import));
+  if (commands[2]->parsed()) return Command(std::move(check));
+  if (commands[3]->parsed()) return Command(std::move(diff));
+  if (commands[4]->parsed()) return Command(std::move(measure));
+  return std::string("a command is required: render, import, check, diff or measure");
 }
 
 }  // namespace cli

@@ -20,6 +20,12 @@ namespace cli {
 struct SceneSource {
   std::string path;              ///< "-" is standard input
   std::string assets_directory;  ///< files named by their SHA-256; empty: none
+  std::optional<double> time;    ///< seconds of a model's animation
+};
+
+struct ImportOptions {
+  SceneSource model;
+  std::string output;  ///< path of the document, "-" for standard output
 };
 
 struct RenderOptions {
@@ -65,7 +71,7 @@ struct PrintText {
   std::string text;
 };
 
-using Command = std::variant<PrintText, RenderOptions, CheckOptions, DiffOptions, MeasureOptions>;
+using Command = std::variant<PrintText, RenderOptions, ImportOptions, CheckOptions, DiffOptions, MeasureOptions>;
 
 /// `arguments` without the program's name. Fails with one line that names the option and the rule.
 tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> arguments);
@@ -86,6 +92,7 @@ enum ExitCode : int {
 /// Each command returns the process's exit code.
 ExitCode run(const PrintText& print);
 ExitCode run(const RenderOptions& options);   ///< writes image files; summary and errors on standard error
+ExitCode run(const ImportOptions& options);   ///< writes the document of a model
 ExitCode run(const CheckOptions& options);    ///< prints all issues or the requirements of a valid scene
 ExitCode run(const DiffOptions& options);     ///< prints the metrics of two images
 ExitCode run(const MeasureOptions& options);  ///< writes the files of a measurement and prints a table

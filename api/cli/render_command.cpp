@@ -124,7 +124,10 @@ ExitCode run(const RenderOptions& options) {
     return invalid_scene;
   }
   const tracer::Scene& scene = render.document.scene;
-  if (!options.quiet) print_warnings(stderr, scene);
+  if (!options.quiet) {
+    print_omitted(stderr, render.omitted);
+    print_warnings(stderr, scene);
+  }
   const tracer::PixelWindow window = scene.image.window();
   for (const RenderOptions::Output& output : options.outputs) {
     const std::uint32_t side_max = tracer::row(output.format).side_max;

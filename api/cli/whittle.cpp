@@ -7,6 +7,7 @@
 
 #include "api/cli/files.h"
 #include "api/cli/messages.h"
+#include "api/import_model.h"
 #include "api/report.h"
 #include "tracer/requirements.h"
 
@@ -29,6 +30,31 @@ void print_valid(const tracer::Scene& scene) {
 
 }  // namespace
 
+ExitCode run(const ImportOptions& options) {
+  const bool prints = options.output == "-";
+  const auto slash = options.output.rfind('/');
+  const std::string directory = prints || slash == std::string::npos ? "." : options.output.substr(0, slash + 1);
+  SceneSource source = options.model;
+  const std::string text = read_document(source, directory);
+  source.path = directory + "/-";  // names are relative to the document
+  api::DocumentRender render;
+  if (auto parsed = render.parse(text, reading_limits()); !parsed) {
+    print_issues(stderr, parsed.error());
+    return invalid_scene;
+  }
+  if (!render.document.model) return fail(options.model.path + ": is no model (.glb, .gltf, .obj, .ply, .stl)");
+  const auto imported = api::import_model(render.document, asset_reader(source), reading_limits());
+  if (!imported) {
+    for (const tracer::Issue& issue : imported.error()) print_issue(stderr, issue);
+    return invalid_scene;
+  }
+  print_omitted(stderr, imported->omitted);
+  const std::string& document = imported->text;
+  if (prints) return run(PrintText{document});
+  write_file(options.output, {reinterpret_cast<const std::uint8_t*>(document.data()), document.size()});
+  return success;
+}
+
 ExitCode run(const CheckOptions& options) {
   api::DocumentRender render;
   const auto loaded = load_scene(render, read_document(options.scene), options.scene);
@@ -37,6 +63,7 @@ ExitCode run(const CheckOptions& options) {
         loaded ? api::write_valid(render.document.scene, std::nullopt) : api::write_invalid(issues_of(loaded.error()));
     std::fputs(json.c_str(), stdout);
   } else if (loaded) {
+    print_omitted(stdout, render.omitted);
     print_valid(render.document.scene);
   } else {
     print_issues(stdout, loaded.error());

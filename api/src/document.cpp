@@ -42,6 +42,16 @@ void check_visible_lights(Reading& reading) {
                                 "material has \"emission\""});
 }
 
+/// The model that the document stands for.
+void read_model(Reading& reading, Fields& fields) {
+  tracer::AssetId file;
+  const bool has_model = fields.optional("model", file);
+  std::optional<double> time;
+  if (double seconds = 0; fields.optional("time", seconds)) time = seconds;
+  if (time && !fields.has("model")) fields.add_issue("time", "conflict", "needs \"model\"");
+  if (has_model) reading.document.model = {reading.scene().assets[file.index].name, time, {}};
+}
+
 /// Reads all sections. Returns false if the meaning of the document is unknown (no object, another version).
 bool read_document(Reading& reading, const Cursor& at) {
   tracer::Scene& scene = reading.scene();
@@ -55,7 +65,10 @@ bool read_document(Reading& reading, const Cursor& at) {
   fields.optional("$schema", schema);
   fields.optional("name", scene.name);
   fields.optional("image", scene.image);
-  if (const auto camera = fields.take_required("camera", camera_form)) read_camera(reading, *camera);
+  read_model(reading, fields);
+  const auto camera = reading.document.model ? fields.take("camera") : fields.take_required("camera", camera_form);
+  if (camera) read_camera(reading, *camera);
+  if (reading.document.model && !camera) scene.camera.look_at = {0, 0, -1};  // the model has one
   fields.optional("depth_cue", scene.depth_cue);
   fields.optional("medium", scene.medium);
   fields.optional("ambient", scene.ambient);
@@ -201,6 +214,7 @@ tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape
   std::move(rest.begin(), rest.end(), std::back_inserter(issues));
   if (!issues.empty()) return issues;
   add_visible_lights(reading);
+  if (reading.document.model) append_value(reading.document.model->members, tape, root);
   return std::move(reading.document);
 }
 

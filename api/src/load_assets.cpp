@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <variant>
 
@@ -38,11 +39,19 @@ struct Uses {
   std::string pointer;  ///< JSON pointer of the file in the first one
 };
 
-tracer::Result<tracer::Mesh, std::string> read_mesh(std::span<const std::uint8_t> bytes, const tracer::Limits& limits,
-                                                    bool smooth) {
-  if (!gltf::is_gltf(bytes)) return tracer::read_mesh_file(bytes, limits, smooth);
-  auto mesh = gltf::read_gltf(bytes, limits);
-  if (mesh) mesh->smooth = smooth;
+/// Reads the file of a mesh, with its `smooth` and `time`.
+tracer::Result<tracer::Mesh, std::string> read_mesh(const tracer::Mesh& wanted, const tracer::Scene& scene,
+                                                    const tracer::Assets& assets, const tracer::Limits& limits) {
+  const auto content = [&](tracer::AssetId id) {
+    return id.index < assets.bytes.size() ? std::span<const std::uint8_t>(assets.bytes[id.index])
+                                          : std::span<const std::uint8_t>();
+  };
+  const std::span<const std::uint8_t> bytes = content(*wanted.file);
+  if (!gltf::is_gltf(bytes)) return tracer::read_mesh_file(bytes, limits, wanted.smooth);
+  std::vector<std::span<const std::uint8_t>> buffers;
+  for (const tracer::AssetId buffer : scene.assets[wanted.file->index].buffers) buffers.push_back(content(buffer));
+  auto mesh = gltf::read_gltf({bytes, buffers, wanted.time}, limits);
+  if (mesh) mesh->smooth = wanted.smooth;
   return mesh;
 }
 
@@ -135,23 +144,20 @@ class PartSplitter {
 
 std::vector<tracer::Issue> read_meshes(tracer::Scene& scene, const tracer::Assets& assets,
                                        const tracer::Limits& limits) {
-  std::map<std::pair<std::uint32_t, bool>, Uses> uses_of;  // by asset and `smooth`
+  std::map<std::tuple<std::uint32_t, bool, std::optional<float>>, Uses> uses_of;  // by asset, `smooth` and `time`
   for_each_mesh(scene, [&](const tracer::Object&, tracer::Mesh& mesh, const std::string& pointer) {
     if (!mesh.file) return;
-    Uses& uses = uses_of[{mesh.file->index, mesh.smooth}];
+    Uses& uses = uses_of[{mesh.file->index, mesh.smooth, mesh.time}];
     if (uses.meshes.empty()) uses.pointer = pointer + "/file";
     uses.meshes.push_back(&mesh);
   });
   if (uses_of.empty()) return {};
   std::vector<tracer::Issue> issues;
   std::uint64_t triangles = 0;
-  for (auto& [asset, uses] : uses_of) {
-    const auto& [index, smooth] = asset;
-    std::span<const std::uint8_t> bytes;
-    if (index < assets.bytes.size()) bytes = assets.bytes[index];
-    auto mesh = read_mesh(bytes, limits, smooth);
+  for (auto& [key, uses] : uses_of) {
+    auto mesh = read_mesh(*uses.meshes.front(), scene, assets, limits);
     if (!mesh) {
-      issues.push_back({uses.pointer, "bad_asset", scene.assets[index].name + ": " + mesh.error()});
+      issues.push_back({uses.pointer, "bad_asset", scene.assets[std::get<0>(key)].name + ": " + mesh.error()});
     } else if (!assign(std::move(*mesh), uses.meshes, triangles, limits)) {
       issues.push_back(
           {"/objects", "limit_exceeded",
@@ -161,6 +167,32 @@ std::vector<tracer::Issue> read_meshes(tracer::Scene& scene, const tracer::Asset
   }
   if (issues.empty()) issues = PartSplitter(scene, limits).run();
   return issues.empty() ? tracer::validate(scene, limits) : issues;
+}
+
+/// Images within glTF files become assets of their own.
+std::vector<tracer::Issue> extract_images(tracer::Scene& scene, tracer::Assets& assets) {
+  std::map<std::uint32_t, std::map<std::uint32_t, tracer::AssetId>> found;  // by file and image
+  std::vector<tracer::Issue> issues;
+  for (tracer::Texture& texture : scene.textures) {
+    auto* image = std::get_if<tracer::ImageTexture>(&texture.pattern);
+    if (image == nullptr || !image->image) continue;
+    const auto [place, is_new] = found[image->file.index].try_emplace(*image->image);
+    if (is_new) {
+      const std::string name = scene.assets[image->file.index].name;
+      auto content = gltf::read_image(assets.bytes[image->file.index], *image->image);
+      if (!content) {
+        issues.push_back({texture.path + "/image", "bad_asset", name + ": " + content.error()});
+        continue;
+      }
+      place->second = {static_cast<std::uint32_t>(scene.assets.size())};
+      scene.assets.push_back({name + " image " + std::to_string(*image->image), texture.path + "/file"});
+      assets.bytes.resize(scene.assets.size());
+      assets.bytes.back() = *std::move(content);
+    }
+    image->file = place->second;
+    image->image.reset();
+  }
+  return issues;
 }
 
 }  // namespace
@@ -196,7 +228,9 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
   for (const tracer::Texture& texture : scene.textures)
     if (const auto* image = std::get_if<tracer::ImageTexture>(&texture.pattern)) is_image[image->file.index] = true;
   for_each_mesh(scene, [&](const tracer::Object&, const tracer::Mesh& mesh, const std::string&) {
-    if (mesh.file) is_mesh[mesh.file->index] = true;
+    if (!mesh.file) return;
+    is_mesh[mesh.file->index] = true;
+    for (const tracer::AssetId buffer : scene.assets[mesh.file->index].buffers) is_mesh[buffer.index] = true;
   });
   tracer::Assets assets;
   std::vector<tracer::Issue> issues = check_assets(scene, [&](const std::string& name) {
@@ -208,8 +242,13 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
     bytes = std::move(*content);
     return std::string();
   });
+  if (issues.empty()) issues = extract_images(scene, assets);
   if (issues.empty()) issues = load_meshes(scene, assets, limits);
   if (!issues.empty()) return issues;
+  std::fill(is_image.begin(), is_image.end(), false);
+  is_image.resize(assets.bytes.size());
+  for (const tracer::Texture& texture : scene.textures)
+    if (const auto* image = std::get_if<tracer::ImageTexture>(&texture.pattern)) is_image[image->file.index] = true;
   for (std::size_t i = 0; i < assets.bytes.size(); ++i)
     if (!is_image[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);  // frees the files of meshes
   return assets;

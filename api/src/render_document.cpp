@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "api/import_model.h"
 #include "tracer/encode.h"
 
 namespace api {
@@ -21,8 +22,21 @@ DocumentRender::Done<Refusal> DocumentRender::parse(std::string_view text, const
   if (!parsed) return std::move(parsed.error());
   document = *std::move(parsed);
   for (const char* of_the_view : {"camera", "image", "output", "name"}) digests.erase(of_the_view);
-  for (const auto& [name, sha256] : digests) everything_but_the_view.append(name + " " + sha256 + "\n");
+  everything_but_the_view.clear();
+  for (const auto& [name, sha256] : digests)
+    everything_but_the_view.append(name).append(" ").append(sha256).append("\n");
   times.parse = ms_since(start);
+  return std::monostate{};
+}
+
+DocumentRender::Done<std::vector<tracer::Issue>> DocumentRender::import(const ReadAsset& read, const Limits& limits) {
+  if (!document.model) return std::monostate{};
+  auto imported = import_model(document, read, limits);
+  if (!imported) return std::move(imported.error());
+  omitted = std::move(imported->omitted);
+  const JobRequest job = std::move(document.job);
+  if (auto parsed = parse(imported->text, limits); !parsed) return std::move(parsed.error().issues);
+  document.job = job;
   return std::monostate{};
 }
 
@@ -86,7 +100,8 @@ tracer::Result<std::vector<std::uint8_t>, std::string> DocumentRender::encode(tr
 }
 
 std::string DocumentRender::report(const Division& division) const {
-  return write_report(document.scene, rendered.error, artifacts, rendered.statistics, times, memory_bytes, division);
+  return write_report(document.scene, rendered.error, artifacts, rendered.statistics, times, memory_bytes, division,
+                      omitted);
 }
 
 }  // namespace api

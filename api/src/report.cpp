@@ -91,12 +91,16 @@ Json radiosity_json(const std::optional<tracer::RadiosityFigures>& figures, bool
 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division) {
+                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division,
+                         const std::vector<std::string>& omitted) {
+  std::vector<tracer::Issue> warnings = tracer::warnings(scene);
+  for (std::size_t i = 0; i < omitted.size() && warnings.size() < tracer::warnings_max; ++i)
+    warnings.push_back({"/model", "not_carried_over", omitted[i]});
   Json needs = requirements_json(scene);
   return object_of(
              {{"requirements", std::move(needs["requirements"])},
               {"reasons", std::move(needs["reasons"])},
-              {"warnings", issues_json(tracer::warnings(scene))},
+              {"warnings", issues_json(warnings)},
               {"error", error_json(error)},
               {"artifacts", artifacts_json(artifacts)},
               {"samples", samples_json(scene, statistics)},

@@ -65,7 +65,8 @@ export function acceptDrops() {
     if (event.defaultPrevented) return;
     event.preventDefault();
     const others = mayWrite.value ? await openDocuments(event.dataTransfer?.files) : [];
-    if (others.length > 0) announce(text.dropInPlayground);
+    for (const file of others.filter(isModel)) await openModel(file);
+    if (!others.every(isModel)) announce(text.dropInPlayground);
   });
 }
 
@@ -84,6 +85,15 @@ export async function upload(file) {
     await request('PUT', `/v1/assets/${hash}`, {bytes: file, headers: {'Content-Type': 'application/octet-stream'}});
   }
   return {hash, isNew: missing.length > 0};
+}
+
+/** @param {File} file */
+const isModel = (file) => file.name.toLowerCase().endsWith('.glb');
+
+/** Opens a document that stands for a model. @param {File} file */
+async function openModel(file) {
+  const {hash} = await upload(file);
+  open(`${JSON.stringify({version: 1, name: file.name, model: `sha256:${hash}`}, null, 2)}\n`);
 }
 
 /** @param {string} text */
@@ -106,6 +116,10 @@ export async function nameFiles(editor, files, from) {
     const {at} = place, text = editor.text(), end = text.indexOf('"', at), begin = text.lastIndexOf('"', at - 1);
     const inString = begin >= 0 && end >= 0 && !/[\n:,{}[\]]/.test(text.slice(begin + 1, end)) && /[:,[]\s*$/.test(text.slice(0, begin));
     if (!inString && isJson(text)) {  // a name there would break the document: an image becomes one of its textures
+      if (isModel(file)) {
+        await openModel(file);
+        continue;
+      }
       if (!/^image\/|\.(exr|hdr)$/.test(file.type || file.name)) {
         announce(words.scenes.dropOnName(file.name));
         continue;

@@ -33,8 +33,8 @@ export const words = {
   },
   panes: {full: 'Full screen', help: 'Drag, or use the arrow keys; double-click for the first width', editor: 'Width of the editor', tabs: 'Width of the tabs'},
   scenes: {
-    open: 'Open', openHelp: 'Open a scene, or upload an image or mesh for it. Files can be dropped on the page, too.', dropOnName: (/** @type {string} */ name) => `Drop ${name} on the text that names a mesh, such as "file": "".`, dropInPlayground: 'Drop images and meshes in the playground, on the text that names them.',
-    begin: 'Begin with an example', drop: 'Or open a scene document, or drop one anywhere on this page.', programs: 'From a program', programsText: 'Requests with curl and Python',
+    open: 'Open', openHelp: 'Open a scene or a GLB model, or upload an image or mesh for it. Files can be dropped on the page, too.', dropOnName: (/** @type {string} */ name) => `Drop ${name} on the text that names a mesh, such as "file": "".`, dropInPlayground: 'Drop images and meshes in the playground, on the text that names them.',
+    begin: 'Begin with an example', drop: 'Or open a scene document or a GLB model, or drop one anywhere on this page.', programs: 'From a program', programsText: 'Requests with curl and Python',
   },
   status: {running: 'running', queued: 'queued', oldest: 'oldest waits', eta: 'empty in about'},
   states: {queued: 'queued', running: 'running', succeeded: 'succeeded', missed: 'target missed', failed: 'failed', cancelled: 'cancelled'},

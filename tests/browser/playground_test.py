@@ -259,6 +259,10 @@ class Assistance(Playground):
         self.set_document(scene(64, 48))
         self.editor("dropFile(view, ...arguments)", "tile.png", base64.b64encode(path.read_bytes()).decode())
         self.browser.until(lambda: json.loads(self.document()).get("textures") == {"tile": {"file": f"sha256:{digest}"}}, "the texture")
+        model = (SOURCE / "scenes/assets/stone.glb").read_bytes()
+        self.editor("dropFile(view, ...arguments)", "stone.glb", base64.b64encode(model).decode())
+        self.browser.until(lambda: json.loads(self.document()).get("model") == f"sha256:{hashlib.sha256(model).hexdigest()}", "the model")
+        self.browser.until(lambda: self.browser.all(".canvas img"), "its image")
 
 
 class ObjectsInTheImage(Playground):

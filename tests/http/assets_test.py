@@ -38,6 +38,18 @@ class Examples(OneDaemon):
                 self.assertEqual(reply.body, (here / "out.png").read_bytes())
 
 
+    def test_of_models_equal_the_command_line(self):
+        model, glb = SCENES / "assets/stone.glb", {"Content-Type": "model/gltf-binary"}
+        with tempfile.TemporaryDirectory() as directory:
+            out = pathlib.Path(directory, "out.png")
+            self.assertEqual(whittle("render", model, "-o", out).returncode, 0)
+            for body, headers in ((model.read_bytes(), glb), ({"version": 1, "model": "assets/stone.glb"}, None)):
+                reply = self.daemon.request("POST", "/v1/render", body, headers=headers)
+                self.assertEqual((reply.status, reply.body), (200, out.read_bytes()), reply.body[:200])
+        (issue,) = self.assert_problem(self.daemon.request("POST", "/v1/render", b"glTF", headers=glb), 422, "bad_scene")["errors"]
+        self.assertEqual((issue["pointer"], issue["code"]), ("#/model", "bad_asset"))
+
+
 class Names(OneDaemon):
     @classmethod
     def setUpClass(cls):

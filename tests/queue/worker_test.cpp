@@ -226,7 +226,7 @@ TEST_F(WorkerTest, ReturnsTheMemoryOfALargeJob) {
   const int pid = supervisor->worker_pid();
   const std::uint64_t before = memory_mib(pid, "VmRSS");
   ASSERT_TRUE(reaches(submit(scene(2500, 1, R"("png", "exr")")), JobState::succeeded));
-  ASSERT_GT(memory_mib(pid, "VmHWM"), before + 128) << "a large job";
+  ASSERT_GT(memory_mib(pid, "VmHWM"), before + 64) << "a large job";
   EXPECT_TRUE(eventually([&] { return memory_mib(pid, "VmRSS") < before + 64; })) << memory_mib(pid, "VmRSS");
   EXPECT_EQ(supervisor->worker_pid(), pid);
 }

@@ -82,7 +82,8 @@ TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
                                                   .reflections = Approximations::Reflections::environment,
                                                   .shading = Approximations::Shading::flat,
                                                   .interreflection = Approximations::Interreflection::ambient,
-                                                  .nearest_lights = 7}));
+                                                  .nearest_lights = 7,
+                                                  .mirror_roughness = 0.25}));
 }
 
 TEST(AccuracyReader, DefaultsToTheWhittedModelWithoutProofAndApproximations) {

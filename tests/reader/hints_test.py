@@ -37,6 +37,9 @@ MATERIAL = {"model": "phong", "color": 1, "ambient": 0.5, "diffuse": 0.5, "specu
             "diffuse_transmission": 0.25, "diffuse_transmission_color": 1, "specular_transmission": 1, "emission": 0, "reflection": 0.25,
             "reflection_color": 1, "transmission": 0.25, "transmission_color": 1, "transparency": "filtered", "opacity": 1, "ior": 1.5,
             "fresnel": False, "priority": 1, "absorption": 0, "shading": "smooth", "normal_map": "t", "bump": {"texture": "t", "scale": 1}}
+LOCAL = ("model", "diffuse", "shininess", "specular_transmission", "fresnel", "reflection", "reflection_color")
+PRINCIPLED = {**{name: value for name, value in MATERIAL.items() if name not in LOCAL}, "model": "principled", "metallic": 0, "roughness": 0.25,
+              "normal_scale": 2, "opacity_cutoff": 0}
 BACKGROUNDS = [{"color": 1}, {"zenith": 1, "nadir": 0}, {"environment": "t", "rotation": 10, "up": [0, 1, 0]},
                {"cube": {face: "t" for face in ("+x", "-x", "+y", "-y", "+z", "-z")}}]
 DOCUMENT = {"version": 1, "name": "n", "image": {"width": 8, "height": 8, "crop": [0, 0, 4, 4]},
@@ -57,7 +60,7 @@ EXAMPLES = {"accuracy": {"preset": "fine"}, "output": {"formats": ["png"]}, "bac
             "shadow": False, "file": "a.obj", "size": [1, 1, 1], "center": [0, 0, 0], "from": [0, 0, 0], "to": [0, 1, 0],
             "apex": [0, 1, 0], "environment": {"file": "a.png"}, "zenith": 1, "nadir": 0, "target": [0, 0, 0], "triangles": [[0, 1, 2]],
             "uvs": [[0, 0]] * 4, "direction": [0, -1, 0], "attenuation": "none", "intensity": 2, "shadows": False, "color": 1,
-            "apex_radius": 0.5, "samples": 4}
+            "apex_radius": 0.5, "samples": 4, **MATERIAL, **PRINCIPLED, "color": 1}
 # Fields of all objects.
 PLACEMENT = {("objects",): {"position", "rotate", "scale", "transform", "shadow", "material"}, ("lights",): {
     "color", "intensity", "shadows", "attenuation"}}
@@ -65,7 +68,7 @@ PLACEMENT = {("objects",): {"position", "rotate", "scale", "transform", "shadow"
 REPLACED = {"file": ("positions", "triangles", "faces", "normals", "uvs", "checker", "gradient", "noise", "octaves"), "triangles": ("faces",),
             "target": ("direction",), "direction": ("target",), "size": ("min", "max"), "from": ("base", "height"), "to": ("base", "height"),
             "apex": ("height",), "zenith": ("color", "environment", "rotation", "cube"),
-            "environment": ("color", "zenith", "nadir", "cube"), "checker": ("gradient", "noise", "octaves", "file", "channel", "color_space")}
+            "environment": ("color", "zenith", "nadir", "cube"), "metallic": LOCAL, "roughness": LOCAL, **{name: ("model", "metallic", "roughness") for name in LOCAL[1:]}, "checker": ("gradient", "noise", "octaves", "file", "channel", "color_space")}
 
 
 class Place:
@@ -106,6 +109,7 @@ def places():
     for texture in TEXTURES:
         yield Place(f"texture {list(texture)}", {**DOCUMENT, "materials": {"m": {"color": texture}}}, "materials", "m", "color")
     yield Place("material", {**DOCUMENT, "materials": {"m": MATERIAL}}, "materials", "m")
+    yield Place("material principled", {**DOCUMENT, "materials": {"m": PRINCIPLED}}, "materials", "m")
     yield Place("bump", {**DOCUMENT, "materials": {"m": MATERIAL}}, "materials", "m", "bump")
     yield Place("color", {**DOCUMENT, "ambient": {"hsb": [0, 1, 1]}}, "ambient")
 

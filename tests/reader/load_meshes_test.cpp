@@ -49,11 +49,16 @@ TEST(SceneReader, ReadsMeshFiles) {
   const tracer::Scene scene =
       reader_tests::accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_files.json"))
           .scene;
-  ASSERT_EQ(scene.assets.size(), 2u) << "a file named twice is one asset";
+  ASSERT_EQ(scene.assets.size(), 6u) << "a file named twice is one asset";
   const tracer::Mesh &smooth = mesh_of(scene.objects.at(0)), &plain = mesh_of(scene.objects.at(1));
   EXPECT_EQ(scene.assets.at(smooth.file.value().index).name, "assets/cup.obj");
   EXPECT_EQ(scene.assets.at(smooth.file.value().index).path, "/objects/0/file");
   EXPECT_EQ(plain.file, smooth.file);
+  const tracer::Mesh& moved = mesh_of(scene.objects.at(2));
+  EXPECT_EQ(moved.time, 0.5F);
+  const auto& buffers = scene.assets.at(moved.file.value().index).buffers;
+  ASSERT_EQ(buffers.size(), 1u);
+  EXPECT_EQ(scene.assets.at(buffers[0].index).name, "assets/cup.bin");
   EXPECT_TRUE(smooth.smooth);
   EXPECT_FALSE(plain.smooth);
   EXPECT_EQ(scene.objects[0].transform.value().rows[1][1], 2);

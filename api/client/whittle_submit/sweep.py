@@ -14,6 +14,7 @@ RANGE = re.compile(rf"({NUMBER})\.\.({NUMBER})(?::({NUMBER}))?")
 SAFE_NAME = re.compile(r"[\w+.-]{1,32}")  # values that appear unchanged in file names
 NAME_BYTES_MAX = 200  # file systems allow 255; the rest is for endings
 UPLOAD = "sha256:"
+MODELS = (".glb", ".gltf", ".obj", ".ply", ".stl")
 
 # Limits of one request. The service's defaults are 10,000 jobs, a body of 64 MiB and documents of 256 MiB, handled in one
 # transaction. Smaller requests delay other clients less.
@@ -129,6 +130,9 @@ def reject_constant(name):
 
 
 def read_document(path):
+    """The scene, or for a model a document that stands for it."""
+    if path.suffix.lower() in MODELS:
+        return {"version": 1, "model": path.name}
     try:
         text = path.read_text(encoding="utf-8-sig")
         document = json.loads(text, object_pairs_hook=unique_members, parse_constant=reject_constant)
@@ -168,7 +172,7 @@ class AssetFiles:
         changed = {}
         for key, child in node.items():
             at = f"{pointer}/{key}"
-            is_file = key == "file" and isinstance(child, str) and not child.startswith(UPLOAD)
+            is_file = (key == "file" or at == "/model") and isinstance(child, str) and not child.startswith(UPLOAD)
             if is_file and (digest := self.digest(scene.parent / child, f"{scene}: {at}")):
                 found[digest] = scene.parent / child
                 changed[key] = UPLOAD + digest
@@ -188,8 +192,8 @@ def scene_paths(patterns):
 
 
 def scene_names(paths):
-    """File names without .json; equal names get a number."""
-    names = [path.name.removesuffix(".json") for path in paths]
+    """File names without .json or the ending of a model; equal names get a number."""
+    names = [path.stem if path.suffix.lower() in MODELS else path.name.removesuffix(".json") for path in paths]
     return [name if names.count(name) == 1 else f"{name}-{i + 1}" for i, name in enumerate(names)]
 
 

@@ -93,9 +93,17 @@ struct JobRequest {
   }
 };
 
+/// The model that a document stands for (api/import_model.h).
+struct ModelFile {
+  std::string name;            ///< name of the file, as `scene.assets` has it
+  std::optional<double> time;  ///< seconds of its first animation
+  std::string members;         ///< canonical text of the document
+};
+
 struct Document {
   tracer::Scene scene;  ///< accepted by tracer::validate; files of meshes are not yet read (api/load_assets.h)
   JobRequest job;
+  std::optional<ModelFile> model{};  ///< if it is set, `scene` has only what the document itself has
 };
 
 /// Reason why a document was refused.

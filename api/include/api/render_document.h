@@ -3,6 +3,7 @@
 ///
 ///   api::DocumentRender render;
 ///   auto done = render.parse(text, limits);         // each step returns a value or the reason why it failed
+///   auto imported = render.import(read, limits);    // models become scenes
 ///   auto loaded = render.load(read, limits.scene);
 ///   auto compiled = render.compile(control);        // then trace()
 ///   auto png = render.encode(tracer::Format::png, "image.png");
@@ -35,6 +36,9 @@ struct DocumentRender {
 
   Done<Refusal> parse(std::string_view text, const Limits& limits);
 
+  /// Replaces a document that stands for a model by that of the model, and sets `omitted`; see import_model().
+  Done<std::vector<tracer::Issue>> import(const ReadAsset& read, const Limits& limits);
+
   /// Optional: shares parts of scenes compiled before. `content_of` identifies the content of a file by its name. May
   /// wait; see SceneCache::acquire.
   Done<tracer::Failure> reuse(tracer::SceneCache& cache,
@@ -56,6 +60,7 @@ struct DocumentRender {
   [[nodiscard]] std::string report(const Division& division = {}) const;
 
   Document document;
+  std::vector<std::string> omitted;  ///< sentences about parts of the model that the document does not have
   tracer::Assets assets;
   std::shared_ptr<const tracer::CompiledScene> compiled;
   tracer::Rendered rendered;

@@ -40,10 +40,12 @@ struct ReportedArtifact {
   std::uint64_t bytes = 0;  ///< size of the file; not in the report
 };
 
-/// The schema Report of api/openapi.yaml. Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
+/// The schema Report of api/openapi.yaml; `omitted` are warnings about parts of a model that the scene does not have,
+/// of which the first hundred are written. Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {});
+                         const StageTimes& times, std::uint64_t memory_bytes, const Division& division = {},
+                         const std::vector<std::string>& omitted = {});
 
 /// The accuracy as the "accuracy" section of a document: the target error instead of a preset, and no defaults. The
 /// section reads back as the same accuracy. Throws std::bad_alloc only.

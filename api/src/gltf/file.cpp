@@ -73,7 +73,23 @@ std::uint32_t bits_at(const Accessor& accessor, std::size_t row, std::size_t i) 
   return bits;
 }
 
-constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};  // of 1 to 4 components
+/// Types of rows and their components. Those of matrices are floats, so that no column is padded.
+constexpr std::pair<std::string_view, std::size_t> types[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4},
+                                                              {"MAT2", 4},   {"MAT3", 9}, {"MAT4", 16}};
+
+/// Wider than for scene documents: a buffer may be one string, and `extras` may contain anything.
+constexpr DocumentLimits json_limits{.bytes = 256'000'000, .depth = 64, .string_bytes = 256'000'000, .key_bytes = 4096};
+
+json::Tape parse(const Container& container) {
+  auto tape = json::parse(container.json, json_limits);
+  if (!tape)
+    throw GltfError("byte " + std::to_string(container.json_offset + tape.error().offset) + ": " + tape.error().detail);
+  return *std::move(tape);
+}
+
+std::string_view string_at(const Cursor& at) {
+  return at.node->kind == json::Kind::string ? at.node->string() : std::string_view();
+}
 
 }  // namespace
 
@@ -107,15 +123,28 @@ std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
   return bytes;
 }
 
+bool is_external(const Cursor& uri) { return !string_at(uri).starts_with("data:"); }
+
+File::File(Bytes bytes, std::span<const Bytes> external)
+    : tape_(parse(open_container(bytes))), binary_(open_container(bytes).binary), external_(external) {
+  root_.node = tape_.root();
+}
+
 void File::open() {
-  const std::vector<Cursor> buffers = list(root_, "buffers"), views = list(root_, "bufferViews");
-  accessor_list_ = list(root_, "accessors");
-  accessors_.resize(accessor_list_.size());
-  meshes_ = list(root_, "meshes");
-  nodes_ = list(root_, "nodes");
-  materials_ = list(root_, "materials");
-  for (const Cursor& buffer : buffers) read_buffer(buffer);
-  for (const Cursor& view : views) read_view(view);
+  accessors_.resize(all("accessors").size());
+  for (const Cursor& buffer : all("buffers")) read_buffer(buffer);
+  for (const Cursor& view : all("bufferViews")) read_view(view);
+}
+
+const std::vector<Cursor>& File::all(std::string_view name) {
+  const auto found = lists_.find(name);
+  return found != lists_.end() ? found->second : lists_.emplace(name, list(root_, name)).first->second;
+}
+
+const Cursor& File::target(const Cursor& at, std::string_view name) {
+  const std::vector<Cursor>& elements = all(name);
+  if (elements.empty()) refuse(at, "there are no " + std::string(name));
+  return elements[integer(at, elements.size() - 1)];
 }
 
 void refuse(const Cursor& at, std::string_view sentence) {
@@ -143,6 +172,16 @@ std::vector<Cursor> File::elements(const Cursor& array) {
   for (std::size_t i = 0; i < array.node->size; ++i, element = tape_.next(element))
     elements.push_back({&parent, {}, i, false, element});
   return elements;
+}
+
+std::vector<Cursor> File::members(const Cursor& at) {
+  std::vector<Cursor> members;
+  if (at.node->kind != json::Kind::object) return members;
+  const Cursor& parent = arrays_.emplace_back(at);
+  json::Node* key = at.node + 1;
+  for (std::size_t i = 0; i < at.node->size; ++i, key = tape_.next(key + 1))
+    members.push_back({&parent, key->string(), 0, true, key + 1});
+  return members;
 }
 
 std::vector<Cursor> File::list(const Cursor& at, std::string_view name) {
@@ -177,19 +216,54 @@ void File::numbers(const Cursor& at, std::span<double> values) {
   if (!valid) refuse(at, "must be " + std::to_string(values.size()) + " finite numbers");
 }
 
+double File::number(const Cursor& at, double least, double most) {
+  const double value = at.node->kind == json::Kind::number ? at.node->number : std::numeric_limits<double>::quiet_NaN();
+  if (value >= least && value <= most && std::isfinite(value)) return value;
+  refuse(at,
+         "must be a number from " + number_text(least) + " to " + number_text(most) + ", got " + describe(*at.node));
+}
+
+double File::number_or(const Cursor& at, std::string_view name, double least, double most, double fallback) {
+  const auto field = member(at, name);
+  return field ? number(*field, least, most) : fallback;
+}
+
+std::string File::text_or(const Cursor& at, std::string_view name, std::string fallback) {
+  const auto field = member(at, name);
+  if (!field) return fallback;
+  if (field->node->kind != json::Kind::string) refuse(*field, "must be a string, got " + describe(*field->node));
+  return std::string(field->node->string());
+}
+
+std::optional<Cursor> File::extension(const Cursor& at, std::string_view name) {
+  const auto extensions = member(at, "extensions");
+  const auto found = extensions ? member(arrays_.emplace_back(*extensions), name) : std::nullopt;
+  if (found && found->node->kind != json::Kind::object) refuse(*found, "must be an object");
+  return found;
+}
+
+Bytes File::decoded_uri(const Cursor& uri) {
+  const std::string_view text = string_at(uri);
+  const std::size_t comma = text.find(";base64,");
+  auto decoded = comma == std::string_view::npos ? std::nullopt : decode_base64(text.substr(comma + 8));
+  if (!decoded) refuse(uri, "is no base64");
+  return decoded_.emplace_back(std::move(*decoded));
+}
+
+std::optional<Bytes> File::image(const Cursor& at) {
+  if (const auto uri = member(at, "uri")) return is_external(*uri) ? std::nullopt : std::optional(decoded_uri(*uri));
+  if (views_.empty()) refuse(at, "there are no bufferViews");
+  return views_[required_integer(at, "bufferView", views_.size() - 1)].bytes;
+}
+
 void File::read_buffer(const Cursor& at) {
   const std::uint64_t size = required_integer(at, "byteLength", index_max);
   Bytes bytes;
   if (const auto uri = member(at, "uri")) {
-    const std::string_view text = uri->node->kind == json::Kind::string ? uri->node->string() : "";
-    const std::size_t comma = text.find(";base64,");
-    if (!text.starts_with("data:") || comma == std::string_view::npos)
-      refuse(*uri,
-             "names another file, which is not opened: a mesh must be one file, a GLB or with its buffers as "
-             "base64 in data: URIs");
-    auto decoded = decode_base64(text.substr(comma + 8));
-    if (!decoded) refuse(*uri, "is no base64");
-    bytes = decoded_.emplace_back(std::move(*decoded));
+    if (is_external(*uri) && external_.empty())
+      refuse(*uri, "names another file: import the model, or name the files of its buffers in \"buffers\" of the mesh");
+    bytes = is_external(*uri) ? external_.front() : decoded_uri(*uri);
+    if (is_external(*uri)) external_ = external_.subspan(1);
   } else if (binary_ && buffers_.empty()) {
     bytes = *binary_;  // section 4.4.3.3: the first buffer alone, if it has no uri
   } else {
@@ -215,6 +289,8 @@ void File::read_view(const Cursor& at) {
 /// Section 3.11: a normalized signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned one for
 /// c / (2^b - 1).
 double Accessor::value(std::size_t row, std::size_t i) const {
+  if (!replaced.empty())
+    if (const auto found = replaced.find(row); found != replaced.end()) return found->second[i];
   const std::uint32_t bits = bits_at(*this, row, i);
   const auto scaled = [&](double value, double most) { return normalized ? std::max(value / most, -1.0) : value; };
   switch (component) {
@@ -234,40 +310,76 @@ double Accessor::value(std::size_t row, std::size_t i) const {
   return bits;
 }
 
-std::uint32_t Accessor::index(std::size_t row) const { return bits_at(*this, row, 0); }
+std::uint32_t Accessor::index(std::size_t row) const {
+  return replaced.empty() ? bits_at(*this, row, 0) : static_cast<std::uint32_t>(value(row, 0));
+}
 
 const Accessor& File::accessor(const Cursor& at) {
-  if (accessors_.empty()) refuse(at, "there are no accessors");
-  const std::uint64_t index = integer(at, accessors_.size() - 1);
-  std::optional<Accessor>& kept = accessors_[index];
-  if (!kept) kept = read_accessor(accessor_list_[index]);
+  const Cursor& element = target(at, "accessors");
+  std::optional<Accessor>& kept = accessors_[element.index];
+  if (!kept) kept = read_accessor(element);
   return *kept;
 }
 
-/// Reads the type of a row.
+/// Reads the type of a row. Cells of matrices are read as floats only.
 void File::read_layout(const Cursor& at, Accessor& accessor) {
   const std::uint64_t component = required_integer(at, "componentType", index_max);
   if (component < 5120 || component > 5126 || component == 5124)
     refuse(at, "the componentType must be one of 5120 to 5123, 5125, 5126, got " + std::to_string(component));
   accessor.component = static_cast<Component>(component);
   const Cursor type = required_member(at, "type");
-  const std::string_view name = type.node->kind == json::Kind::string ? type.node->string() : "";
-  const auto* const found = std::find(std::begin(types), std::end(types), name);
-  if (found == std::end(types)) refuse(type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + describe(*type.node));
-  accessor.components = static_cast<std::size_t>(found - types) + 1;
+  const auto* const found = std::ranges::find(types, string_at(type), [](const auto& row) { return row.first; });
+  if (found == std::end(types))
+    refuse(type, "must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4, got " + describe(*type.node));
+  accessor.components = found->second;
+  if (found->first.starts_with("MAT") && accessor.component != Component::float32)
+    refuse(at, "matrices must be of floats");
   const auto normalized = member(at, "normalized");
   accessor.normalized = normalized && normalized->node->kind == json::Kind::boolean && normalized->node->truth;
 }
 
 Accessor File::read_accessor(const Cursor& at) {
-  if (const auto sparse = member(at, "sparse")) refuse(*sparse, "sparse accessors are not supported");
-  if (views_.empty()) refuse(at, "there are no bufferViews");
   Accessor accessor;
   read_layout(at, accessor);
-  const std::uint64_t view = required_integer(at, "bufferView", views_.size() - 1);
-  const std::uint64_t offset = integer_or(at, "byteOffset", index_max, 0);
   accessor.count = required_integer(at, "count", index_max);
   if (accessor.count == 0) refuse(at, "must have a count of at least 1");
+  const auto sparse = member(at, "sparse");
+  if (sparse && !member(at, "bufferView")) {
+    accessor.stride = 0;  // every row is the same zeros
+    accessor.bytes = decoded_.emplace_back(accessor.components * bytes_of(accessor.component));
+  } else {
+    read_rows(at, accessor);
+  }
+  if (sparse) read_replaced(*sparse, accessor);
+  return accessor;
+}
+
+void File::read_replaced(const Cursor& at, Accessor& accessor) {
+  const Cursor indices = required_member(at, "indices"), values = required_member(at, "values");
+  const std::uint64_t count = required_integer(at, "count", accessor.count);
+  Accessor row{.components = 1, .count = std::max<std::size_t>(count, 1)}, value = accessor;
+  const std::uint64_t component = required_integer(indices, "componentType", index_max);
+  row.component = static_cast<Component>(component);
+  if (row.component != Component::uint8 && row.component != Component::uint16 && row.component != Component::uint32)
+    refuse(indices, "the componentType must be 5121, 5123 or 5125, got " + std::to_string(component));
+  value.count = row.count;
+  if (count == 0) return;
+  read_rows(indices, row);
+  read_rows(values, value);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t place = row.index(i);
+    if (place >= accessor.count) refuse(indices, "has the row " + std::to_string(place) + ", there are fewer");
+    std::vector<double>& components = accessor.replaced[place];
+    components.clear();
+    for (std::size_t c = 0; c < value.components; ++c) components.push_back(value.value(i, c));
+  }
+}
+
+/// Finds the rows of an accessor whose layout and count are set, in the bufferView at `at`.
+void File::read_rows(const Cursor& at, Accessor& accessor) {
+  if (views_.empty()) refuse(at, "there are no bufferViews");
+  const std::uint64_t view = required_integer(at, "bufferView", views_.size() - 1);
+  const std::uint64_t offset = integer_or(at, "byteOffset", index_max, 0);
   const auto& [bytes, stride] = views_[view];
   const std::size_t row = accessor.components * bytes_of(accessor.component);
   accessor.stride = stride == 0 ? row : stride;
@@ -280,7 +392,6 @@ Accessor File::read_accessor(const Cursor& at) {
     refuse(at, "its " + std::to_string(accessor.count) + " rows end at byte " + std::to_string(end) +
                    ", its bufferView has " + std::to_string(bytes.size()));
   accessor.bytes = bytes.subspan(offset);
-  return accessor;
 }
 
 }  // namespace api::gltf

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -13,8 +15,10 @@
 #include <string_view>
 #include <vector>
 
+#include "api/json.h"
 #include "api/reader/cursor.h"
 #include "api/reader/json_parser.h"
+#include "tracer/scene.h"
 
 namespace api::gltf {
 
@@ -51,37 +55,48 @@ struct Accessor {
   std::size_t stride = 0;  ///< bytes from row to row
   std::size_t count = 0;   ///< rows, at least one
   Bytes bytes{};           ///< begins with the first row; contains all rows
+  /// Rows whose values replace those of `bytes` (section 3.6.2.3), by row; and their components.
+  std::map<std::size_t, std::vector<double>> replaced{};
 
   [[nodiscard]] double value(std::size_t row, std::size_t i) const;  ///< `normalized` applied (section 3.6.2.2)
   [[nodiscard]] std::uint32_t index(std::size_t row) const;          ///< precondition: unsigned
 };
 
+/// True for the URI of a file of its own: any but data:.
+bool is_external(const Cursor& uri);
+
 /// Not movable, because cursors point into it.
 class File {
  public:
-  File(json::Tape tape, std::optional<Bytes> binary) : tape_(std::move(tape)), binary_(binary) {
-    root_.node = tape_.root();
-  }
+  /// `external`: contents of the buffers that are files of their own, in order. `bytes` and `external` must outlive it.
+  File(Bytes bytes, std::span<const Bytes> external);
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  void open();  ///< reads the top-level arrays and the buffers
+  void open();  ///< reads the buffers
 
   [[nodiscard]] const Cursor& root() const { return root_; }
-  [[nodiscard]] const std::vector<Cursor>& meshes() const { return meshes_; }
-  [[nodiscard]] const std::vector<Cursor>& nodes() const { return nodes_; }
-  [[nodiscard]] const std::vector<Cursor>& materials() const { return materials_; }
+  const std::vector<Cursor>& all(std::string_view list);  ///< elements of a top-level list: "nodes"
+  /// The element of such a list that the value at `at` is the index of.
+  const Cursor& target(const Cursor& at, std::string_view list);
 
   std::optional<Cursor> member(const Cursor& at, std::string_view name);
   Cursor required_member(const Cursor& at, std::string_view name);
   std::vector<Cursor> elements(const Cursor& array);
+  std::vector<Cursor> members(const Cursor& at);                      ///< none of a value that is no object
   std::vector<Cursor> list(const Cursor& at, std::string_view name);  ///< elements of a member that may be missing
   std::uint64_t integer(const Cursor& at, std::uint64_t most);        ///< in [0, most]
   std::uint64_t integer_or(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t fallback);
   std::uint64_t required_integer(const Cursor& at, std::string_view name, std::uint64_t most);
   void numbers(const Cursor& at, std::span<double> values);  ///< exactly that many finite numbers
+  double number(const Cursor& at, double least, double most);
+  double number_or(const Cursor& at, std::string_view name, double least, double most, double fallback);
+  std::string text_or(const Cursor& at, std::string_view name, std::string fallback);
+  std::optional<Cursor> extension(const Cursor& at, std::string_view name);
 
   const Accessor& accessor(const Cursor& at);  ///< whose index is the value at `at`; each is read once
+  /// Content of an image in a buffer or a data: URI; none if it is a file of its own.
+  std::optional<Bytes> image(const Cursor& at);
 
   static constexpr std::uint64_t index_max = std::numeric_limits<std::uint32_t>::max() - 1;
 
@@ -93,17 +108,51 @@ class File {
   void read_buffer(const Cursor& at);
   void read_view(const Cursor& at);
   void read_layout(const Cursor& at, Accessor& accessor);
+  void read_rows(const Cursor& at, Accessor& accessor);
+  void read_replaced(const Cursor& at, Accessor& accessor);
   Accessor read_accessor(const Cursor& at);
+  Bytes decoded_uri(const Cursor& uri);
 
   json::Tape tape_;
   std::optional<Bytes> binary_;
+  std::span<const Bytes> external_;
   Cursor root_;
-  std::deque<Cursor> arrays_;  ///< parents of elements
-  std::vector<Cursor> meshes_, nodes_, materials_, accessor_list_;
-  std::deque<std::vector<std::uint8_t>> decoded_;  ///< contents of data: URIs
+  std::deque<Cursor> arrays_;  ///< parents of elements and extensions
+  std::map<std::string, std::vector<Cursor>, std::less<>> lists_;
+  std::deque<std::vector<std::uint8_t>> decoded_;  ///< contents of data: URIs, and rows of zeros
   std::vector<Bytes> buffers_;
   std::vector<BufferView> views_;
   std::vector<std::optional<Accessor>> accessors_;
 };
+
+// ---- parts of a file
+
+/// A node and its place in the world.
+struct Placement {
+  Cursor node{};
+  tracer::Transform world_from_node{};
+  std::vector<double> weights{};          ///< those of morph targets, if the node or the animation has them
+  std::vector<tracer::Transform> joints;  ///< those of a skin: world space from the mesh, by joint
+};
+
+/// Nodes in the order of a walk through the scene's tree, parents first: those of the file's scene, else all. With a
+/// time in seconds, the first animation moves them (section 3.11); it has its first pose before it begins and its last
+/// one after its end. A node that is reached twice, in a cycle or from two parents, is an error (section 3.5.2). Trees
+/// may have any depth: there is no recursion.
+std::vector<Placement> place_nodes(File& file, std::optional<double> time);
+
+/// Parts of a model that a scene document does not have, as ends of sentences that begin with the place.
+using Omit = std::function<void(const Cursor& at, std::string_view what)>;
+
+/// The name of the glTF file in the document, and the files that it names.
+struct ModelFiles {
+  std::string name;
+  std::function<std::string(const Cursor& uri)> path_of;  ///< path of a file, in the document
+  std::function<std::optional<std::vector<std::uint8_t>>(const std::string& path)> read;  ///< none: it is unavailable
+};
+
+/// Principled materials by name, as Primitive::material has it (the first of equal names), with textures written in
+/// place: images within the file by their index in it, others by their path.
+Json read_materials(File& file, const ModelFiles& files, const Omit& omit);
 
 }  // namespace api::gltf

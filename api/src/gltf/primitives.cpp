@@ -36,11 +36,10 @@ const Accessor* read_indices(File& file, const Cursor& at) {
 }
 
 std::string read_material_name(File& file, const Cursor& at) {
-  if (file.materials().empty()) refuse(at, "there are no materials");
-  const std::uint64_t index = file.integer(at, file.materials().size() - 1);
-  const auto name = file.member(file.materials()[index], "name");
+  const Cursor& material = file.target(at, "materials");
+  const auto name = file.member(material, "name");
   const bool is_named = name && name->node->kind == json::Kind::string && !name->node->string().empty();
-  return is_named ? std::string(name->node->string()) : "#" + std::to_string(index);
+  return is_named ? std::string(name->node->string()) : "#" + std::to_string(material.index);
 }
 
 void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primitives) {
@@ -54,6 +53,11 @@ void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primit
   primitive.positions = read_attribute(file, attributes, "POSITION", 3, nullptr);
   primitive.normals = read_attribute(file, attributes, "NORMAL", 3, primitive.positions);
   primitive.uvs = read_attribute(file, attributes, "TEXCOORD_0", 2, primitive.positions);
+  primitive.joints = read_attribute(file, attributes, "JOINTS_0", 4, primitive.positions);
+  primitive.weights = read_attribute(file, attributes, "WEIGHTS_0", 4, primitive.positions);
+  for (const Cursor& target : file.list(at, "targets"))
+    primitive.targets.push_back({read_attribute(file, target, "POSITION", 3, primitive.positions),
+                                 read_attribute(file, target, "NORMAL", 3, primitive.positions)});
   if (const auto indices = file.member(at, "indices")) primitive.indices = read_indices(file, *indices);
   if (const auto material = file.member(at, "material")) primitive.material = read_material_name(file, *material);
   primitives.push_back(primitive);
@@ -129,12 +133,45 @@ bool within(const Vec3& v, double most) {  // false for NaN too
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
+/// The attribute, moved by morph targets (section 3.7.2.2).
+Vec3 morphed(const Primitive& primitive, const Accessor& attribute, const Accessor* Primitive::MorphTarget::*of,
+             std::size_t row, const std::vector<double>& weights) {
+  Vec3 value = vector(attribute, row);
+  for (std::size_t i = 0; i < std::min(primitive.targets.size(), weights.size()); ++i) {
+    const Accessor* const target = primitive.targets[i].*of;
+    if (target == nullptr || weights[i] == 0) continue;
+    const Vec3 difference = vector(*target, row);
+    value = {value.x + weights[i] * difference.x, value.y + weights[i] * difference.y,
+             value.z + weights[i] * difference.z};
+  }
+  return value;
+}
+
+/// The mean of the vertex's joints (section 3.7.3.1).
+tracer::Transform skinned(const Primitive& primitive, std::size_t row, const std::vector<tracer::Transform>& joints) {
+  tracer::Transform mean{.rows = {}};
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += primitive.weights->value(row, i);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double weight = sum > 0 ? primitive.weights->value(row, i) / sum : i == 0 ? 1 : 0;
+    if (weight == 0) continue;
+    const auto joint = static_cast<std::size_t>(primitive.joints->value(row, i));
+    if (joint >= joints.size())
+      refuse(primitive.at, "the vertex " + std::to_string(row) + " has the joint " + std::to_string(joint) +
+                               ", its skin has " + std::to_string(joints.size()));
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t c = 0; c < 4; ++c) mean.rows[r][c] += weight * joints[joint].rows[r][c];
+  }
+  return mean;
+}
+
 bool append_vertex(const Primitive& primitive, std::size_t row, const VertexTransform& transform,
-                   const tracer::Limits& limits, tracer::Mesh& mesh) {
-  mesh.positions.push_back(transform.point(vector(*primitive.positions, row)));
+                   const std::vector<double>& weights, const tracer::Limits& limits, tracer::Mesh& mesh) {
+  using Target = Primitive::MorphTarget;
+  mesh.positions.push_back(transform.point(morphed(primitive, *primitive.positions, &Target::positions, row, weights)));
   bool valid = within(mesh.positions.back(), limits.coordinate_max);
   if (primitive.normals != nullptr) {
-    const Vec3 written = vector(*primitive.normals, row);
+    const Vec3 written = morphed(primitive, *primitive.normals, &Target::normals, row, weights);
     mesh.normals.push_back(transform.normal(written));
     valid &= within(written, limits.coordinate_max) && within(mesh.normals.back(), 1);
   }
@@ -166,8 +203,8 @@ std::vector<Primitive> read_primitives(File& file, const Cursor& mesh) {
   return primitives;
 }
 
-void append_primitive(const Primitive& primitive, const tracer::Transform& world_from_node,
-                      const tracer::Limits& limits, tracer::Mesh& mesh) {
+void append_primitive(const Primitive& primitive, const Placement& placement, const tracer::Limits& limits,
+                      tracer::Mesh& mesh) {
   const std::vector<Corners> triangles = row_triangles(primitive);
   // Sorted, not a table of all rows: a part may use few of very many.
   std::vector<std::uint32_t> used;
@@ -177,20 +214,23 @@ void append_primitive(const Primitive& primitive, const tracer::Transform& world
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
   if (!triangles.empty()) tracer::begin_part(mesh, primitive.material);
-  const VertexTransform transform(world_from_node);
+  const bool has_skin = !placement.joints.empty() && primitive.joints != nullptr && primitive.weights != nullptr;
+  const VertexTransform rigid(has_skin ? skinned(primitive, 0, placement.joints) : placement.world_from_node);
   const std::size_t first = mesh.positions.size();
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);
-  for (const std::uint32_t row : used)
-    if (!append_vertex(primitive, row, transform, limits, mesh))
+  for (const std::uint32_t row : used) {
+    const VertexTransform own = has_skin ? VertexTransform(skinned(primitive, row, placement.joints)) : rigid;
+    if (!append_vertex(primitive, row, own, placement.weights, limits, mesh))
       refuse(primitive.at,
              "the vertex " + std::to_string(row) + " is not finite, or beyond the limit coordinate_max or value_max");
+  }
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
   for (Corners triangle : triangles) {
     for (std::uint32_t& corner : triangle) {
       const auto found = std::lower_bound(used.begin(), used.end(), corner) - used.begin();
       corner = static_cast<std::uint32_t>(first + static_cast<std::size_t>(found));
     }
-    if (transform.mirrors()) std::swap(triangle[1], triangle[2]);
+    if (rigid.mirrors()) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
   }
 }

@@ -18,6 +18,11 @@ struct Primitive {
   const Accessor* normals = nullptr;  ///< null: none; the same for the following ones
   const Accessor* uvs = nullptr;
   const Accessor* indices = nullptr;
+  const Accessor *joints = nullptr, *weights = nullptr;  ///< those of a skin
+  struct MorphTarget {
+    const Accessor *positions = nullptr, *normals = nullptr;  ///< differences
+  };
+  std::vector<MorphTarget> targets{};
   std::string material;  ///< its name, or "#3" for the one at index 3 if it has none; empty: there is no material
   Cursor at{};           ///< for errors in its values
 
@@ -27,8 +32,9 @@ struct Primitive {
 /// The parts of a mesh that have a surface.
 std::vector<Primitive> read_primitives(File& file, const Cursor& mesh);
 
-/// Appends the part, transformed by `world_from_node`, with the vertices that its triangles use.
-void append_primitive(const Primitive& primitive, const tracer::Transform& world_from_node,
-                      const tracer::Limits& limits, tracer::Mesh& mesh);
+/// Appends the part at its place, deformed by morph targets and then by its skin, with the vertices that its triangles
+/// use.
+void append_primitive(const Primitive& primitive, const Placement& placement, const tracer::Limits& limits,
+                      tracer::Mesh& mesh);
 
 }  // namespace api::gltf

@@ -95,12 +95,14 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
 }
 
 /// Fields that only one kind of models has: none is without effect in silence.
-void check_fields_of_model(Fields& fields, bool principled) {
-  for (const char* const name :
-       {"diffuse", "shininess", "specular_transmission", "fresnel", "reflection", "reflection_color"})
+void check_fields_of_model(Fields& fields, const tracer::Material& material) {
+  const bool principled = material.model == tracer::Material::Model::principled;
+  for (const std::string_view name : tracer::Material::local_fields)
     if (principled && fields.has(name))
       fields.add_issue(name, "conflict", R"(has no effect where "model" is "principled")");
-  for (const char* const name : {"metallic", "roughness"})
+  if (principled && material.transparency == tracer::Material::Transparency::interpolated)
+    fields.add_issue("transparency", "conflict", R"(must be "refract" or "filtered" where "model" is "principled")");
+  for (const std::string_view name : tracer::Material::principled_fields)
     if (!principled && fields.has(name)) fields.add_issue(name, "conflict", R"(needs "model": "principled")");
 }
 
@@ -121,7 +123,7 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   material.path = pointer(at);
   Fields fields(reading, at, "a material");
   read_all_fields(fields, material);
-  check_fields_of_model(fields, material.model == tracer::Material::Model::principled);
+  check_fields_of_model(fields, material);
   set_derived_fields(fields, material);
   fields.finish();
   return id;

@@ -126,10 +126,20 @@ tracer::MaterialId read_material(Reading& reading, const Cursor& at) {
   return material;
 }
 
+/// Files of a glTF file's buffers. The first list of a file counts.
+void read_buffers(Reading& reading, const Cursor& at, std::optional<tracer::AssetId> file) {
+  std::vector<tracer::AssetId> buffers;
+  for_each_element(reading, at, [&](const Cursor& buffer) { read(reading, buffer, buffers.emplace_back()); });
+  if (file && reading.scene().assets[file->index].buffers.empty())
+    reading.scene().assets[file->index].buffers = std::move(buffers);
+}
+
 /// The fields that the file contains must not be written in the document too.
 void read_file(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   fields.set_kind("a mesh with a file");
   if (tracer::AssetId asset; fields.optional("file", asset)) mesh.file = asset;
+  if (const auto buffers = fields.take("buffers")) read_buffers(reading, *buffers, mesh.file);
+  if (double time = 0; fields.optional("time", time)) mesh.time = static_cast<float>(time);
   if (const auto materials = fields.take("materials"))
     read_names(reading, *materials, mesh.part_materials, read_material,
                "an object of materials by their names in the file: {\"NAME\": MATERIAL}");

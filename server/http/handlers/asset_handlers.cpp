@@ -62,12 +62,7 @@ Answer put_asset(Request& request, const ApiContext& context) {
                                               : asset_name_rule + std::to_string(sha256.size())) +
                        "; nothing was stored"};
   }
-  if (put == queue::AssetStore::Put::quota_exceeded) {
-    return Problem{failures::uploads_full, "uploads have " + std::to_string(context.assets.bytes()) +
-                                               " bytes, and with these " + size +
-                                               " they would exceed the limit uploads_bytes of " +
-                                               std::to_string(context.uploads_bytes) + "; nothing was stored"};
-  }
+  if (put == queue::AssetStore::Put::quota_exceeded) return uploads_full(request.body.size_bytes(), context);
   const bool is_new = put == queue::AssetStore::Put::stored;
   Reply reply =
       json_reply(is_new ? 201 : 200, api::json_line({{"sha256", sha256}, {"bytes", request.body.size_bytes()}}));
@@ -89,6 +84,12 @@ Answer get_asset(Request& request, const ApiContext& context) {
 }
 
 }  // namespace
+
+Problem uploads_full(std::uint64_t bytes, const ApiContext& context) {
+  return {failures::uploads_full, "uploads have " + std::to_string(context.assets.bytes()) + " bytes, and with these " +
+                                      std::to_string(bytes) + " they would exceed the limit uploads_bytes of " +
+                                      std::to_string(context.uploads_bytes) + "; nothing was stored"};
+}
 
 Endpoints asset_endpoints() {
   return {{"POST", "/v1/assets/missing", find_missing_assets},

@@ -109,10 +109,10 @@ struct Scene {
   api::Digests digests;
   api::SceneContent content;  ///< see api::content_of
 };
-/// Takes the body of a request that must be JSON; `other_type` is a second media type that it may have. Problems: 411,
-/// 415.
+/// Takes the body of a request that must be JSON; `other_type` is a second media type that it may have, `named_type`
+/// one that the problem names. Problems: 411, 415.
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what,
-                                               std::string_view other_type = {});
+                                               std::string_view other_type = {}, std::string_view named_type = {});
 /// The problem of a refused body that is no scene document; see problem_of.
 Problem request_problem(const api::Refusal& refusal);
 /// Takes a body that is no scene document; `read` reads it, see api::read_body. Problems: 400, 411, 413, 415, 422.
@@ -125,7 +125,11 @@ tracer::Result<T, Problem> take_request(Request& request, std::string_view what,
   if (!parsed) return request_problem(parsed.error());
   return *std::move(parsed);
 }
-/// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
+/// The problem of bytes that exceed the limit of uploads.
+Problem uploads_full(std::uint64_t bytes, const ApiContext& context);
+/// Takes and parses the body of a request: a scene document, or a model with the media type model_type, which is kept
+/// as an upload and becomes a document that stands for it. Problems: 400, 411, 413, 415, 422, 507.
+inline constexpr std::string_view model_type = "model/gltf-binary";
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);
 /// The problem of a valid scene that cannot be rendered here: missing files, or too much memory. `memory_bytes` is the
 /// estimate of api/estimate.h, `at` the JSON pointer of the scene in the document.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/estimate.h"
+#include "api/json.h"
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
@@ -33,20 +34,44 @@ std::string content_key_of(const Scene& scene) {
 
 }  // namespace
 
-tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what, std::string_view other_type) {
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what, std::string_view other_type,
+                                               std::string_view named_type) {
   if (!request.head.content_length) {
     return Problem{failures::length_required, "send " + std::string(what) + " with its Content-Length"};
   }
   const auto type = request.head.header("content-type");
   if (type && (is_json(*type) || (!other_type.empty() && is_json(*type, other_type)))) return request.body.take();
   const std::string value = type ? "it is \"" + std::string(*type) + "\"" : "it is missing";
-  const std::string alternative = other_type.empty() ? "" : " or " + std::string(other_type);
+  if (named_type.empty()) named_type = other_type;
+  const std::string alternative = named_type.empty() ? "" : " or " + std::string(named_type);
   return Problem{failures::unsupported_media_type,
                  "Content-Type must be application/json" + alternative + ", " + value};
 }
 
+namespace {
+
+bool has_model(const Request& request) {
+  const auto type = request.head.header("content-type");
+  return type && type->substr(0, type->find(';')) == model_type;
+}
+
+/// Keeps the model as an upload. The worker imports it: the daemon reads no file of a user.
+tracer::Result<std::string, Problem> take_model(Request& request, const ApiContext& context) {
+  const queue::DiskSpace space = context.queue.queries.disk_space();
+  if (space.state != queue::DiskSpace::State::enough) return disk_full(space);
+  const std::string bytes = request.body.take(), sha256 = tracer::sha256_hex(bytes);
+  const auto put = context.assets.put(
+      sha256, [&](std::uint64_t offset, char* into, std::size_t size) { return bytes.copy(into, size, offset); });
+  if (put == queue::AssetStore::Put::quota_exceeded) return uploads_full(bytes.size(), context);
+  return api::json_line({{"version", 1}, {"model", std::string(api::upload_prefix) + sha256}});
+}
+
+}  // namespace
+
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context) {
-  auto body = take_json(request, "a scene document");
+  auto body = has_model(request) && request.head.content_length
+                  ? take_model(request, context)
+                  : take_json(request, "a scene document", {}, model_type);
   if (!body) return body.error();
   Scene scene;
   scene.document = std::move(*body);

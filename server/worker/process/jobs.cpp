@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/import_model.h"
 #include "api/measure_request.h"
 #include "api/measurement_json.h"
 #include "api/render_document.h"
@@ -133,6 +134,7 @@ std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
 void compile(api::DocumentRender& render, std::string document, const JobFiles& files, tracer::RenderControl& control,
              tracer::SceneCache* cache, const std::function<void(tracer::Scene&)>& change = {}) {
   value_of(render.parse(document, reading_limits(files.settings)));
+  value_of(render.import(reader_of(files, control), reading_limits(files.settings)));
   if (change) change(render.document.scene);
   document = std::string();  // it may be large
   stop_if_cancelled(control);
@@ -206,7 +208,12 @@ tracer::Measurement run_to_end(tracer::MeasurementRun& run, JobControl& control)
 }
 
 Finished measure(const Assign& job, const JobFiles& files, JobControl& control) {
-  api::MeasureRequest request = value_of(api::parse_measure(job.document, reading_limits(files.settings)));
+  const api::Limits limits = reading_limits(files.settings);
+  api::MeasureRequest request = value_of(api::parse_measure(job.document, limits));
+  if (request.document.model) {
+    const auto imported = value_of(api::import_model(request.document, reader_of(files, control.tracing), limits));
+    request.document = value_of(api::parse_scene(imported.text, limits));
+  }
   tracer::Scene& scene = request.document.scene;
   const tracer::Assets assets =
       value_of(api::load_assets(scene, reader_of(files, control.tracing), loading_limits(files.settings)));

@@ -129,7 +129,7 @@ void TaskDispatcher::publish(PublishTasks& message) {
 
 void TaskDispatcher::take(const std::string& job_id) {
   const auto take = [this, job_id] { return store_->claim_own(job_id); };
-  call_store("take_task", take, [this, job_id](std::optional<std::optional<queue::TaskClaim>> taken) {
+  call_store("take_task", take, [this, job_id](const std::optional<std::optional<queue::TaskClaim>>& taken) {
     const auto claim = taken.value_or(std::nullopt);
     if (claim) own_.insert_or_assign({job_id, claim->key}, *claim);
     process_.send(pack(claim ? TaskTaken{job_id, claim->key, claim->attempt} : TaskTaken{job_id, {}}));

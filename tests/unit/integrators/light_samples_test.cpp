@@ -64,7 +64,7 @@ Real highlight_of(const ShadingPoint& shading_point, const Vec& to_light) {
 LightSamplePacket sampled(const ShadingPointPacket& points, const CompiledLight& light) {
   LightSamplePacket sample;
   for (int i = 0; i < lanes; ++i) sample.from.set(i, light.position);
-  sample_light(points, light, 1, 1, nullptr, sample);
+  sample_light(points, light, 1, 1, {}, sample);
   return sample;
 }
 
@@ -80,7 +80,7 @@ TEST(LightSamplePacket, MatchesTheLocalModelForEveryKindOfLight) {
     for (std::size_t packet = 0; packet < shading_points.packets(); ++packet) {
       LightSamplePacket sample;
       for (int i = 0; i < lanes; ++i) sample.from.set(i, light.position);
-      sample_light(shading_points.packet(packet), light, world_per_render, share, nullptr, sample);
+      sample_light(shading_points.packet(packet), light, world_per_render, share, {}, sample);
       for (int lane = 0; lane < shading_points.packet(packet).count; ++lane) {
         const ShadingPoint& shading_point = all[packet * lanes + static_cast<std::size_t>(lane)];
         const Vec offset = Vec(light.position) - Vec(shading_point.point.position);

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <vector>
 
 namespace tracer {
 namespace {
@@ -31,19 +30,6 @@ double mean_factor(const PrincipledPoint& point, int side) {
   return sum / (side * side);
 }
 
-/// Integral of value(direction) over the solid angle of the half sphere about the normal.
-template <class Value>
-double integral(const Value& value, int rows, int columns) {
-  double sum = 0;
-  for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < columns; ++j) {
-      // Narrow rows around the normal and at the horizon.
-      const double t = (i + 0.5) / rows, angle = pi / 2 * t;
-      sum += value(direction(std::cos(angle), 2 * pi * (j + 0.5) / columns)) * std::sin(angle);
-    }
-  return sum * (pi / 2 / rows) * (2 * pi / columns);
-}
-
 TEST(PrincipledMaterial, ReflectsAllLightIfItsBaseIsWhite) {
   for (const double roughness : {0.0, 0.03, 0.07, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0})
     for (const double cosine : {1.0, 0.9, 0.6, 0.3, 0.15, 0.07})
@@ -59,26 +45,6 @@ TEST(PrincipledMaterial, ReflectsAllLightIfItsBaseIsWhite) {
           EXPECT_NEAR(point.matt_albedo().g + mean_factor(point, 64), 1, 0.005)
               << roughness << ' ' << cosine << ' ' << metallic << ' ' << ior;
         }
-}
-
-TEST(PrincipledMaterial, HasTheAlbedosOfItsValues) {
-  for (const double roughness : {0.3, 0.5, 0.8, 1.0})
-    for (const double cosine : {0.95, 0.5, 0.2}) {
-      const PrincipledSurface surface{
-          .base = gray(0.7), .metal = gray(0.7), .metallic = 0.2, .f0 = gray(0.3), .alpha = roughness * roughness};
-      const PrincipledPoint point(surface, normal, direction(cosine, 0.4));
-      const double facets = integral([&](const Vec3& l) { return point.glossy(l, surface.alpha).g / pi; }, 600, 300);
-      EXPECT_NEAR(mean_factor(point, 64), facets, 0.005) << roughness << ' ' << cosine;
-      EXPECT_NEAR(point.glossy_albedo().g, facets, 0.005);
-      const double matt = integral([&](const Vec3& l) { return point.matt(l.z).g * l.z / pi; }, 200, 1);
-      EXPECT_NEAR(point.matt_albedo().g, matt, 0.005);
-      const double density = integral([&](const Vec3& l) { return point.density(l); }, 600, 300);
-      const int side = 200;
-      int above = 0;
-      for (int i = 0; i < side * side; ++i)
-        above += point.sample({(i % side + 0.5) / side, (i / side + 0.5) / side}).density > 0 ? 1 : 0;  // NOLINT
-      EXPECT_NEAR(density, double{1} * above / (side * side), 0.005);
-    }
 }
 
 TEST(PrincipledMaterial, IsTheSameBothWays) {

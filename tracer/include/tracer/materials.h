@@ -52,10 +52,11 @@ struct ImageTexture {
   /// `bad_asset`. red, green, blue: that channel as gray. luminance: that of ITU-R BT.709, as gray.
   enum class Channel { color, alpha, red, green, blue, luminance };
   Channel channel = Channel::color;
+  std::optional<std::uint32_t> image{};  ///< index of an image within a glTF file; api/load_assets.h extracts it
 
   static constexpr auto fields() {
     return std::tuple{Field{"file", &ImageTexture::file}, optional_field("channel", &ImageTexture::channel),
-                      Field{"color_space", &ImageTexture::color_space}};
+                      Field{"image", &ImageTexture::image}, Field{"color_space", &ImageTexture::color_space}};
   }
 };
 constexpr auto words_of(ImageTexture::Channel first) {
@@ -67,7 +68,7 @@ struct Texture {
   std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
   Vec2 scale{1, 1};
   Vec2 offset{0, 0};
-  std::string path;       ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
+  std::string path;  ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
   /// Continuation of gradients and images beyond [0, 1]. No effect on checkers and noise.
   enum class Wrap { repeat, clamp, mirror };
   Wrap wrap = Wrap::repeat;
@@ -76,7 +77,7 @@ struct Texture {
   /// footprint shrinks with more samples and the converged image is unbiased.
   enum class Filter { nearest, bilinear, mipmap };
   Filter filter = Filter::mipmap;
-  Color factor{1, 1, 1};  ///< of the pattern's colors
+  Color factor{1, 1, 1};  ///< multiplies the pattern's colors
 
   static constexpr auto fields() {
     return std::tuple{optional_field("scale", &Texture::scale), optional_field("offset", &Texture::offset),
@@ -161,12 +162,17 @@ struct Material {
   /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the
   /// front. An image without an explicit color space is linear here, for every format.
   std::optional<TextureId> normal_map{};
-  double normal_scale = 1;     ///< of n.x and n.y
+  double normal_scale = 1;     ///< factor of n.x and n.y
   std::optional<Bump> bump{};  ///< applied after the normal map
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarized dielectric reflectance. The document's default is
   /// true if transmission > 0 is refracted; the reader resolves it, and reflection's default of 1 with fresnel.
   bool fresnel = false;
   std::string path;  ///< JSON pointer of its definition, e.g. "/materials/red"; prefix of issue pointers
+
+  /// Fields that only the principled model has, and those that it does not have: an error elsewhere.
+  static constexpr std::string_view principled_fields[] = {"metallic", "roughness"};
+  static constexpr std::string_view local_fields[] = {"diffuse", "shininess",  "specular_transmission",
+                                                      "fresnel", "reflection", "reflection_color"};
 
   static constexpr auto fields() {
     return std::tuple{optional_field("model", &Material::model),

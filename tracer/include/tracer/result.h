@@ -17,14 +17,18 @@ class [[nodiscard]] Result {
   [[nodiscard]] bool has_value() const { return content_.index() == 0; }
   explicit operator bool() const { return has_value(); }
 
-  /// Precondition of these three: has_value().
-  T& operator*() {
+  /// Precondition of these: has_value().
+  T& operator*() & {
     assert(has_value());
     return *std::get_if<0>(&content_);
   }
-  const T& operator*() const {
+  const T& operator*() const& {
     assert(has_value());
     return *std::get_if<0>(&content_);
+  }
+  T&& operator*() && {
+    assert(has_value());
+    return std::move(*std::get_if<0>(&content_));
   }
   T* operator->() { return &**this; }
   const T* operator->() const { return &**this; }

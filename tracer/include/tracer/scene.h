@@ -22,8 +22,9 @@ namespace tracer {
 
 /// A file that the scene names. The caller supplies its bytes (Assets).
 struct Asset {
-  std::string name;  ///< as written in the document: "wood.png"
-  std::string path;  ///< JSON pointer of its first use, e.g. "/textures/floor/file"
+  std::string name;                ///< as written in the document: "wood.png"
+  std::string path;                ///< JSON pointer of its first use, e.g. "/textures/floor/file"
+  std::vector<AssetId> buffers{};  ///< glTF: files of buffers that are not in this one, in their order there
 };
 
 // ---- image, camera, background ------------------------------------------------------------------------------------

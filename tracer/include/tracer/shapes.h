@@ -164,6 +164,7 @@ struct Mesh {
   std::map<std::string, MaterialId> part_materials{};  ///< by the name of the part; others have that of the object
   /// 1 for a triangle of the polygon that the triangle before it belongs to; 0 for those that are left out at the end.
   std::vector<std::uint8_t> continues_polygon{};
+  std::optional<float> time{};  ///< glTF: seconds of the first animation; unset: the pose of the nodes
 
   static constexpr std::string_view type = "mesh", noun = "a mesh";
 };

@@ -47,15 +47,16 @@ class HashWriter {
     for_each_field<S>([&](const auto& field) { add(shape.*field.member); });
   }
   void operator()(const Mesh& mesh) {
-    const auto& [positions, triangles, normals, uvs, smooth, file, parts, part_materials, continues_polygon] = mesh;
-    all(positions, triangles, normals, uvs, smooth, file.has_value(), continues_polygon);
+    const auto& [positions, triangles, normals, uvs, smooth, file, parts, part_materials, continues_polygon, time] =
+        mesh;
+    all(positions, triangles, normals, uvs, smooth, file.has_value(), continues_polygon, time.has_value(),
+        time.value_or(0));
     is_known_ = is_known_ && part_materials.empty();  // its objects are known after the file is read
     if (!file) return;
     has_files_ = true;
-    const std::string content = file->index < contents_.size() ? contents_[file->index] : std::string();
-    is_known_ = is_known_ && !content.empty();
-    add(content.size());
-    hash_.add(content.data(), content.size());
+    add_content(*file);
+    if (file->index < scene_.assets.size())
+      for (const AssetId buffer : scene_.assets[file->index].buffers) add_content(buffer);
   }
   void operator()(const Instance& instance) {
     const auto& [of, material] = instance;
@@ -69,6 +70,13 @@ class HashWriter {
   std::string end() { return hash_.digest(); }
 
  private:
+  void add_content(AssetId file) {
+    const std::string content = file.index < contents_.size() ? contents_[file.index] : std::string();
+    is_known_ = is_known_ && !content.empty();
+    add(content.size());
+    hash_.add(content.data(), content.size());
+  }
+
   template <class... Values>
   void all(const Values&... values) {
     (add(values), ...);

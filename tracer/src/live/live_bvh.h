@@ -2,7 +2,6 @@
 /// Bounding volume hierarchy of the live form, whose nodes a shader reads in order.
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace tracer {

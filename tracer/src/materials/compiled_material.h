@@ -44,8 +44,6 @@ inline bool is_lit_by_triangle(Material::Shading shading) {
   return shading == Material::Shading::gouraud || shading == Material::Shading::flat_polygon;
 }
 
-inline bool is_principled(const Material& material) { return material.model == Material::Model::principled; }
-
 /// True if it has a power of a cosine for a highlight.
 inline bool has_specular(const Material& material) {
   return material.model != Material::Model::lambert && !is_principled(material) && material.specular > 0;
@@ -103,39 +101,6 @@ Color opacity(const Material& material, const ColorOf& color_of) {
   };
   const Color at_point = color_of(material.opacity);
   return {within(at_point.r), within(at_point.g), within(at_point.b)};
-}
-
-/// The share of a color that a principled material has as a number.
-template <class ColorOf>
-double share(const ColorOrTexture& value, const ColorOf& color_of) {
-  return std::clamp(color_of(value).r, 0.0, 1.0);
-}
-
-/// Share of the light below the facets of a principled surface that is transmitted.
-template <class ColorOf>
-double clear_share(const Material& material, const ColorOf& color_of) {
-  if (!(material.transmission > 0)) return 0;
-  return std::min(material.transmission * max_component(color_of(material.transmission_color)), 1.0);
-}
-
-/// A principled material at a point. Reflectance of nonmetals: ((n - 1) / (n + 1))^2 (Born & Wolf 1999, sec. 1.5.2).
-template <class ColorOf>
-PrincipledSurface principled_surface(const Material& material, const ColorOf& color_of) {
-  const Color base = color_of(material.color), tint = color_of(material.specular_color);
-  const double clear = clear_share(material, color_of), roughness = share(material.roughness, color_of);
-  const double amplitude = (material.ior - 1) / (material.ior + 1), most = std::min(material.specular, 1.0);
-  const auto reflectance = [&](double channel) { return std::min(most * channel * amplitude * amplitude, 1.0); };
-  const bool refracts = material.transparency == Material::Transparency::refract;
-  PrincipledSurface surface{.base = base * ((1 - clear) * (1 - material.diffuse_transmission)),
-                            .metal = base,
-                            .metallic = share(material.metallic, color_of),
-                            .f0 = {reflectance(tint.r), reflectance(tint.g), reflectance(tint.b)},
-                            .f90 = most,
-                            .alpha = roughness * roughness};
-  surface.glossy = refracts ? 1 - clear * (1 - surface.metallic) : 1;
-  if (!refracts && clear > 0)
-    surface.sheet = base * color_of(material.transmission_color) * (material.transmission * (1 - surface.metallic));
-  return surface;
 }
 
 /// Transmittance at a point; see coefficients().

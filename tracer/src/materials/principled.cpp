@@ -146,8 +146,9 @@ PrincipledPoint::PrincipledPoint(const PrincipledSurface& surface, const Vec3& n
       return average * average * mean.white() / (1 - average * lost);
     };
     several_ = by_channel([&](double Color::*c) { return several(surface.f0.*c, surface.f90); });
-    several_mixed_ =
-        by_channel([&](double Color::*c) { return std::lerp(several_.*c, several(surface.metal.*c, 1), metallic); });
+    several_mixed_ = by_channel([&](double Color::*c) {
+      return surface.glossy * std::lerp(several_.*c, several(surface.metal.*c, 1), metallic);
+    });
     several_factor_ = several_mixed_ * ((1 - view_.white()) / lost);
   }
   const Color seen = below_facets(view_), average = below_facets(mean);

@@ -16,6 +16,8 @@
 /// All directions are unit vectors away from the surface; c_i and c_o are their cosines to the normal. Values of f are
 /// multiplied by pi, as coefficients of the local models are, and by c_i.
 
+#include <algorithm>
+
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -33,7 +35,7 @@ struct PrincipledSurface {
   /// Upper bound of the highlight for f0 = f90 = 1: D <= 1 / (pi a^2), and G / (4 c_o) <= 1 / (2 a).
   static constexpr double highlight_max = 1 / (2 * highlight_alpha * highlight_alpha * highlight_alpha);
 
-  Color base{};                        ///< of the matt part, nonmetals
+  Color base{};                        ///< color of a nonmetal's matt part
   Color metal{};                       ///< f0 of the metal
   double metallic = 0;                 ///< share of the metal
   Color f0{};                          ///< reflectance of a nonmetal's facet at normal incidence, at most 1
@@ -97,5 +99,42 @@ class PrincipledPoint {
   Color base_factor_{};     ///< base (1 - S(c_o)) / (1 - S')
   Color several_factor_{};  ///< f_m (1 - E(c_o)) / (1 - E')
 };
+
+// ---- the material of a document
+
+inline bool is_principled(const Material& material) { return material.model == Material::Model::principled; }
+
+/// The share of a color that a principled material has as a number.
+template <class ColorOf>
+double share(const ColorOrTexture& value, const ColorOf& color_of) {
+  return std::clamp(color_of(value).r, 0.0, 1.0);
+}
+
+/// Share of the light below the facets of a principled surface that is transmitted.
+template <class ColorOf>
+double clear_share(const Material& material, const ColorOf& color_of) {
+  if (!(material.transmission > 0)) return 0;
+  return std::min(material.transmission * max_component(color_of(material.transmission_color)), 1.0);
+}
+
+/// A principled material at a point. Reflectance of nonmetals: ((n - 1) / (n + 1))^2 (Born & Wolf 1999, sec. 1.5.2).
+template <class ColorOf>
+PrincipledSurface principled_surface(const Material& material, const ColorOf& color_of) {
+  const Color base = color_of(material.color), tint = color_of(material.specular_color);
+  const double clear = clear_share(material, color_of), roughness = share(material.roughness, color_of);
+  const double amplitude = (material.ior - 1) / (material.ior + 1), most = std::min(material.specular, 1.0);
+  const auto reflectance = [&](double channel) { return std::min(most * channel * amplitude * amplitude, 1.0); };
+  const bool refracts = material.transparency == Material::Transparency::refract;
+  PrincipledSurface surface{.base = base * ((1 - clear) * (1 - material.diffuse_transmission)),
+                            .metal = base,
+                            .metallic = share(material.metallic, color_of),
+                            .f0 = {reflectance(tint.r), reflectance(tint.g), reflectance(tint.b)},
+                            .f90 = most,
+                            .alpha = roughness * roughness};
+  surface.glossy = refracts ? 1 - clear * (1 - surface.metallic) : 1;
+  if (!refracts && clear > 0)
+    surface.sheet = base * color_of(material.transmission_color) * (material.transmission * (1 - surface.metallic));
+  return surface;
+}
 
 }  // namespace tracer

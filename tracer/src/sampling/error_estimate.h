@@ -2,7 +2,6 @@
 /// Error estimate of an image by its parts.
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "tracer/accuracy.h"

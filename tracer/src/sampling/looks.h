@@ -7,7 +7,6 @@
 /// Hurwitz 1943, "On the theory of sampling from finite populations").
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -9,7 +9,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "tracer/scene.h"
 #include "tracer/src/integrators/sample_signature.h"

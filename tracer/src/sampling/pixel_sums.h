@@ -8,7 +8,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "tracer/image.h"
 #include "tracer/src/display/display_transform.h"

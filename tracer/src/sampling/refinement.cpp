@@ -62,7 +62,7 @@ bool Refinement::begin_round() {
     // Tiles of the first steps may have fewer samples than others: as many count as their mean error is worth.
     const ClassStatistics& found = found_.classes[c];
     const double worth = found.own > 0 ? std::pow(found.pixels / found.own, 1 / decay_.power()) : 0;
-    before_[c] = found.own > 0      ? std::min(sampled_[c], static_cast<std::uint32_t>(worth + 0.5))
+    before_[c] = found.own > 0      ? std::min(sampled_[c], static_cast<std::uint32_t>(std::lround(worth)))
                  : found.others > 0 ? sampled_[c]
                                     : 0;
   }

@@ -2,10 +2,8 @@
 /// Sets of samples of pixels: the work of adaptive sampling. A set is stratified over its pixel and independent of all
 /// other sets.
 
-#include <algorithm>
 #include <cmath>
 #include <span>
-#include <vector>
 
 #include "tracer/src/integrators/tracer.h"
 #include "tracer/src/sampling/camera_samples.h"

@@ -89,7 +89,7 @@ WHITTLE_INLINE void eval_diffuse_and_specular(const ShadingPointPacket& f, const
 }
 
 /// Replaces the light of the lanes with principled materials, lane by lane: by its tables, it is a long computation.
-void eval_principled(const ShadingPointPacket& f, const PrincipledHit* principled, const Color& radiance,
+void eval_principled(const ShadingPointPacket& f, std::span<const PrincipledHit> principled, const Color& radiance,
                      LightSamplePacket& a) {
   for (int i = 0; i < f.count; ++i) {
     const PrincipledHit& hit = principled[f.hit[i]];
@@ -149,7 +149,7 @@ void append_lanes(const double* packet, LaneMask mask, std::size_t used, std::ve
 /// sample_light() for one side of the surfaces.
 template <bool far_side>
 WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                                double world_per_render, double share, const PrincipledHit* principled,
+                                double world_per_render, double share, std::span<const PrincipledHit> principled,
                                 LightSamplePacket& sample) {
   if (light.kind == light_kind<DirectionalLight>) {
     directions_along_axis(light.axis, share, sample);
@@ -172,7 +172,7 @@ WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const 
   } else {
     eval_diffuse(shading_points, light.radiance, sample);
   }
-  if (!far_side && principled != nullptr) eval_principled(shading_points, principled, light.radiance, sample);
+  if (!far_side && !principled.empty()) eval_principled(shading_points, principled, light.radiance, sample);
   sample.lit &= ~black_lanes(sample);
   if (!light.shadows) return;
   if (shading_points.smooth) {
@@ -185,13 +185,13 @@ WHITTLE_INLINE void sample_side(const ShadingPointPacket& shading_points, const 
 }  // namespace
 
 WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                               double world_per_render, double share, const PrincipledHit* principled,
+                               double world_per_render, double share, std::span<const PrincipledHit> principled,
                                LightSamplePacket& sample) {
   sample_side<false>(shading_points, light, world_per_render, share, principled, sample);
 }
 
 WHITTLE_WIDE void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                                      double world_per_render, double share, const PrincipledHit* principled,
+                                      double world_per_render, double share, std::span<const PrincipledHit> principled,
                                       LightSamplePacket& sample) {
   sample_side<true>(shading_points, light, world_per_render, share, principled, sample);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
@@ -28,20 +29,18 @@ struct alignas(64) LightSamplePacket {
   LaneMask lit;             ///< lanes that receive light
 
   VecLanes origin;  ///< origin of the shadow ray
-
-  // Direction and distance of the shadow ray. Undefined unless the shading points are smooth: they are `to_light` and
-  // `distance`.
+  // Its direction and distance. Undefined unless the shading points are smooth: they are `to_light` and `distance`.
   VecLanes shadow_direction;
   double shadow_distance[lanes];
 };
 
 /// Evaluates the fraction `share` of `light`. `world_per_render` converts render-space distances to world space.
-/// `principled`: by hit, null if no material is principled.
+/// `principled`: by hit, empty if no material is principled.
 void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
-                  double share, const PrincipledHit* principled, LightSamplePacket& sample);
+                  double share, std::span<const PrincipledHit> principled, LightSamplePacket& sample);
 /// The same for packets of the far side.
 void sample_light_behind(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
-                         double share, const PrincipledHit* principled, LightSamplePacket& sample);
+                         double share, std::span<const PrincipledHit> principled, LightSamplePacket& sample);
 
 /// Shadow rays from shading points to one light, and their transmittance.
 class ShadowRays {
@@ -171,9 +170,7 @@ class DirectLighting {
   [[nodiscard]] std::vector<Vec3>& unperturbed_normals() { return unperturbed_normal_; }
 
   /// Stores the principled hits of the packet.
-  void add_principled(int count) {
-    principled_.insert(principled_.end(), state_.principled, state_.principled + count);
-  }
+  void add_principled() { std::copy_n(state_.principled, state_.hit.count, std::back_inserter(principled_)); }
 
   /// Stores the positions of the packet's hits if only the nearest lights count.
   void add_positions() {
@@ -300,8 +297,8 @@ class DirectLighting {
                        [&](int lane) { return sample_area_light(pass, rays, state_.hit_rays[packet.hit[lane]]); });
     const bool far_side = state_.template needs<&Requirements::transmitted_light>() && packet.far_side;
     const auto sample = far_side ? sample_light_behind : sample_light;
-    sample(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points,
-           principled_.empty() ? nullptr : principled_.data(), light_sample_);
+    sample(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points, principled_,
+           light_sample_);
     // One test for a packet in a scene without any of these features.
     const bool filters = !pass.light.shadows || state_.may_cull_shadow_rays() ||
                          state_.approximate().nearest_lights != 0 || state_.template needs<&Requirements::bump>();

@@ -343,7 +343,7 @@ class SecondaryRays {
   SecondaryRayPacket glossy_ = {};  ///< rays that facets reflect
   struct {
     RandomPacket random;
-    VecLanes normal;  ///< of the facet that a principled surface reflects or refracts by, else of the shading point
+    VecLanes normal;  ///< the facet's where the surface is principled, else the shading point's
     double density[lanes];
   } facets_ = {};
   DiffuseRays<Features> diffuse_;

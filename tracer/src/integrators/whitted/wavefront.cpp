@@ -252,8 +252,8 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (state_.template needs<&Requirements::bump>() && coefficients.any_normal_map)
       textures_.perturb_normals(rays, shading_points, lighting_.unperturbed_normals());
     if (principled) {
-      set_principled(rays, shading_points);
-      lighting_.add_principled(hit.count);
+      textures_.evaluate_principled(rays, shading_points);
+      lighting_.add_principled();
     }
     if (coefficients.any_emitted)
       for (int i = 0; i < hit.count; ++i) state_.radiance[shading_points.sample[i]] += emission_of_lane(rays, i);
@@ -266,27 +266,6 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
       lighting_.add_far_sides(rays, depth, shading_points,
                               [&](int lane) { return secondary_.far_side(shading_points, lane); });
     lighting_.move_to_vertices(rays, depth, shading_points);
-  }
-}
-
-/// Evaluates the principled lanes for the direction of the eye. Precondition: the normals are final.
-template <class Features>
-void Wavefront<Features>::set_principled(const RayQueue& rays, ShadingPointPacket& shading_points) {
-  const HitPacket& hit = state_.hit;
-  for (int i = 0; i < hit.count; ++i) {
-    PrincipledHit& to = state_.principled[i];
-    to.weight = {};
-    if (!state_.material_of_lane(i).principled) continue;
-    // An interpolated normal may point away from the ray; the normal of the face never does.
-    const Vec3 outward = hit.points.face[i] * (1 - 2 * hit.back_face[i]), to_eye = shading_points.to_eye[i];
-    const bool toward_eye = dot(shading_points.normal[i], to_eye) > 0;
-    PrincipledSurface surface = textures_.principled_surface_of_lane(i);
-    const double roughness = state_.approximate().mirror_roughness;
-    surface.highlight = std::max(surface.highlight, rays.path_state(static_cast<std::size_t>(hit.ray[i])).alpha);
-    surface.mirror = roughness > 0 && surface.alpha <= roughness * roughness;
-    to.point = PrincipledPoint(surface, toward_eye ? shading_points.normal[i] : outward, to_eye);
-    to.weight = hit.throughput[i] * textures_.opacity_of_lane(i);
-    shading_points.diffuse.set(i, to.weight * to.point.matt_albedo());
   }
 }
 

@@ -53,15 +53,28 @@ class TextureLookup {
     });
   }
 
-  /// Parameters of the lane's principled material. Precondition: as for color_of_lane().
-  [[nodiscard]] PrincipledSurface principled_surface_of_lane(int lane) const {
-    return principled_surface(state_.scene.materials[state_.hit.material[lane]],
-                              [&](const ColorOrTexture& color) { return at_lane(color, lane); });
-  }
-  /// Share of the lane's surface that is there.
-  [[nodiscard]] Color opacity_of_lane(int lane) const {
-    return opacity(state_.scene.materials[state_.hit.material[lane]],
-                   [&](const ColorOrTexture& color) { return at_lane(color, lane); });
+  /// Evaluates the principled lanes for the direction of the eye. Precondition: apply_colors() was called if the packet
+  /// has textured lanes, and the normals are final.
+  void evaluate_principled(const RayQueue& rays, ShadingPointPacket& shading_points) {
+    const HitPacket& hit = state_.hit;
+    const double mirror_roughness = state_.approximate().mirror_roughness;
+    for (int i = 0; i < hit.count; ++i) {
+      PrincipledHit& to = state_.principled[i];
+      to.weight = {};
+      if (!state_.material_of_lane(i).principled) continue;
+      const Material& material = state_.scene.materials[hit.material[i]];
+      const auto color_of = [&](const ColorOrTexture& color) { return at_lane(color, i); };
+      PrincipledSurface surface = principled_surface(material, color_of);
+      const double alpha = rays.path_state(static_cast<std::size_t>(hit.ray[i])).alpha;
+      surface.highlight = std::max(surface.highlight, alpha);
+      surface.mirror = mirror_roughness > 0 && surface.alpha <= mirror_roughness * mirror_roughness;
+      // An interpolated normal may point away from the ray; the normal of the face never does.
+      const Vec3 outward = hit.points.face[i] * (1 - 2 * hit.back_face[i]), to_eye = shading_points.to_eye[i];
+      const bool toward_eye = dot(shading_points.normal[i], to_eye) > 0;
+      to.point = PrincipledPoint(surface, toward_eye ? shading_points.normal[i] : outward, to_eye);
+      to.weight = hit.throughput[i] * opacity(material, color_of);
+      shading_points.diffuse.set(i, to.weight * to.point.matt_albedo());
+    }
   }
 
   /// Color C of the lane's material. Precondition: apply_colors() was called if the packet has textured lanes.
@@ -208,7 +221,6 @@ class Wavefront : public Tracer {
   void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
-  void set_principled(const RayQueue& rays, ShadingPointPacket& shading_points);
   void sign(const RayQueue& rays, std::uint32_t depth, const ShadingPointPacket& shading_points);
 
   WavefrontState<Features> state_;

@@ -196,7 +196,7 @@ struct WavefrontState {
   std::vector<std::uint32_t> hit_rays;  ///< rays that hit a surface
 
   HitPacket hit;                    ///< the packet being shaded
-  PrincipledHit principled[lanes];  ///< of its lanes; undefined unless a material is principled
+  PrincipledHit principled[lanes];  ///< by lane; undefined unless a material is principled
 };
 
 }  // namespace tracer
