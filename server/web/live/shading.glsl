@@ -300,8 +300,9 @@ bool point_blinn, point_far_side;
 
 // ---- facets of a principled surface: tracer/src/materials/principled.h
 
-vec3 facet_f0, facet_weight;  // a weight of 0: another material
-float facet_f90, facet_alpha;
+// Layers, the upper one last. A weight of 0: there is none.
+vec3 facet_weight[2], facet_f0[2];
+float facet_f90[2], facet_alpha[2];
 #ifdef PRINCIPLED
 // Albedos of facets with f0 = 1 and of those with f90 = 1 (Karis 2014, "Physically Based Shading on Mobile").
 vec2 facet_albedo(float cosine, float roughness) {
@@ -315,13 +316,14 @@ vec3 facets_reflect(vec3 f0, float f90, float cosine, float roughness) {
   float lost = 1.0 - mean.x - mean.y, white = mean.x + mean.y;
   return f0 * albedo.x + f90 * albedo.y + average * average * white / (1.0 - average * lost) * max(1.0 - albedo.x - albedo.y, 0.0);
 }
-float masking_root(float cosine) { return sqrt(mix(cosine * cosine, 1.0, facet_alpha * facet_alpha)); }
-vec3 eval_facets(vec3 l, float cosine) {
+float masking_root(float cosine, float alpha) { return sqrt(mix(cosine * cosine, 1.0, alpha * alpha)); }
+vec3 eval_facets(vec3 l, float cosine, int layer) {
+  float alpha = facet_alpha[layer];
   vec3 h = normalize(l + point_to_eye);
   float view = max(dot(point_normal, point_to_eye), 1e-4), x = 1.0 - min(dot(point_to_eye, h), 1.0), along = dot(point_normal, h);
-  float squared = facet_alpha * facet_alpha, root = 1.0 - along * along * (1.0 - squared);
-  float d = squared / max(root * root, 1e-12), masking = cosine / (2.0 * (view * masking_root(cosine) + cosine * masking_root(view)));
-  return mix(facet_f0, vec3(facet_f90), x * x * x * x * x) * (d * masking);
+  float squared = alpha * alpha, root = 1.0 - along * along * (1.0 - squared);
+  float d = squared / max(root * root, 1e-12), masking = cosine / (2.0 * (view * masking_root(cosine, alpha) + cosine * masking_root(view, alpha)));
+  return facet_weight[layer] * mix(facet_f0[layer], vec3(facet_f90[layer]), x * x * x * x * x) * (d * masking);
 }
 #endif
 
@@ -390,7 +392,8 @@ vec3 sample_light(int number, vec3 from, float share) {
   vec3 radiance = point_diffuse * cosine;
   if (!is_black(point_specular)) radiance += point_specular * eval_highlight(to_light, cosine);
 #ifdef PRINCIPLED
-  if (!point_far_side && !is_black(facet_weight)) radiance += facet_weight * eval_facets(to_light, cosine);
+  for (int layer = 0; layer < 2; ++layer)
+    if (!point_far_side && !is_black(facet_weight[layer])) radiance += eval_facets(to_light, cosine, layer);
 #endif
   radiance *= color.rgb * (color.w * strength);
   if (is_black(radiance)) return radiance;

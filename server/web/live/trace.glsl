@@ -231,7 +231,7 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
     point_normal = back ? -outward : outward;
   }
 #endif
-  facet_weight = vec3(0.0);
+  facet_weight[0] = facet_weight[1] = vec3(0.0);
 #ifdef PRINCIPLED
   if ((flags & 3) == 3) {
     // principled_surface() and coefficients() of tracer/src/materials/compiled_material.h; a mirror image stands for the light of
@@ -240,17 +240,17 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
     float clear = min(transmission * max_component(colors[TRANSMISSION]), 1.0), most = min(number_of(material, AT_SPECULAR), 1.0);
     float amplitude = (ior - 1.0) / (ior + 1.0), view = clamp(dot(point_normal, -d), 0.0, 1.0), matt = (1.0 - clear) * (1.0 - metallic);
     vec3 nonmetal = min(most * colors[SPECULAR] * amplitude * amplitude, 1.0), base = colors[COLOR] * matt;
-    facet_f0 = mix(nonmetal, colors[COLOR], metallic);
-    facet_f90 = mix(most, 1.0, metallic);
-    facet_alpha = max(roughness * roughness, 0.04);
-    facet_weight = weight * there;
-    vec3 reflected = facets_reflect(facet_f0, facet_f90, view, roughness);
-    point_diffuse = facet_weight * base * (1.0 - number_of(material, AT_DIFFUSE_TRANSMISSION)) * (1.0 - facets_reflect(nonmetal, most, view, roughness));
+    facet_f0[0] = mix(nonmetal, colors[COLOR], metallic);
+    facet_f90[0] = mix(most, 1.0, metallic);
+    facet_alpha[0] = max(roughness * roughness, 0.04);
+    facet_weight[0] = weight * there;
+    vec3 reflected = facets_reflect(facet_f0[0], facet_f90[0], view, roughness);
+    point_diffuse = facet_weight[0] * base * (1.0 - number_of(material, AT_DIFFUSE_TRANSMISSION)) * (1.0 - facets_reflect(nonmetal, most, view, roughness));
     emitted = colors[EMISSION] + ambient * base * number_of(material, AT_AMBIENT);
     behind *= matt;
     float glass = refracting ? clear * (1.0 - metallic) : 0.0;
     reflectance = there * glass;
-    facet_f0 = min(facet_f0, 1.0);
+    facet_f0[0] = min(facet_f0[0], 1.0);
     mirrored_facets = there * reflected * (1.0 - glass);
     if (!refracting) through -= (through - (1.0 - there)) * reflected;
   }

@@ -179,21 +179,21 @@ Color PrincipledPoint::matt_albedo() const {
   return surface_.base * below_facets(view_) * (1 - surface_.metallic) + several_mixed_ * (1 - view_.white());
 }
 
-Color PrincipledPoint::glossy(const Vec3& to_light, double alpha) const {
-  const double cosine = dot(normal_, to_light);
-  if (!(cosine > 0)) return {};
+Color PrincipledPoint::glossy(const Vec3& to_light, double least) const {
+  const double cosine = dot(normal_, to_light), alpha = std::max(surface_.alpha, least);
+  if (!(cosine > 0) || (least == 0 && is_smooth())) return {};
   const Vec3 h = normalize(to_light + to_eye_), across = cross(normal_, h);
   const double between = dot(to_eye_, h);
   const double d = distribution(dot(normal_, h), dot(across, across), alpha);
   // G / (4 c_o c_i), times c_i.
   const double masking = cosine / (2 * (cosine_ * masking_root(cosine, alpha) + cosine * masking_root(cosine_, alpha)));
-  return tint(schlick(between)) * (std::numbers::pi * d * masking);
+  return tint(schlick(between)) * (std::numbers::pi * d * masking * (least > 0 ? 1 : surface_.glossy));
 }
 
 Color PrincipledPoint::lit(const Vec3& to_light) const {
   const double cosine = dot(normal_, to_light);
   if (!(cosine > 0)) return {};
-  return matt(cosine) * cosine + glossy(to_light, std::max(surface_.alpha, surface_.highlight));
+  return matt(cosine) * cosine + glossy(to_light, surface_.highlight);
 }
 
 Vec3 PrincipledPoint::sample_facet(const Vec2& xi) const {
@@ -205,11 +205,11 @@ Vec3 PrincipledPoint::sample_facet(const Vec2& xi) const {
 
 PrincipledPoint::Sample PrincipledPoint::sample(const Vec2& xi) const {
   const Vec3 h = sample_facet(xi), direction = unit(reflected(-to_eye_, h));
-  if (is_smooth()) return {direction, tint(surface_.mirror ? view_ : schlick(cosine_))};
+  if (is_smooth()) return {direction, tint(surface_.mirror ? view_ : schlick(cosine_)) * surface_.glossy};
   const double cosine = dot(normal_, direction);
   if (!(cosine > 0)) return {direction, {}};
-  return {direction, tint(schlick(dot(to_eye_, h))) * remaining_masking(cosine, cosine_, surface_.alpha),
-          density(direction)};
+  const double weight = surface_.glossy * remaining_masking(cosine, cosine_, surface_.alpha);
+  return {direction, tint(schlick(dot(to_eye_, h))) * weight, density(direction)};
 }
 
 double PrincipledPoint::density(const Vec3& direction) const {

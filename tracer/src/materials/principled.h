@@ -68,9 +68,10 @@ class PrincipledPoint {
   /// Its mean over directions that are distributed as the cosine: the share of the light that it reflects.
   [[nodiscard]] Color matt_albedo() const;
   /// Share of the light that the facets reflect at once.
-  [[nodiscard]] Color glossy_albedo() const { return tint(view_); }
-  /// Facets, for light from `to_light` on the side of the normal, with a distribution of width `alpha`.
-  [[nodiscard]] Color glossy(const Vec3& to_light, double alpha) const;
+  [[nodiscard]] Color glossy_albedo() const { return tint(view_) * surface_.glossy; }
+  /// Facets, for light from `to_light` on the side of the normal, with a distribution of width `least` or more: those
+  /// of glass as well, if `least` is positive.
+  [[nodiscard]] Color glossy(const Vec3& to_light, double least = 0) const;
   /// Both, for a light.
   [[nodiscard]] Color lit(const Vec3& to_light) const;
 

@@ -124,9 +124,9 @@ class DiffuseRays {
       const Vec3 direction = samples.direction[i];
       throughput.set(i, (rays_.going >> i & 1) != 0 ? throughput[i] * matt_factor(i, direction) : Color{});
       if ((glossy_lanes() >> i & 1) == 0) return;
-      const double own = hit.point.density(direction), share = hit.point.surface().glossy / std::numbers::pi;
-      throughput.set(i, throughput[i] + hit.weight * hit.point.glossy(direction, hit.point.surface().alpha) *
-                                            (share / (own + samples.density[i])));
+      const double own = hit.point.density(direction);
+      throughput.set(i, throughput[i] + hit.weight * hit.point.glossy(direction) *
+                                            (1 / (std::numbers::pi * (own + samples.density[i]))));
     });
     going &= wanted;
     push_emission(shading_points, samples.direction, throughput, going, to,
@@ -173,7 +173,7 @@ class DiffuseRays {
     LaneMask found = 0;
     for_each_lane(principled_lanes() & ~state_.hit.coefficients.transmits_light, [&](int i) {
       const PrincipledPoint& point = state_.principled[i].point;
-      found |= lane_bit(i, !point.is_smooth() && point.surface().glossy > 0);
+      found |= lane_bit(i, !point.is_smooth());
     });
     return found;
   }

@@ -187,7 +187,7 @@ class SecondaryRays {
         if (!at.point.is_smooth()) continue;
         sample.direction = unit(reflected(sample.direction, outward));
       }
-      const Color throughput = at.weight * sample.factor * at.point.surface().glossy;
+      const Color throughput = at.weight * sample.factor;
       if (is_black(throughput) || !reflects) continue;
       glossy_.going |= lane_bit(i);
       glossy_.throughput.set(i, throughput);
