@@ -13,6 +13,7 @@ namespace {
 constexpr std::string_view known_extensions[] = {"KHR_materials_emissive_strength",
                                                  "KHR_materials_ior",
                                                  "KHR_materials_transmission",
+                                                 "KHR_materials_clearcoat",
                                                  "KHR_materials_unlit",
                                                  "KHR_materials_volume",
                                                  "KHR_materials_diffuse_transmission",
@@ -55,6 +56,7 @@ class MaterialReader {
     } else {
       material["color"] = color;
       add_facets(pbr, material);
+      add_coat(material);
       add_transmission(material);
       add_emission(material);
       add_normals(material);
@@ -121,6 +123,16 @@ class MaterialReader {
     } else if (alpha) {
       material["specular_color"] = product(white, alpha, {{"channel", "alpha"}});
     }
+  }
+
+  void add_coat(Json& material) {
+    const auto coat = file_.extension(at_, "KHR_materials_clearcoat");
+    if (!coat) return;
+    material["coat"] =
+        product(file_.number_or(*coat, "clearcoatFactor", 0, 1, 0), file_.member(*coat, "clearcoatTexture"), "red");
+    material["coat_roughness"] = product(file_.number_or(*coat, "clearcoatRoughnessFactor", 0, 1, 0),
+                                         file_.member(*coat, "clearcoatRoughnessTexture"), "green");
+    omit_member(*coat, "clearcoatNormalTexture");
   }
 
   void add_transmission(Json& material) {

@@ -253,6 +253,15 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
     facet_f0[0] = min(facet_f0[0], 1.0);
     mirrored_facets = there * reflected * (1.0 - glass);
     if (!refracting) through -= (through - (1.0 - there)) * reflected;
+    float coat = clamp(colors[AT_COAT / 4].r, 0.0, 1.0), coat_roughness = clamp(colors[AT_COAT_ROUGHNESS / 4].r, 0.0, 1.0);
+    vec3 of_coat = coat * facets_reflect(vec3(0.04), 1.0, view, coat_roughness);
+    point_diffuse *= 1.0 - of_coat;
+    mirrored_facets = mix(mirrored_facets, there, of_coat);
+    facet_weight[1] = facet_weight[0] * coat;
+    facet_weight[0] *= 1.0 - of_coat;
+    facet_f0[1] = vec3(0.04);
+    facet_f90[1] = 1.0;
+    facet_alpha[1] = max(coat_roughness * coat_roughness, 0.04);
   }
 #endif
   vec3 normal = point_normal, face = point_face, position = point_position;

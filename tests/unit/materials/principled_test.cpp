@@ -36,14 +36,20 @@ TEST(PrincipledMaterial, ReflectsAllLightIfItsBaseIsWhite) {
       for (const double metallic : {0.0, 0.5, 1.0})
         for (const double ior : {1.0, 1.1, 1.5, 2.4}) {
           const double reflectance = std::pow((ior - 1) / (ior + 1), 2);
-          const PrincipledSurface white{.base = gray(1),
-                                        .metal = gray(1),
-                                        .metallic = metallic,
-                                        .f0 = gray(reflectance),
-                                        .alpha = roughness * roughness};
+          PrincipledSurface white{.base = gray(1),
+                                  .metal = gray(1),
+                                  .metallic = metallic,
+                                  .f0 = gray(reflectance),
+                                  .alpha = roughness * roughness};
           const PrincipledPoint point(white, normal, direction(cosine, 0.7));
           EXPECT_NEAR(point.matt_albedo().g + mean_factor(point, 64), 1, 0.005)
               << roughness << ' ' << cosine << ' ' << metallic << ' ' << ior;
+          white.coat = 1;
+          white.coat_alpha = 0.04;
+          const PrincipledPoint coated(white, normal, direction(cosine, 0.7));
+          const double all = coated.matt_albedo().g + mean_factor(coated, 64);
+          EXPECT_LE(all, 1.005) << roughness << ' ' << cosine << ' ' << metallic << ' ' << ior;
+          EXPECT_GE(all, metallic == 0 ? 0.98 : 0.9) << roughness << ' ' << cosine << ' ' << metallic << ' ' << ior;
         }
 }
 
@@ -56,7 +62,9 @@ TEST(PrincipledMaterial, IsTheSameBothWays) {
                                     .metallic = uniform(random),
                                     .f0 = {uniform(random), uniform(random), uniform(random)},
                                     .f90 = uniform(random),
-                                    .alpha = std::pow(0.05 + 0.95 * uniform(random), 2)};
+                                    .alpha = std::pow(0.05 + 0.95 * uniform(random), 2),
+                                    .coat = std::max(2 * uniform(random) - 1, 0.0),
+                                    .coat_alpha = std::pow(0.05 + 0.95 * uniform(random), 2)};
     const Vec3 v = direction(0.01 + 0.99 * uniform(random), 6 * uniform(random)),
                l = direction(0.01 + 0.99 * uniform(random), 6 * uniform(random));
     const Color there = PrincipledPoint(surface, normal, v).lit(l) * (1 / l.z);
@@ -71,7 +79,8 @@ TEST(PrincipledMaterial, SamplesDirectionsByTheirDensity) {
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const double roughness : {0.2, 0.5, 1.0})
     for (const double cosine : {0.97, 0.6, 0.15}) {
-      const PrincipledSurface surface{.f0 = gray(1), .alpha = roughness * roughness};
+      const PrincipledSurface surface{
+          .f0 = gray(1), .alpha = roughness * roughness, .coat = roughness == 0.5 ? 0.0 : 1.0, .coat_alpha = 0.09};
       const Vec3 tilted = normalize({0.3, -0.5, 0.8});
       const Axes axes = axes_about(tilted);
       const Vec3 local = direction(cosine, 2.5);
@@ -111,7 +120,7 @@ TEST(PrincipledMaterial, SamplesDirectionsByTheirDensity) {
 TEST(PrincipledMaterial, HasBoundedHighlights) {
   for (const double cosine : {1.0, 0.1, 1e-3, 1e-6})
     for (int i = 0; i < 2000; ++i) {
-      const PrincipledPoint point({.f0 = gray(1), .alpha = 0}, normal, direction(cosine, 0));
+      const PrincipledPoint point({.f0 = gray(1), .alpha = 0, .coat = 1}, normal, direction(cosine, 0));
       EXPECT_LE(point.lit(direction(std::pow(10.0, -6 * i / 2000.0), pi)).g,
                 PrincipledSurface::highlight_max * (1 + 1e-9));
     }

@@ -125,6 +125,8 @@ struct Material {
   double shininess = 32;                                       ///< n >= 0
   ColorOrTexture metallic = Color{};                           ///< principled: share in [0,1], the red channel
   ColorOrTexture roughness = Color{0.5, 0.5, 0.5};             ///< the same, of a distribution of width roughness^2
+  ColorOrTexture coat = Color{};                               ///< principled: share of a clear coat of index 1.5
+  ColorOrTexture coat_roughness = Color{};                     ///< that of the coat's facets
   ColorOrTexture specular_color = Color{1, 1, 1};              ///< C_s
   double diffuse_transmission = 0;                             ///< K_dt in [0,1]
   double specular_transmission = 0;                            ///< K_st
@@ -170,7 +172,7 @@ struct Material {
   std::string path;  ///< JSON pointer of its definition, e.g. "/materials/red"; prefix of issue pointers
 
   /// Fields that only the principled model has, and those that it does not have: an error elsewhere.
-  static constexpr std::string_view principled_fields[] = {"metallic", "roughness"};
+  static constexpr std::string_view principled_fields[] = {"metallic", "roughness", "coat", "coat_roughness"};
   static constexpr std::string_view local_fields[] = {"diffuse", "shininess",  "specular_transmission",
                                                       "fresnel", "reflection", "reflection_color"};
 
@@ -183,6 +185,8 @@ struct Material {
                       optional_field("shininess", &Material::shininess, FieldRange::exponent),
                       optional_field("metallic", &Material::metallic),
                       optional_field("roughness", &Material::roughness),
+                      optional_field("coat", &Material::coat),
+                      optional_field("coat_roughness", &Material::coat_roughness),
                       optional_field("specular_color", &Material::specular_color),
                       optional_field("diffuse_transmission", &Material::diffuse_transmission, FieldRange::fraction()),
                       optional_field("diffuse_transmission_color", &Material::diffuse_transmission_color),

@@ -125,6 +125,19 @@ const AlbedoTable& albedos() {
   return table;
 }
 
+/// D G / (4 c_o) of facets, times pi, for unit vectors on the side of the normal, and the cosine of both to the facet.
+std::pair<double, double> facets(const Vec3& normal, const Vec3& to_eye, const Vec3& to_light, double alpha) {
+  const double light = dot(normal, to_light), eye = std::max(dot(normal, to_eye), 1e-6);
+  const Vec3 h = normalize(to_light + to_eye), across = cross(normal, h);
+  const double d = distribution(dot(normal, h), dot(across, across), alpha);
+  const double masking = light / (2 * (eye * masking_root(light, alpha) + light * masking_root(eye, alpha)));
+  return {std::numbers::pi * d * masking, dot(to_eye, h)};
+}
+
+constexpr double coat_f0 = 0.04;  // of the index 1.5
+
+double reflected_by_coat(const FacetAlbedo& albedo) { return coat_f0 * albedo.normal + albedo.grazing; }
+
 template <class OfChannel>
 Color by_channel(const OfChannel& of) {
   return {of(&Color::r), of(&Color::g), of(&Color::b)};
@@ -138,7 +151,7 @@ PrincipledPoint::PrincipledPoint(const PrincipledSurface& surface, const Vec3& n
       to_eye_(to_eye),
       cosine_(std::clamp(dot(normal, to_eye), 1e-6, 1.0)),
       view_(albedos().find(cosine_, surface.alpha)) {
-  const FacetAlbedo mean = albedos().mean(surface.alpha);
+  FacetAlbedo mean = albedos().mean(surface.alpha);
   const double lost = 1 - mean.white(), metallic = surface.metallic;
   if (lost > 1e-3) {  // the rounding of the table
     const auto several = [&](double f0, double f90) {
@@ -149,12 +162,38 @@ PrincipledPoint::PrincipledPoint(const PrincipledSurface& surface, const Vec3& n
     several_mixed_ = by_channel([&](double Color::*c) {
       return surface.glossy * std::lerp(several_.*c, several(surface.metal.*c, 1), metallic);
     });
-    several_factor_ = several_mixed_ * ((1 - view_.white()) / lost);
   }
-  const Color seen = below_facets(view_), average = below_facets(mean);
+  passed_ = through_coat(cosine_);
+  Color average = below_facets(mean);
+  double average_lost = lost;
+  if (surface.coat > 0) {  // means of products with 1 - S_c
+    average = {};
+    average_lost = 0;
+    constexpr int steps = 8;
+    for (int i = 0; i < steps; ++i) {
+      const double cosine = (i + 0.5) / steps, weight = 2 * cosine / steps * through_coat(cosine);
+      const FacetAlbedo there = albedos().find(cosine, surface.alpha);
+      average += below_facets(there) * weight;
+      average_lost += (1 - there.white()) * weight;
+    }
+    const double of_coat = 1 - passed_, below = passed_ * max_component(tint(view_)) * surface.glossy;
+    coat_choice_ = of_coat / (of_coat + below);
+  }
+  if (lost > 1e-3) several_factor_ = several_mixed_ * (passed_ * (1 - view_.white()) / average_lost);
+  const Color seen = below_facets(view_);
   base_factor_ = by_channel([&](double Color::*c) {
-    return (1 - metallic) * surface.base.*c * seen.*c / std::max(average.*c, 1e-3);  // 0 over 0 where f0 is 1
+    return passed_ * (1 - metallic) * surface.base.*c * seen.*c / std::max(average.*c, 1e-3);  // 0 over 0 where f0 is 1
   });
+}
+
+double PrincipledPoint::through_coat(double cosine) const {
+  if (surface_.coat == 0) return 1;
+  return 1 - surface_.coat * reflected_by_coat(albedos().find(cosine, surface_.coat_alpha));
+}
+
+Color PrincipledPoint::glossy_albedo() const {
+  const double coat = 1 - passed_;
+  return tint(view_) * (passed_ * surface_.glossy) + Color{coat, coat, coat};
 }
 
 /// Reflectance of the facets at once.
@@ -172,22 +211,30 @@ Color PrincipledPoint::below_facets(const FacetAlbedo& albedo) const {
 
 Color PrincipledPoint::matt(double cosine) const {
   const FacetAlbedo light = albedos().find(cosine, surface_.alpha);
-  return base_factor_ * below_facets(light) + several_factor_ * (1 - light.white());
+  return (base_factor_ * below_facets(light) + several_factor_ * (1 - light.white())) * through_coat(cosine);
 }
 
 Color PrincipledPoint::matt_albedo() const {
-  return surface_.base * below_facets(view_) * (1 - surface_.metallic) + several_mixed_ * (1 - view_.white());
+  return (surface_.base * below_facets(view_) * (1 - surface_.metallic) + several_mixed_ * (1 - view_.white())) *
+         passed_;
 }
 
 Color PrincipledPoint::glossy(const Vec3& to_light, double least) const {
-  const double cosine = dot(normal_, to_light), alpha = std::max(surface_.alpha, least);
-  if (!(cosine > 0) || (least == 0 && is_smooth())) return {};
-  const Vec3 h = normalize(to_light + to_eye_), across = cross(normal_, h);
-  const double between = dot(to_eye_, h);
-  const double d = distribution(dot(normal_, h), dot(across, across), alpha);
-  // G / (4 c_o c_i), times c_i.
-  const double masking = cosine / (2 * (cosine_ * masking_root(cosine, alpha) + cosine * masking_root(cosine_, alpha)));
-  return tint(schlick(between)) * (std::numbers::pi * d * masking * (least > 0 ? 1 : surface_.glossy));
+  const double cosine = dot(normal_, to_light);
+  Color sum{};
+  if (!(cosine > 0)) return sum;
+  if (const double alpha = std::max(surface_.alpha, least); !is_smooth(alpha) || least > 0) {
+    const auto [value, between] = facets(normal_, to_eye_, to_light, alpha);
+    const double share = least > 0 ? 1 : surface_.glossy;
+    sum = tint(schlick(between)) * (value * share * std::min(passed_, through_coat(cosine)));
+  }
+  if (const double alpha = std::max(surface_.coat_alpha, least);
+      surface_.coat > 0 && (!is_smooth(alpha) || least > 0)) {
+    const auto [value, between] = facets(normal_, to_eye_, to_light, alpha);
+    const double coat = surface_.coat * reflected_by_coat(schlick(between)) * value;
+    sum += Color{coat, coat, coat};
+  }
+  return sum;
 }
 
 Color PrincipledPoint::lit(const Vec3& to_light) const {
@@ -196,28 +243,40 @@ Color PrincipledPoint::lit(const Vec3& to_light) const {
   return matt(cosine) * cosine + glossy(to_light, surface_.highlight);
 }
 
-Vec3 PrincipledPoint::sample_facet(const Vec2& xi) const {
-  if (is_smooth()) return normal_;
+Vec3 PrincipledPoint::sample_facet(const Vec2& xi, double alpha) const {
+  if (is_smooth(alpha)) return normal_;
   const Axes axes = axes_about(normal_);
-  const Vec3 h = visible_facet({dot(to_eye_, axes.e0), dot(to_eye_, axes.e1), cosine_}, surface_.alpha, xi);
+  const Vec3 h = visible_facet({dot(to_eye_, axes.e0), dot(to_eye_, axes.e1), cosine_}, alpha, xi);
   return unit(axes.e0 * h.x + axes.e1 * h.y + axes.n * h.z);
 }
 
 PrincipledPoint::Sample PrincipledPoint::sample(const Vec2& xi) const {
-  const Vec3 h = sample_facet(xi), direction = unit(reflected(-to_eye_, h));
-  if (is_smooth()) return {direction, tint(surface_.mirror ? view_ : schlick(cosine_)) * surface_.glossy};
-  const double cosine = dot(normal_, direction);
-  if (!(cosine > 0)) return {direction, {}};
-  const double weight = surface_.glossy * remaining_masking(cosine, cosine_, surface_.alpha);
-  return {direction, tint(schlick(dot(to_eye_, h))) * weight, density(direction)};
+  const bool coat = xi.x < coat_choice_;
+  const double probability = coat ? coat_choice_ : 1 - coat_choice_;
+  const double alpha = coat ? surface_.coat_alpha : surface_.alpha;
+  const Vec2 rest{std::min((coat ? xi.x : xi.x - coat_choice_) / probability, 0x1.fffffffffffffp-1), xi.y};
+  const Vec3 direction = unit(reflected(-to_eye_, sample_facet(rest, alpha)));
+  if (is_smooth(alpha)) {
+    const FacetAlbedo facet =
+        alpha < PrincipledSurface::smooth_alpha ? schlick(cosine_) : albedos().find(cosine_, alpha);
+    const double of_coat = surface_.coat * reflected_by_coat(facet) / probability;
+    return {direction,
+            coat ? Color{of_coat, of_coat, of_coat} : tint(facet) * (surface_.glossy * passed_ / probability)};
+  }
+  const double there = density(direction);
+  if (!(there > 0)) return {direction, {}};
+  return {direction, glossy(direction) * (1 / (std::numbers::pi * there)), there};
 }
 
 double PrincipledPoint::density(const Vec3& direction) const {
-  if (is_smooth() || !(dot(normal_, direction) > 0)) return 0;
+  if (!(dot(normal_, direction) > 0)) return 0;
   const Vec3 h = normalize(direction + to_eye_), across = cross(normal_, h);
-  // Masking of the view times D, over 4 c_o.
-  return distribution(dot(normal_, h), dot(across, across), surface_.alpha) /
-         (2 * (cosine_ + masking_root(cosine_, surface_.alpha)));
+  const auto of = [&](double alpha) {  // masking of the view times D, over 4 c_o
+    return is_smooth(alpha) ? 0
+                            : distribution(dot(normal_, h), dot(across, across), alpha) /
+                                  (2 * (cosine_ + masking_root(cosine_, alpha)));
+  };
+  return (1 - coat_choice_) * of(surface_.alpha) + (coat_choice_ > 0 ? coat_choice_ * of(surface_.coat_alpha) : 0);
 }
 
 }  // namespace tracer

@@ -13,6 +13,10 @@
 /// - E')). A metal has f0 = base and no matt part, and values between are mixtures of both. Glass transmits what its
 /// facets do not reflect; a facet is selected by its visible area, and its interface is exact (math/optics.h).
 ///
+/// A clear coat reflects the share S_c of its own facets, of f0 = 0.04. Light passes it twice: the matt part has the
+/// factor (1 - S_c(c_o)) (1 - S_c(c_i)), with the mean of both layers in place of 1 - S', and the facets below have the
+/// smaller of the two.
+///
 /// All directions are unit vectors away from the surface; c_i and c_o are their cosines to the normal. Values of f are
 /// multiplied by pi, as coefficients of the local models are, and by c_i.
 
@@ -41,6 +45,8 @@ struct PrincipledSurface {
   Color f0{};                          ///< reflectance of a nonmetal's facet at normal incidence, at most 1
   double f90 = 1;                      ///< and at grazing incidence
   double alpha = 1;                    ///< width of the distribution
+  double coat = 0;                     ///< share that has a clear coat
+  double coat_alpha = 0;               ///< width of the distribution of its facets
   double glossy = 1;                   ///< share of the facets that are no glass: glass reflects by its own rays
   Color sheet{};                       ///< share of the light below the facets that passes a thin sheet straight
   bool mirror = false;                 ///< reflects like a smooth surface
@@ -61,22 +67,24 @@ class PrincipledPoint {
   PrincipledPoint(const PrincipledSurface& surface, const Vec3& normal, const Vec3& to_eye);
 
   [[nodiscard]] const PrincipledSurface& surface() const { return surface_; }
-  [[nodiscard]] bool is_smooth() const { return surface_.mirror || surface_.alpha < PrincipledSurface::smooth_alpha; }
+  /// True if no direction but that of a mirror has light of the facets, or of those of the coat.
+  [[nodiscard]] bool is_smooth() const {
+    return is_smooth(surface_.alpha) && (surface_.coat == 0 || is_smooth(surface_.coat_alpha));
+  }
 
   /// Matt part and light of several reflections, for light from `cosine` > 0: over c_i, so constant for a matt surface.
   [[nodiscard]] Color matt(double cosine) const;
   /// Its mean over directions that are distributed as the cosine: the share of the light that it reflects.
   [[nodiscard]] Color matt_albedo() const;
   /// Share of the light that the facets reflect at once.
-  [[nodiscard]] Color glossy_albedo() const { return tint(view_) * surface_.glossy; }
-  /// Facets, for light from `to_light` on the side of the normal, with a distribution of width `least` or more: those
-  /// of glass as well, if `least` is positive.
+  [[nodiscard]] Color glossy_albedo() const;
+  /// Facets, for light from `to_light` on the side of the normal, with distributions of width `least` or more.
   [[nodiscard]] Color glossy(const Vec3& to_light, double least = 0) const;
   /// Both, for a light.
   [[nodiscard]] Color lit(const Vec3& to_light) const;
 
   /// Normal of a visible facet for xi in [0,1)^2 (Heitz 2018, "Sampling the GGX Distribution of Visible Normals").
-  [[nodiscard]] Vec3 sample_facet(const Vec2& xi) const;
+  [[nodiscard]] Vec3 sample_facet(const Vec2& xi) const { return sample_facet(xi, surface_.alpha); }
   /// A direction and what arrives from there: glossy() over density(). Black below the surface.
   struct Sample {
     Vec3 direction;
@@ -90,10 +98,17 @@ class PrincipledPoint {
  private:
   [[nodiscard]] Color tint(const FacetAlbedo& albedo) const;
   [[nodiscard]] Color below_facets(const FacetAlbedo& albedo) const;  ///< 1 - S of a nonmetal
+  [[nodiscard]] Vec3 sample_facet(const Vec2& xi, double alpha) const;
+  [[nodiscard]] double through_coat(double cosine) const;  ///< 1 - S_c
+  [[nodiscard]] bool is_smooth(double alpha) const {
+    return surface_.mirror || alpha < PrincipledSurface::smooth_alpha;
+  }
 
   PrincipledSurface surface_;
   Vec3 normal_{}, to_eye_{};
   double cosine_ = 1;       ///< c_o
+  double passed_ = 1;       ///< 1 - S_c(c_o)
+  double coat_choice_ = 0;  ///< probability of sampling the coat
   FacetAlbedo view_{};      ///< at c_o
   Color several_{};         ///< f_m of a nonmetal
   Color several_mixed_{};   ///< and of the mixture
@@ -132,6 +147,8 @@ PrincipledSurface principled_surface(const Material& material, const ColorOf& co
                             .f0 = {reflectance(tint.r), reflectance(tint.g), reflectance(tint.b)},
                             .f90 = most,
                             .alpha = roughness * roughness};
+  surface.coat = share(material.coat, color_of);
+  surface.coat_alpha = std::pow(share(material.coat_roughness, color_of), 2);
   surface.glossy = refracts ? 1 - clear * (1 - surface.metallic) : 1;
   if (!refracts && clear > 0)
     surface.sheet = base * color_of(material.transmission_color) * (material.transmission * (1 - surface.metallic));
