@@ -123,7 +123,7 @@ class Readme(unittest.TestCase):
 
 class PageForContributors(unittest.TestCase):
     # Of the examples of a section what only their files have, and how many files one example has at most.
-    EXAMPLES = {"Add a material parameter": ([r"\bdiffuse_transmission\b"], 8), "Add an output format": ([r"\btiff\b"], 5),
+    EXAMPLES = {"Add a material parameter": ([r"\bcoat\b"], 6), "Add an output format": ([r"\btiff\b"], 5),
                 "Add an endpoint": ([r"/v1/compare\b", r"/openapi\.json", r"jobs/\{id\}/history\b|json_of\(const queue::JobMove\b"], 4)}
 
     def test_names_the_files_of_each_example(self):
