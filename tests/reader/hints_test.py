@@ -159,8 +159,9 @@ class Hints(DirectoryTest):
         if names[0] not in own:
             known = names[0] in DOCUMENT and place.path
             return {**place.document, names[0]: EXAMPLES.get(names[0], DOCUMENT.get(names[0]))} if known else f'"{names[0]}" is no field'
+        replaced = {other for name in own.intersection(names) for other in REPLACED.get(name, ())}
+        fields = {key: value for key, value in fields.items() if key not in replaced}
         for name in own.intersection(names):
-            fields = {key: value for key, value in fields.items() if key not in REPLACED.get(name, ())}
             fields.setdefault(name, "a.png" if place.kind == "texture" and name == "file" else EXAMPLES.get(name))
         return place.written(fields)
 
