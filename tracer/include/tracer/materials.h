@@ -205,7 +205,7 @@ struct Material {
                       optional_field("absorption", &Material::absorption),
                       optional_field("shading", &Material::shading),
                       optional_field("normal_map", &Material::normal_map),
-                      optional_field("normal_scale", &Material::normal_scale),
+                      optional_field("normal_scale", &Material::normal_scale, FieldRange::position),
                       optional_field("bump", &Material::bump)};
   }
 };

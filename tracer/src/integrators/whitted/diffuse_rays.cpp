@@ -32,6 +32,34 @@ WHITTLE_INLINE void set_places(const ShadingPointPacket& __restrict f, const dou
   }
 }
 
+/// choose_branch() for a number of branches, whose loops unroll.
+template <std::size_t count>
+WHITTLE_INLINE void choose(const double* __restrict weight, const double* __restrict random,
+                           SecondaryRayPacket* const* branches) {
+  double own[count][lanes], left[lanes], whole[lanes];
+  for (std::size_t b = 0; b < count; ++b)
+    for (int i = 0; i < lanes; ++i) own[b][i] = (branches[b]->going >> i & 1) != 0 ? branches[b]->largest[i] : 0;
+  for (int i = 0; i < lanes; ++i) {
+    double sum = 0;
+    for (std::size_t b = 0; b < count; ++b) sum += own[b][i];
+    whole[i] = sum > weight[i] ? sum : weight[i];
+    left[i] = whole[i] * random[i];
+  }
+  for (std::size_t b = 0; b < count; ++b) {
+    SecondaryRayPacket& branch = *branches[b];
+    LaneMask kept = 0;
+    for (int i = 0; i < lanes; ++i) {
+      const bool after_diffuse = weight[i] > 0, chosen = (left[i] >= 0) & (left[i] < own[b][i]);
+      const double factor = after_diffuse & chosen ? whole[i] / own[b][i] : 1;
+      branch.throughput.set(i, branch.throughput[i] * factor);
+      branch.largest[i] *= factor;
+      left[i] -= own[b][i];
+      kept |= lane_bit(i, !after_diffuse | chosen);
+    }
+    branch.going &= kept;
+  }
+}
+
 }  // namespace
 
 WHITTLE_WIDE void random_numbers(const RandomPacket& __restrict random, Choice choice, double* __restrict to) {
@@ -97,27 +125,10 @@ WHITTLE_WIDE LaneMask aim_diffuse(const ReceiverPacket& __restrict places, const
 
 WHITTLE_WIDE void choose_branch(const double* __restrict weight, const double* __restrict random,
                                 std::span<SecondaryRayPacket* const> branches) {
-  double own[4][lanes], left[lanes], whole[lanes];
-  for (std::size_t b = 0; b < branches.size(); ++b)
-    for (int i = 0; i < lanes; ++i) own[b][i] = (branches[b]->going >> i & 1) != 0 ? branches[b]->largest[i] : 0;
-  for (int i = 0; i < lanes; ++i) {
-    double sum = 0;
-    for (std::size_t b = 0; b < branches.size(); ++b) sum += own[b][i];
-    whole[i] = sum > weight[i] ? sum : weight[i];
-    left[i] = whole[i] * random[i];
-  }
-  for (std::size_t b = 0; b < branches.size(); ++b) {
-    SecondaryRayPacket& branch = *branches[b];
-    LaneMask kept = 0;
-    for (int i = 0; i < lanes; ++i) {
-      const bool after_diffuse = weight[i] > 0, chosen = (left[i] >= 0) & (left[i] < own[b][i]);
-      const double factor = after_diffuse & chosen ? whole[i] / own[b][i] : 1;
-      branch.throughput.set(i, branch.throughput[i] * factor);
-      branch.largest[i] *= factor;
-      left[i] -= own[b][i];
-      kept |= lane_bit(i, !after_diffuse | chosen);
-    }
-    branch.going &= kept;
+  if (branches.size() == 3) {
+    choose<3>(weight, random, branches.data());
+  } else {
+    choose<4>(weight, random, branches.data());
   }
 }
 

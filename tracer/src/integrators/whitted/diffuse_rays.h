@@ -66,7 +66,7 @@ LaneMask weigh_samples(const ReceiverPacket& places, const Emitters::SamplePacke
                        const double* search, ColorLanes& throughput);
 
 /// Keeps one ray at most in the lanes with a positive `weight`, selected in proportion to the throughput. Russian
-/// roulette ends the path in the rest of the cases, so that its throughput stays `weight`.
+/// roulette ends the path in the rest of the cases, so that its throughput stays `weight`. There are three or four.
 void choose_branch(const double* weight, const double* random, std::span<SecondaryRayPacket* const> branches);
 
 template <class Features>
