@@ -42,14 +42,15 @@ void check_visible_lights(Reading& reading) {
                                 "material has \"emission\""});
 }
 
-/// The model that the document stands for.
-void read_model(Reading& reading, Fields& fields) {
+/// The model that the document stands for. Returns false if it stands for none.
+bool read_model(Reading& reading, Fields& fields) {
   tracer::AssetId file;
-  const bool has_model = fields.optional("model", file);
+  const bool is_valid = fields.optional("model", file);
   std::optional<double> time;
   if (double seconds = 0; fields.optional("time", seconds)) time = seconds;
   if (time && !fields.has("model")) fields.add_issue("time", "conflict", "needs \"model\"");
-  if (has_model) reading.document.model = {reading.scene().assets[file.index].name, time, {}};
+  if (is_valid) reading.document.model = {reading.scene().assets[file.index].name, time, {}};
+  return fields.has("model");
 }
 
 /// Reads all sections. Returns false if the meaning of the document is unknown (no object, another version).
@@ -65,10 +66,10 @@ bool read_document(Reading& reading, const Cursor& at) {
   fields.optional("$schema", schema);
   fields.optional("name", scene.name);
   fields.optional("image", scene.image);
-  read_model(reading, fields);
-  const auto camera = reading.document.model ? fields.take("camera") : fields.take_required("camera", camera_form);
+  const bool has_model = read_model(reading, fields);
+  const auto camera = has_model ? fields.take("camera") : fields.take_required("camera", camera_form);
   if (camera) read_camera(reading, *camera);
-  if (reading.document.model && !camera) scene.camera.look_at = {0, 0, -1};  // the model has one
+  if (has_model && !camera) scene.camera.look_at = {0, 0, -1};  // the model has one
   fields.optional("depth_cue", scene.depth_cue);
   fields.optional("medium", scene.medium);
   fields.optional("ambient", scene.ambient);
