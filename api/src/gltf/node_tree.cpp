@@ -191,9 +191,9 @@ class TreeWalk {
 
   /// The first node ends on top.
   void push(const std::vector<Cursor>& indices, const Transform& world_from_parent) {
-    for (auto at = indices.rbegin(); at != indices.rend(); ++at) {
-      const std::size_t node = file_.target(*at, "nodes").index;
-      if (reached_[node]) refuse(*at, "the node is reached twice: nodes must make a tree, without circles");
+    for (std::size_t at = indices.size(); at-- > 0;) {
+      const std::size_t node = file_.target(indices[at], "nodes").index;
+      if (reached_[node]) refuse(indices[at], "the node is reached twice: nodes must make a tree, without circles");
       reached_[node] = true;
       stack_.push_back({node, world_from_parent});
     }
