@@ -130,7 +130,7 @@ class MtlReader {
       } else {
         if (option == "-clamp" && i < values.size() && values[i] == "on") made["wrap"] = "clamp";
         if (option == "-imfchan" && i < values.size() && values[i] == "m") made["channel"] = "alpha";
-        if (option != "-clamp" && option != "-imfchan") omit(line_, keyword + " " + option);
+        if (option != "-clamp" && option != "-imfchan") omit(line_, std::string(keyword).append(" ").append(option));
         i += option == "-mm" ? 2 : 1;
       }
     }
