@@ -4,7 +4,7 @@ import json
 import unittest
 
 from selenium import webdriver
-from selenium.common.exceptions import StaleElementReferenceException, TimeoutException
+from selenium.common.exceptions import JavascriptException, StaleElementReferenceException, TimeoutException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -41,9 +41,9 @@ class Browser(webdriver.Chrome):
             {"name": name.replace("_", "-"), "value": value} for name, value in features.items()]})
 
     def until(self, condition, what, seconds=PATIENCE_S):
-        """Returns the first true value of `condition()`."""
+        """Returns the first true value of `condition()`, which may fail while the page is being replaced."""
         try:
-            return WebDriverWait(self, seconds, 0.05, (StaleElementReferenceException,)).until(lambda _: condition())
+            return WebDriverWait(self, seconds, 0.05, (StaleElementReferenceException, JavascriptException)).until(lambda _: condition())
         except TimeoutException:
             self.save(f"timeout-{what}")
             raise AssertionError(f"waited {seconds} s in vain: {what}\n{self.find_element(By.TAG_NAME, 'body').text[:2000]}") from None
