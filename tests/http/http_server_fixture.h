@@ -82,6 +82,11 @@ class Client {
     return {std::stoi(head.substr(9, 3)), read(size)};
   }
 
+  Response get(const std::string& path) {
+    send_get(path);
+    return read_reply();
+  }
+
  private:
   int fd_;
   bool connected_ = false;

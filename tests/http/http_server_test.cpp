@@ -18,16 +18,14 @@ TEST_F(HttpServerTest, AnswersOverloadedAtOnceIfTheHandlerQueueIsFull) {
   first.send_get("/");
   second.send_get("/");
   ASSERT_TRUE(eventually([&] { return request_count == 3; }));  // both are queued
-  third.send_get("/");
-  const auto refused = third.read_reply();
+  const auto refused = third.get("/");
   EXPECT_EQ(refused.status, 503);
   EXPECT_NE(refused.body.find("urn:whittle:problem:overloaded"), std::string::npos) << refused.body;
   barrier.open();
   EXPECT_EQ(running.read_reply().body, "slow");
   EXPECT_EQ(first.read_reply().body, "root");
   EXPECT_EQ(second.read_reply().body, "root");
-  third.send_get("/");
-  EXPECT_EQ(third.read_reply().body, "root") << "the connection of the refused request stays open";
+  EXPECT_EQ(third.get("/").body, "root") << "the connection of the refused request stays open";
 }
 
 TEST_F(HttpServerTest, HandlesSlowRoutesOneAtATime) {
@@ -46,8 +44,7 @@ TEST_F(HttpServerTest, HandlesSlowRoutesOneAtATime) {
   ASSERT_TRUE(barrier.wait_for_waiters(1));
   Client other = client();
   for (int i = 0; i < 100; ++i) {
-    other.send_get("/");
-    EXPECT_EQ(other.read_reply().body, "root");
+    EXPECT_EQ(other.get("/").body, "root");
   }
   EXPECT_EQ(running_max, 1);
   barrier.open();
@@ -66,10 +63,8 @@ TEST_F(HttpServerTest, SlowRoutesTakeHalfOfTheQueue) {
   first.send_get("/slow");
   second.send_get("/slow");
   ASSERT_TRUE(eventually([&] { return request_count == 3; }));
-  third.send_get("/slow");
-  EXPECT_EQ(third.read_reply().status, 503);
-  other.send_get("/");
-  EXPECT_EQ(other.read_reply().body, "root");
+  EXPECT_EQ(third.get("/slow").status, 503);
+  EXPECT_EQ(other.get("/").body, "root");
   barrier.open();
   for (Client* each : {&running, &first, &second}) EXPECT_EQ(each->read_reply().body, "slow");
 }
@@ -80,8 +75,7 @@ TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {
          {"/other", [](Request&) -> Answer { throw 5; }}});
   Client connection = client();
   for (const auto& [path, status] : {std::pair("/throws", 500), std::pair("/store", 503), std::pair("/other", 500)}) {
-    connection.send_get(path);
-    const auto response = connection.read_reply();
+    const auto response = connection.get(path);
     EXPECT_EQ(response.status, status);
     EXPECT_EQ(response.body.find("secret"), std::string::npos) << response.body;
   }
@@ -109,8 +103,7 @@ TEST_F(HttpServerTest, ReadsBodiesThatWaitForANetworkOnOtherThreads) {
   EXPECT_EQ(connection.read(1'500'000).size(), 1'500'000u);
   ASSERT_TRUE(barrier.wait_for_waiters(1));
   for (int i = 0; i < 10; ++i) {
-    other.send_get("/");
-    EXPECT_EQ(other.read_reply().body, "root") << "the event loop does not wait";
+    EXPECT_EQ(other.get("/").body, "root") << "the event loop does not wait";
   }
   barrier.open();
   gone.send_get("/remote");
@@ -134,8 +127,7 @@ TEST_F(HttpServerTest, CutsAReplyShortIfItsSourceFails) {
               return reply;
             }}});
     Client connection = client();
-    connection.send_get("/broken");
-    EXPECT_EQ(connection.read_reply().body, std::string(sent, 'a')) << threads;
+    EXPECT_EQ(connection.get("/broken").body, std::string(sent, 'a')) << threads;
     EXPECT_EQ(connection.read(1), "") << "the connection ends";
   }
 }
@@ -171,46 +163,43 @@ struct Deferring {
   }
 };
 
-TEST_F(HttpServerTest, AnswersADeferredReplyAfterItsNotification) {
+class DeferredReplyTest : public HttpServerTest {
+ protected:
   Deferring deferring;
+};
+
+TEST_F(DeferredReplyTest, AnswersADeferredReplyAfterItsNotification) {
   settings.handler_threads = 1;
   serve({{"/wait", deferring.handler()}});
   Client waiting = client(), other = client();
   waiting.send_get("/wait");
   ASSERT_TRUE(eventually([&] { return deferring.watched == 1; }));
-  other.send_get("/");
-  EXPECT_EQ(other.read_reply().body, "root") << "the only handler thread is free";
+  EXPECT_EQ(other.get("/").body, "root") << "the only handler thread is free";
   deferring.notify_watch();
   EXPECT_EQ(waiting.read_reply().body, "notified");
   deferring.notify_watch();  // no reply is deferred any more
-  waiting.send_get("/");
-  EXPECT_EQ(waiting.read_reply().body, "root");
+  EXPECT_EQ(waiting.get("/").body, "root");
   EXPECT_EQ(deferring.stopped, 0) << "a watch that has notified is not stopped";
 }
 
-TEST_F(HttpServerTest, KeepsANotificationThatComesBeforeTheReplyIsDeferred) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, KeepsANotificationThatComesBeforeTheReplyIsDeferred) {
   deferring.notify_at_once = true;
   serve({{"/wait", deferring.handler()}});
   Client waiting = client();
   for (int i = 0; i < 200; ++i) {
-    waiting.send_get("/wait");
-    ASSERT_EQ(waiting.read_reply().body, "notified");
+    ASSERT_EQ(waiting.get("/wait").body, "notified");
   }
 }
 
-TEST_F(HttpServerTest, AnswersADeferredReplyAtItsDeadlineAndStopsTheWatch) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, AnswersADeferredReplyAtItsDeadlineAndStopsTheWatch) {
   deferring.reply_timeout = 0ms;
   serve({{"/wait", deferring.handler()}});
   Client waiting = client();
-  waiting.send_get("/wait");
-  EXPECT_EQ(waiting.read_reply().body, "timed out");
+  EXPECT_EQ(waiting.get("/wait").body, "timed out");
   EXPECT_EQ(deferring.stopped, 1);
 }
 
-TEST_F(HttpServerTest, DefersAReplyRepeatedly) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, DefersAReplyRepeatedly) {
   std::atomic<int> rounds = 0;
   const std::function<Answer(bool)> again = [&](bool) -> Answer {
     if (++rounds == 3) return text("third");
@@ -226,8 +215,7 @@ TEST_F(HttpServerTest, DefersAReplyRepeatedly) {
   EXPECT_EQ(waiting.read_reply().body, "third");
 }
 
-TEST_F(HttpServerTest, StopsTheWatchOfADisconnectedClient) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, StopsTheWatchOfADisconnectedClient) {
   serve({{"/wait", deferring.handler()}});
   {
     Client leaving = client();
@@ -238,8 +226,7 @@ TEST_F(HttpServerTest, StopsTheWatchOfADisconnectedClient) {
   deferring.notify_watch();  // without effect
 }
 
-TEST_F(HttpServerTest, IgnoresANotificationAfterTheEndOfTheServer) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, IgnoresANotificationAfterTheEndOfTheServer) {
   serve({{"/wait", deferring.handler()}});
   Client waiting = client();
   waiting.send_get("/wait");
@@ -258,16 +245,13 @@ TEST_F(HttpServerTest, AnswersAProblemIfAWatchCannotStart) {
                                        [](bool) -> Answer { return text("never"); }};
           }}});
   Client waiting = client();
-  waiting.send_get("/wait");
-  EXPECT_EQ(waiting.read_reply().status, 503);
+  EXPECT_EQ(waiting.get("/wait").status, 503);
 }
 
-TEST_F(HttpServerTest, DrainAnswersReceivedRequestsAndRefusesConnections) {
-  Deferring deferring;
+TEST_F(DeferredReplyTest, DrainAnswersReceivedRequestsAndRefusesConnections) {
   serve({{"/slow", slow()}, {"/wait", deferring.handler()}});
   Client idle = client(), running = client(), waiting = client();
-  idle.send_get("/");
-  EXPECT_EQ(idle.read_reply().body, "root");
+  EXPECT_EQ(idle.get("/").body, "root");
   running.send_get("/slow");
   waiting.send_get("/wait");
   ASSERT_TRUE(barrier.wait_for_waiters(1));
