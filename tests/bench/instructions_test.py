@@ -30,7 +30,3 @@ class InstructionCounts(unittest.TestCase):
                 self.assertLessEqual(self.found[name][field], TOLERANCE * baseline[field],
                                      f"{field} of {name}: baseline {baseline[field]}; if the change is worth it, run "
                                      f"tests/bench/instructions.py --write and state the reason")
-
-
-if __name__ == "__main__":
-    unittest.main()

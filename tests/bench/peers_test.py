@@ -119,7 +119,3 @@ class TrueError(unittest.TestCase):
         self.assertEqual(image.shape, (2, 3, 3))
         self.assertAlmostEqual(image[1, 2, 1], codes[2:, 4:, 1].mean() / 65535)
         numpy.testing.assert_allclose(ppm.encode_srgb(numpy.array([0, 0.0031308, 0.2140411, 1])), [0, 0.04045, 0.5, 1], atol=1e-6)
-
-
-if __name__ == "__main__":
-    unittest.main()

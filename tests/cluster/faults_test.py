@@ -208,7 +208,3 @@ class CutOffTest(unittest.TestCase):
 
     def test_by_loss_of_the_carrier(self):
         self.cut_off(Network.lose_carrier)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -182,7 +182,3 @@ class LeavingTest(unittest.TestCase):
             with self.assertRaises(AssertionError) as failure:
                 cluster.node("api")
             self.assertIn("need --database", str(failure.exception))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,6 +1,4 @@
 """kill -9 of one of two nodes that trace one image: the image is the same, and little is traced twice."""
-import unittest
-
 from tests.cluster.split_test import TwoNodes, hashes, mirrors
 from tests.http.daemon import wait_until
 
@@ -40,7 +38,3 @@ class SplitKillTest(TwoNodes):
         report = ended["report"]
         self.expect_alike(hashes(other, job), report, LONG)
         self.expect_little_repeated(report)
-
-
-if __name__ == "__main__":
-    unittest.main()

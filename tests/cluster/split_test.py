@@ -92,7 +92,3 @@ class SplitTest(TwoNodes):
         one, _ = self.start_two()
         report = one.wait_for_end(one.submit(scene(64, 48)))["report"]
         self.assertEqual((report["workers"], report["tasks"]), (1, 0))
-
-
-if __name__ == "__main__":
-    unittest.main()

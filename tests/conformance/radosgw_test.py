@@ -46,7 +46,3 @@ class RadosgwTest(unittest.TestCase):
                 image = node.get(ended["artifacts"][0]["url"]).body
                 self.assertEqual(hashlib.sha256(image).hexdigest(), ended["artifacts"][0]["sha256"])
             self.assertGreater(len(image), 16 << 20, "sent in parts")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -129,7 +129,3 @@ class CornellBox(unittest.TestCase):
             image = images.read_exr(pathlib.Path(directory, "box.exr").read_bytes())
         for mean, expected in zip(image.mean(axis=(0, 1)), (0.245428, 0.111930, 0.024662)):
             self.assertAlmostEqual(mean / expected, 1, delta=0.002)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -215,7 +215,3 @@ class Encoders(unittest.TestCase):
             done = run(kind, numpy.zeros((0, 0, 3)))
             self.assertEqual(done.returncode, 1, kind)
             self.assertRegex(done.stderr.decode(), r"encoder: .+")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -207,7 +207,3 @@ class Png(unittest.TestCase):
     def test_is_deterministic(self):
         for kind in ("png", "svg"):
             self.assertEqual(draw(kind, *self.LINES), draw(kind, *self.LINES))
-
-
-if __name__ == "__main__":
-    unittest.main()
