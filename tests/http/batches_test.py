@@ -199,6 +199,5 @@ class Limits(unittest.TestCase):
         with Daemon() as daemon:
             body = {"scene": scene(), "max_failed": 0, "frames": [{"job": {"run_after": FAR}}] * 2}
             batch = json_of(daemon.request("POST", "/v1/batches", body))
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             self.assertEqual(json_of(daemon.get(batch["links"]["self"])), batch)

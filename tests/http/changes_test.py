@@ -171,6 +171,5 @@ class History(unittest.TestCase):
             self.assertEqual(self.moves(daemon, job_id)[2], ("queued", 1, "worker_crashed"))
             detail = json_of(daemon.get(f"/v1/jobs/{job_id}/history"))["items"][2]["detail"]
             self.assertRegex(detail, "worker process .*signal 9")
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             self.assertIn("daemon_ended", [code for _, _, code in self.moves(daemon, job_id)])

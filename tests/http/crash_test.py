@@ -26,8 +26,7 @@ class KilledDaemon(unittest.TestCase):
             running = [daemon.start_job(long_scene(name=f"long {index}")) for index in range(2)]
             queued = [daemon.submit(middling_scene(index)) for index in range(3)]
 
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
 
             jobs = json_of(daemon.get("/v1/jobs"))["items"]
             self.assertEqual({job["id"] for job in jobs}, {*images, *running, *queued})

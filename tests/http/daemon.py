@@ -265,6 +265,11 @@ class Daemon(Served):
         self.process.kill()
         self.process.wait(PATIENCE_S)
 
+    def restart(self):
+        """kill -9, then a start with the same data."""
+        self.kill()
+        self.start()
+
     def terminate(self):
         """Sends SIGTERM and returns the exit code."""
         self.process.send_signal(signal.SIGTERM)

@@ -99,8 +99,7 @@ class Validating(OneDaemon):
             self.assertAlmostEqual(seconds(width=300, height=200, samples=16), took, delta=0.001)
             self.assertAlmostEqual(seconds(width=300, height=200, samples=160), 10 * took, delta=0.01 + took / 5)
             self.assertEqual(seconds(width=4000, height=4000, accuracy={"target_error": 0.1, "time_budget_ms": 5}), 0.005)
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             self.assertAlmostEqual(seconds(width=300, height=200, samples=16), took, delta=0.001)
 
     @unittest.skipIf(SANITIZED, "a sanitizer takes memory of its own")

@@ -53,8 +53,7 @@ class KillSuite(unittest.TestCase):
 
     def test_no_job_is_lost_repeated_or_incomplete(self):
         def kill(daemon, _):
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
         self.survive(KILLS, kill, 3, {200, 202})
 
     def test_killed_workers_and_ended_daemons_lose_no_job_either(self):
@@ -64,8 +63,7 @@ class KillSuite(unittest.TestCase):
                 for pid in daemon.worker_pids():
                     os.kill(pid, signal.SIGKILL)
             elif fate < 0.9:
-                daemon.kill()
-                daemon.start()
+                daemon.restart()
             else:
                 self.assertEqual(daemon.terminate(), 0)
                 daemon.start()

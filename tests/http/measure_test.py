@@ -155,8 +155,7 @@ class Interrupted(unittest.TestCase):
         with Daemon() as daemon:
             body = {"scene": edges(160, 120), "settings": {"parameters": ["samples"], "reference_samples": 256}}
             job_id = self.begin(daemon, body)
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             wait_until(lambda: daemon.job(job_id)["progress"] > 0, "a step")
             for pid in daemon.worker_pids():
                 if daemon.job(job_id)["state"] == "running":

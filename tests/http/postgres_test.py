@@ -29,8 +29,7 @@ class PostgresTest(unittest.TestCase):
             path = daemon.rendered(SMALL)["links"]["image"]
             image = daemon.get(path).body
             waiting = daemon.submit(scene(job={"run_after": FAR}))
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             self.assertEqual(daemon.get(path).body, image)
             self.assertEqual(daemon.job(waiting)["state"], "queued")
             self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 2)

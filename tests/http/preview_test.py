@@ -113,8 +113,7 @@ class KeptPreviews(unittest.TestCase):
         with Daemon() as daemon:
             job = daemon.cancel_in_work(long_scene())
             path = f"/v1/jobs/{job['id']}"
-            daemon.kill()
-            daemon.start()
+            daemon.restart()
             self.assertEqual(daemon.get(path + "/preview.png").status, 200)
             self.assertEqual(daemon.request("DELETE", path).status, 204)
             self.assertEqual(json_of(daemon.get("/v1/status"))["used"]["artifact_bytes"], 0)

@@ -66,8 +66,7 @@ class Uploads(OneDaemon):
         head = self.daemon.request("HEAD", path)
         self.assertEqual((head.status, head.headers["Content-Length"], head.body), (200, "3000000", b""))
         self.assertEqual(self.daemon.get(path, If_None_Match=f'"{name}"').status, 304)
-        self.daemon.kill()
-        self.daemon.start()
+        self.daemon.restart()
         self.assertEqual(self.daemon.get(path).body, content)
 
     def test_with_a_wrong_hash_store_nothing(self):
@@ -167,8 +166,7 @@ class Collection(unittest.TestCase):
                 put(daemon, marker)
                 age(daemon, marker, 4)
                 age(daemon, VASE, days)
-                daemon.kill()
-                daemon.start()
+                daemon.restart()
                 wait_until(lambda: sha256(marker) not in stored_files(daemon), "the collector, which reads the other names before")
                 self.assertEqual(stored_files(daemon), sorted(map(sha256, left)))
             daemon.request("POST", f"/v1/jobs/{running}/cancel")

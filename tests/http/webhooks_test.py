@@ -121,8 +121,7 @@ class Delivery(WithReceiver):
         first = self.submit(daemon, receiver.url("/first"))
         self.wait_for_attempt(daemon, first)
         running = self.submit(daemon, receiver.url("/second"), image={"width": 900, "height": 700})
-        daemon.kill()
-        daemon.start()
+        daemon.restart()
         daemon.wait_for_end(running)
         wait_until(lambda: {path for path, _, _ in receiver.seen[1:]} >= {"/first", "/second"}, "both messages")
         messages = [(headers["webhook-id"], body) for path, headers, body in receiver.seen if path == "/first"]
