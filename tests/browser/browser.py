@@ -87,10 +87,8 @@ class BrowserTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon(*cls.options)
-        cls.addClassCleanup(cls.daemon.__exit__)
-        cls.browser = Browser(arguments=cls.arguments)
-        cls.addClassCleanup(cls.browser.quit)
+        cls.daemon = cls.enterClassContext(Daemon(*cls.options))
+        cls.browser = cls.enterClassContext(Browser(arguments=cls.arguments))
 
     def setUp(self):
         self.expected = list(self.expected_errors)

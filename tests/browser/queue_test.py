@@ -257,8 +257,7 @@ class ApiKeys(unittest.TestCase):
         for name, scopes in (("ann", "jobs:read,jobs:write"), ("bob", "jobs:read")):
             self.keys[name] = new_key(self.file, name, scopes)
         self.daemon = self.enterContext(Daemon("--keys", str(self.file)))
-        self.browser = Browser()
-        self.addCleanup(self.browser.quit)
+        self.browser = self.enterContext(Browser())
 
     def open(self, route="#/"):
         self.browser.get(f"http://127.0.0.1:{self.daemon.port}/{route}")

@@ -19,8 +19,7 @@ class RolesTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.cluster = Cluster()
-        cls.addClassCleanup(cls.cluster.__exit__)
+        cls.cluster = cls.enterClassContext(Cluster())
         cls.one, cls.other = cls.cluster.node("api"), cls.cluster.node("api")
         cls.worker = cls.cluster.node("worker", "--jobs", "2")
         cls.cluster.wait_for_nodes(3)

@@ -56,8 +56,7 @@ LASTING = """
 
 class TwoNodes(unittest.TestCase):
     def setUp(self):
-        self.cluster = Cluster(("fsync=off",))
-        self.addCleanup(self.cluster.__exit__)
+        self.cluster = self.enterContext(Cluster(("fsync=off",)))
 
     def start_two(self, *options):
         """Two nodes that have nothing to do, with AFTER_THE_OTHER."""

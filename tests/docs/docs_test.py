@@ -19,8 +19,7 @@ def setUpModule():
     global DAEMON, POSTGRES  # pylint: disable=global-variable-undefined
     POSTGRES = PostgresServer()
     unittest.addModuleCleanup(POSTGRES.close)
-    DAEMON = Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600")
-    unittest.addModuleCleanup(DAEMON.__exit__)
+    DAEMON = unittest.enterModuleContext(Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600"))
 
 
 class Page(unittest.TestCase):

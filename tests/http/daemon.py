@@ -312,8 +312,7 @@ class OneDaemon(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon(*cls.options)
-        cls.addClassCleanup(cls.daemon.__exit__)
+        cls.daemon = cls.enterClassContext(Daemon(*cls.options))
 
     def assert_problem(self, reply, status, name):
         self.assertEqual(reply.status, status, reply.body)

@@ -188,9 +188,7 @@ class EachStep(unittest.TestCase):
 @unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
 class WebhookStore(unittest.TestCase):
     def test_failure_ends_the_daemon_and_loses_no_delivery(self):
-        receiver = webhooks_test.Receiver()
-        self.addCleanup(receiver.server_close)
-        self.addCleanup(receiver.shutdown)
+        receiver = self.enterContext(webhooks_test.Receiver())
         with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
             secret = pathlib.Path(directory) / "secret"
             secret.write_text(webhooks_test.SECRET_TEXT, "ascii")

@@ -45,9 +45,7 @@ class SharedFilesTest(unittest.TestCase):
         self.options = (*self.database, "--artifacts", "s3://whittle/farm", "--s3-endpoint", self.bucket.endpoint, "--s3-path-style", "on")
 
     def node(self, *options, **changes):
-        node = Daemon(*self.options, *options, **{"environment": KEYS, **changes})
-        self.addCleanup(node.__exit__)
-        return node
+        return self.enterContext(Daemon(*self.options, *options, **{"environment": KEYS, **changes}))
 
     def keys(self, kind):
         return sorted(key for key in self.bucket.objects.objects if key.startswith(f"farm/{kind}/"))

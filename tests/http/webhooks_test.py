@@ -25,6 +25,10 @@ class Receiver(http.server.ThreadingHTTPServer):
         self.seen = []  # (path, headers, body)
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
+    def __exit__(self, *error):
+        self.shutdown()
+        super().__exit__(*error)
+
     def url(self, path="/done", host="127.0.0.1"):
         return f"http://{host}:{self.server_port}{path}"
 
@@ -59,10 +63,7 @@ class WithReceiver(unittest.TestCase):
         (self.directory / "secret").write_text(SECRET_TEXT + "\n", encoding="ascii")
 
     def receiver(self, *answers):
-        receiver = Receiver(*answers)
-        self.addCleanup(receiver.server_close)
-        self.addCleanup(receiver.shutdown)
-        return receiver
+        return self.enterContext(Receiver(*answers))
 
     def daemon(self, *options, networks="127.0.0.0/8", environment=None):
         return self.enterContext(Daemon("--webhook-secret-file", self.directory / "secret", "--webhook-networks", networks,
