@@ -3,15 +3,12 @@ import os
 import pathlib
 import subprocess
 import tempfile
-import unittest
 
 from tests.http.daemon import FAR, PATIENCE_S, Daemon, json_of, put, scene, sha256, wait_until
+from tests.http.object_store_test import KEYS, SharedFilesTest
 from tests.http.uploads_test import TILE, VASE, textured
-from tests.support.postgres import PostgresServer
-from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
 from tests.support.whittle import BIN
 
-KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY}
 LARGE = scene(700, 500, output={"formats": ["png", "exr"]})  # too large for a row of the database
 IDEMPOTENT = {"Idempotency-Key": "night-17"}
 
@@ -58,27 +55,19 @@ def content_of(daemon):
     return content
 
 
-class CopyTest(unittest.TestCase):
+class CopyTest(SharedFilesTest):
     maxDiff = None
 
     @classmethod
     def setUpClass(cls):
-        cls.server = PostgresServer()
-        cls.addClassCleanup(cls.server.close)
+        super().setUpClass()
         cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.directory / "secret").write_text("whsec_" + "MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw" + "\n")
-        cls.options = ("--webhook-secret-file", str(cls.directory / "secret"), "--webhook-networks", "127.0.0.0/8")
-        with Daemon(*cls.options, data=cls.directory / "data") as daemon:
+        cls.webhooks = ("--webhook-secret-file", str(cls.directory / "secret"), "--webhook-networks", "127.0.0.0/8")
+        with Daemon(*cls.webhooks, data=cls.directory / "data") as daemon:
             cls.once = fill(daemon)
             cls.content = content_of(daemon)
             daemon.terminate()
-
-    def setUp(self):
-        self.bucket = S3Server()
-        self.addCleanup(lambda: self.bucket.down())  # pylint: disable=unnecessary-lambda
-        self.database = self.server.new_database()
-        self.artifacts = ("--artifacts", "s3://whittle/copy", "--s3-endpoint", self.bucket.endpoint, "--s3-path-style", "on")
-        self.cluster = ("--database", self.server.uri(self.database), *self.artifacts)
 
     def command(self, *options):
         return ([BIN / "whittled", *map(str, options)], {"cwd": self.directory, "env": {**os.environ, **KEYS}, "text": True})
@@ -88,7 +77,7 @@ class CopyTest(unittest.TestCase):
         return subprocess.run(words, check=False, capture_output=True, **settings)
 
     def to_cluster(self):
-        return ("--data", self.directory / "data", "--copy-to", self.server.uri(self.database), *self.artifacts)
+        return ("--data", self.directory / "data", "--copy-to", self.server.uri(self.name), *self.artifacts)
 
     def copy(self, *options):
         result = self.run_command(*options)
@@ -96,7 +85,7 @@ class CopyTest(unittest.TestCase):
         self.assertIn("all tables are equal", result.stderr)
 
     def assert_same(self, *options, **changes):
-        with Daemon(*self.options, *options, environment=KEYS, **changes) as daemon:
+        with Daemon(*self.webhooks, *options, environment=KEYS, **changes) as daemon:
             self.assertEqual(content_of(daemon), self.content)
             repeated = daemon.request("POST", "/v1/jobs", scene(name="once"), IDEMPOTENT)
             self.assertEqual((json_of(repeated)["id"], repeated.headers["Idempotent-Replayed"]), (self.once, "true"))
@@ -105,9 +94,9 @@ class CopyTest(unittest.TestCase):
 
     def test_copies_everything_to_a_cluster_and_back(self):
         self.copy(*self.to_cluster())
-        back = self.directory / f"back-{self.database}"
-        self.copy(*self.cluster, "--copy-to", back)
-        self.assert_same(*self.cluster)
+        back = self.directory / f"back-{self.name}"
+        self.copy(*self.options, "--copy-to", back)
+        self.assert_same(*self.options)
         self.assert_same(data=back)
         self.assertFalse(back.with_name(back.name + ".part").exists())
 
@@ -125,24 +114,24 @@ class CopyTest(unittest.TestCase):
         self.bucket.objects.faults["status"] = self.bucket.objects.skip_faults = 0
 
     def rows(self, table):
-        exists = self.server.sql(self.database, f"SELECT to_regclass('{table}') IS NOT NULL") == "t"
-        return int(self.server.sql(self.database, f"SELECT count(*) FROM {table}")) if exists else 0
+        exists = self.server.sql(self.name, f"SELECT to_regclass('{table}') IS NOT NULL") == "t"
+        return int(self.server.sql(self.name, f"SELECT count(*) FROM {table}")) if exists else 0
 
     def test_continues_after_kill_9(self):
         self.kill_in_the_middle(*self.to_cluster(), until=lambda: self.rows("jobs"))
-        self.assertIn("unfinished copy", self.run_command("--check-config", *self.cluster).stderr)
+        self.assertIn("unfinished copy", self.run_command("--check-config", *self.options).stderr)
         self.kill_in_the_middle(*self.to_cluster(), until=lambda: self.bucket.objects.objects, requests=12)
-        self.assertIn("unfinished copy", self.run_command("--check-config", *self.cluster).stderr)
+        self.assertIn("unfinished copy", self.run_command("--check-config", *self.options).stderr)
         self.copy(*self.to_cluster())
-        self.assert_same(*self.cluster)
+        self.assert_same(*self.options)
 
     def test_continues_a_copy_to_a_directory_after_kill_9(self):
         self.copy(*self.to_cluster())
-        back = self.directory / f"resumed-{self.database}"
+        back = self.directory / f"resumed-{self.name}"
         part = back.with_name(back.name + ".part") / "whittle.db"
-        self.kill_in_the_middle(*self.cluster, "--copy-to", back, until=lambda: part.exists() and part.stat().st_size, requests=4)
+        self.kill_in_the_middle(*self.options, "--copy-to", back, until=lambda: part.exists() and part.stat().st_size, requests=4)
         self.assertFalse(back.exists())
-        self.copy(*self.cluster, "--copy-to", back)
+        self.copy(*self.options, "--copy-to", back)
         self.assert_same(data=back)
 
     def test_reports_a_damaged_image_and_continues_when_it_is_gone(self):
@@ -150,16 +139,16 @@ class CopyTest(unittest.TestCase):
         key = next(key for key in self.bucket.objects.objects if "/artifacts/" in key)
         good = self.bucket.objects.objects[key]
         self.bucket.objects.objects[key] = b"x" + good[1:]
-        back = self.directory / f"damaged-{self.database}"
-        result = self.run_command(*self.cluster, "--copy-to", back)
+        back = self.directory / f"damaged-{self.name}"
+        result = self.run_command(*self.options, "--copy-to", back)
         self.assertEqual(result.returncode, 1)
         self.assertIn(key.rpartition("/")[2] + " is missing or damaged", result.stderr)
         self.bucket.objects.objects[key] = good
-        self.copy(*self.cluster, "--copy-to", back)
+        self.copy(*self.options, "--copy-to", back)
 
     def test_finds_a_source_that_was_changed_meanwhile(self):
         self.kill_in_the_middle(*self.to_cluster(), until=lambda: self.rows("deliveries"))
-        self.server.sql(self.database, "UPDATE jobs SET name = 'other' WHERE name = 'later'")
+        self.server.sql(self.name, "UPDATE jobs SET name = 'other' WHERE name = 'later'")
         result = self.run_command(*self.to_cluster())
         self.assertEqual(result.returncode, 1)
         self.assertIn("the copy of the table jobs has", result.stderr)
@@ -167,13 +156,13 @@ class CopyTest(unittest.TestCase):
     def test_refuses_what_is_no_empty_end(self):
         self.copy(*self.to_cluster())
         self.assertIn("has tables already", self.run_command(*self.to_cluster()).stderr)
-        self.assertIn("exists already", self.run_command(*self.cluster, "--copy-to", self.directory).stderr)
+        self.assertIn("exists already", self.run_command(*self.options, "--copy-to", self.directory).stderr)
         self.assertIn("has no data of a daemon", self.run_command("--data", self.directory / "none", *self.to_cluster()[2:]).stderr)
         with Daemon(data=self.directory / "data"):
             self.assertIn("is in use by process", self.run_command(*self.to_cluster()[:3], self.server.uri(self.server.new_database()), *self.artifacts).stderr)
         for options, sentence in ((("--copy-to", ""), "needs the URI"), (("--copy-to", "postgres:///x"), "needs --artifacts"),
                                   (("--copy-to", "directory", *self.artifacts), "needs --database"),
-                                  (("--copy-to", "postgres:///x", *self.cluster), "--database is that of a copy to a directory")):
+                                  (("--copy-to", "postgres:///x", *self.options), "--database is that of a copy to a directory")):
             result = self.run_command(*options)
             self.assertEqual(result.returncode, 2)
             self.assertIn(sentence, result.stderr)

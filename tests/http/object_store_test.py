@@ -42,7 +42,8 @@ class SharedFilesTest(unittest.TestCase):
         self.addCleanup(lambda: self.bucket.down())  # pylint: disable=unnecessary-lambda
         self.name = self.server.new_database()
         self.database = ("--database", self.server.uri(self.name))
-        self.options = (*self.database, "--artifacts", "s3://whittle/farm", "--s3-endpoint", self.bucket.endpoint, "--s3-path-style", "on")
+        self.artifacts = ("--artifacts", "s3://whittle/farm", "--s3-endpoint", self.bucket.endpoint, "--s3-path-style", "on")
+        self.options = (*self.database, *self.artifacts)
 
     def node(self, *options, **changes):
         return self.enterContext(Daemon(*self.options, *options, **{"environment": KEYS, **changes}))
@@ -149,7 +150,7 @@ class BucketTest(SharedFilesTest):
             self.assertEqual(result.returncode, 2, result.stdout)
             return result.stderr
         good = self.options
-        self.assertIn("--artifacts: needs --database", errors(*good[2:]))
+        self.assertIn("--artifacts: needs --database", errors(*self.artifacts))
         for changed, sentence in (
                 (("--artifacts", "s3://Whittle"), "--artifacts: must be s3://BUCKET"),
                 (("--artifacts", "s3://other"), "status 404, NoSuchBucket"),
@@ -197,7 +198,7 @@ class BackupTest(SharedFilesTest):
         self.bucket.objects.objects.clear()
         self.bucket.objects.objects.update(copy)
         self.name = self.server.new_database()
-        self.options = ("--database", self.server.uri(self.name), *self.options[2:])
+        self.options = ("--database", self.server.uri(self.name), *self.artifacts)
         subprocess.run([programs() / "psql", "-qX", "-v", "ON_ERROR_STOP=1", self.server.uri(self.name)], input=dump, check=True,
                        stdout=subprocess.DEVNULL)
         rows = self.server.sql(self.name, "SELECT id FROM jobs WHERE state = 'succeeded'").split()
