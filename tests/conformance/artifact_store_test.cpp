@@ -163,8 +163,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, ArtifactStoreConformance,
                                          ArtifactStoreKind{"S3", make_bucket}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {
   const std::string artifacts = directory.path() + "/artifacts";
   const std::string sha256 = FileArtifactStore(artifacts).put(MemoryFile("abc").fd()).sha256;
   std::ofstream(artifacts + "/tmp/17") << "half";
@@ -173,14 +172,13 @@ TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {
   EXPECT_TRUE(std::filesystem::is_empty(artifacts + "/tmp"));
 }
 
-TEST(FileArtifactStore, ReportsThePathThatItCannotWrite) {
+TEST_F(FileArtifactStoreTest, ReportsThePathThatItCannotWrite) {
   const Failure failure = failure_of([] { FileArtifactStore("/proc/whittle"); });
   EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
   EXPECT_NE(failure.what.find("/proc/whittle"), std::string::npos) << failure.what;
 }
 
-TEST(FileArtifactStore, ReplacesATruncatedFile) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, ReplacesATruncatedFile) {
   FileArtifactStore store(directory.path());
   const std::string sha256 = store.put(MemoryFile("abc").fd(), false).sha256;
   std::filesystem::resize_file(directory.path() + "/" + asset_path(sha256), 0);
@@ -189,8 +187,7 @@ TEST(FileArtifactStore, ReplacesATruncatedFile) {
   EXPECT_EQ(store.open(sha256)->size_bytes(), 3u);
 }
 
-TEST(FileArtifactStore, FindsAndReplacesChangedBytes) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, FindsAndReplacesChangedBytes) {
   const std::string sha256 = FileArtifactStore(directory.path()).put(MemoryFile("abc").fd()).sha256;
   const std::string path = directory.path() + "/" + asset_path(sha256);
   std::ofstream(path) << "abd";

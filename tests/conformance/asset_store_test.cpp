@@ -221,8 +221,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                                          AssetStoreKind{"S3", make_asset_bucket}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteFiles) {
-  const TemporaryDirectory directory;
+TEST_F(FileAssetStoreTest, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteFiles) {
   const std::string uploads = directory.path() + "/uploads", bytes = "abc", sha256 = tracer::sha256_hex(bytes);
   ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
   std::ofstream(uploads + "/tmp/17") << "half";
@@ -233,7 +232,7 @@ TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteF
   EXPECT_TRUE(std::filesystem::exists(uploads + "/" + asset_path(sha256)));
 }
 
-TEST(FileAssetStore, KeepsALastUseThatIsMoreThan63BitsOfNanosecondsAfter1970) {
+TEST_F(FileAssetStoreTest, KeepsALastUseThatIsMoreThan63BitsOfNanosecondsAfter1970) {
   constexpr std::int64_t year_2020 = 1'577'836'800'000, year_2400 = 13'569'465'600'000;
   const TemporaryDirectory directory;
   FileAssetStore store(directory.path(), [] { return year_2400; });

@@ -47,8 +47,7 @@ class FileSizeLimit {
 
 }  // namespace
 
-TEST(SqliteStores, StoresNothingOnAFullDiskAndRecoversWithSpace) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   TestStore store(directory.path());
   store.submit(job_named("before"), "before");
   {
@@ -63,8 +62,7 @@ TEST(SqliteStores, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   EXPECT_EQ(store.count(JobState::queued), 2);
 }
 
-TEST(SqliteStores, KeepsAcknowledgedJobsWhileTheDiskFills) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, KeepsAcknowledgedJobsWhileTheDiskFills) {
   std::vector<std::string> acknowledged;
   int refused = 0;
   {
@@ -84,8 +82,7 @@ TEST(SqliteStores, KeepsAcknowledgedJobsWhileTheDiskFills) {
   EXPECT_EQ(store.count(JobState::queued), static_cast<std::int64_t>(acknowledged.size()));
 }
 
-TEST(SqliteStores, KeepsOtherWritesOfAGroupWhenOneDoesNotFit) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, KeepsOtherWritesOfAGroupWhenOneDoesNotFit) {
   TestStore store(directory.path());
   for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
   const FileSizeLimit full(8 << 20);
@@ -99,8 +96,7 @@ TEST(SqliteStores, KeepsOtherWritesOfAGroupWhenOneDoesNotFit) {
   });
 }
 
-TEST(FileArtifactStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   FileArtifactStore store(directory.path());
   const MemoryFile image(std::string(1 << 20, 'x'));
   {
@@ -111,8 +107,7 @@ TEST(FileArtifactStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
-TEST(FileAssetStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
-  const TemporaryDirectory directory;
+TEST_F(FileAssetStoreTest, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes(1 << 20, 'x');
   const std::string sha256 = tracer::sha256_hex(bytes);
@@ -125,8 +120,7 @@ TEST(FileAssetStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
-TEST(SqliteStores, RejectsADirectoryThatIsInUse) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, RejectsADirectoryThatIsInUse) {
   const TestStore first(directory.path());
   const Failure failure = failure_of([&] { TestStore second(directory.path()); });
   EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
@@ -145,25 +139,24 @@ TEST(DirectoryLock, WaitsForADirectoryThatIsReleasedSoon) {
   EXPECT_EQ(waits, DirectoryLock::retries);
 }
 
-TEST(SqliteStores, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {
+TEST_F(SqliteStoresTest, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {
   for (const auto& [version, program] : {std::pair('\x63', "newer program"), std::pair('\x06', "older program")}) {
-    const TemporaryDirectory directory;
-    const std::string path = directory.path() + "/whittle.db";
-    { const TestStore store(directory.path()); }
+    const TemporaryDirectory fresh;
+    const std::string path = fresh.path() + "/whittle.db";
+    { const TestStore store(fresh.path()); }
     {
       // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
       std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
       file.seekp(63);
       file.put(version);
     }
-    const std::string what = failure_of([&] { TestStore store(directory.path()); }).what;
+    const std::string what = failure_of([&] { TestStore store(fresh.path()); }).what;
     for (const std::string& part : {std::string(program), "version " + std::to_string(version), path})
       EXPECT_NE(what.find(part), std::string::npos) << part << " is not in: " << what;
   }
 }
 
-TEST(SqliteStores, RejectsADatabaseOfAnotherProgramAndLeavesItUnchanged) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, RejectsADatabaseOfAnotherProgramAndLeavesItUnchanged) {
   const std::string path = directory.path() + "/whittle.db";
   { const TestStore store(directory.path()); }
   {
@@ -178,8 +171,7 @@ TEST(SqliteStores, RejectsADatabaseOfAnotherProgramAndLeavesItUnchanged) {
   EXPECT_FALSE(std::filesystem::exists(path + "-wal"));
 }
 
-TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, RejectsAnEmptiedDatabaseBesideImages) {
   const std::string path = directory.path() + "/whittle.db", sha256(64, 'a');
   { const TestStore store(directory.path()); }
   std::filesystem::create_directories(directory.path() + "/aa");
@@ -196,14 +188,12 @@ TEST(SqliteStores, RejectsAnEmptiedDatabaseBesideImages) {
   EXPECT_NO_THROW(TestStore(directory.path()));
 }
 
-TEST(SqliteStores, RejectsAFileThatIsNoDatabase) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, RejectsAFileThatIsNoDatabase) {
   std::ofstream(directory.path() + "/whittle.db") << std::string(8192, 'x');
   EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }).kind, StoreFailure::Kind::unavailable);
 }
 
-TEST(SqliteStores, BoundsTheLogUnderSteadyReading) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, BoundsTheLogUnderSteadyReading) {
   TestStore store(directory.path());
   std::vector<std::jthread> readers;
   for (int thread = 0; thread < 4; ++thread) {

@@ -42,11 +42,7 @@ class Inbox {
   std::multiset<std::string> ids_;
 };
 
-class PostgresClusterTest : public testing::Test {
- protected:
-  PostgresServer& server = PostgresServer::shared();
-  const std::string uri = server.new_database();
-};
+class PostgresClusterTest : public PostgresTest {};
 
 }  // namespace
 

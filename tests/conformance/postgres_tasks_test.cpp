@@ -14,7 +14,7 @@ using storage::postgres::PostgresStores;
 
 namespace {
 
-class TaskStoreTest : public testing::Test {
+class TaskStoreTest : public PostgresTest {
  protected:
   TaskStoreTest() {
     StoreCalls calls(first.all());
@@ -30,8 +30,6 @@ class TaskStoreTest : public testing::Test {
   }
   void end_leases() { server.sql(uri, "UPDATE tasks SET lease_until = 0"); }
 
-  PostgresServer& server = PostgresServer::shared();
-  const std::string uri = server.new_database();
   PostgresStores first{uri, {.node = "one", .build = "b"}}, second{uri, {.node = "two", .build = "b"}},
       third{uri, {.node = "three", .build = "other"}};
   TaskStore &one = first.tasks(), &two = second.tasks();

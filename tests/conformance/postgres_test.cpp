@@ -7,7 +7,6 @@
 
 #include <array>
 #include <atomic>
-#include <cstring>
 #include <thread>
 
 #include "server/storage/postgres/postgres_stores.h"
@@ -98,11 +97,7 @@ class Proxy {
   std::vector<std::thread> threads_;
 };
 
-class PostgresStoresTest : public testing::Test {
- protected:
-  PostgresServer& server = PostgresServer::shared();
-  const std::string uri = server.new_database();
-};
+class PostgresStoresTest : public PostgresTest {};
 
 }  // namespace
 

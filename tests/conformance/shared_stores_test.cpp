@@ -224,6 +224,11 @@ class LetterAssets final : public AssetStore {
   bool damaged = false;
 };
 
+class AssetCacheTest : public DirectoryTest {
+ protected:
+  LetterAssets assets;
+};
+
 std::string name_of(char letter) { return tracer::sha256_hex(std::string(100, letter)); }
 
 std::string content(const support::Descriptor& file) {
@@ -235,9 +240,7 @@ std::string content(const support::Descriptor& file) {
 
 }  // namespace
 
-TEST(AssetCache, FetchesOnceAndSurvivesARestart) {
-  const TemporaryDirectory directory;
-  LetterAssets assets;
+TEST_F(AssetCacheTest, FetchesOnceAndSurvivesARestart) {
   for (int i = 0; i < 2; ++i) {
     AssetCache cache(directory.path(), 1000, assets);
     EXPECT_EQ(content(cache.open(name_of('a'))), std::string(100, 'a'));
@@ -246,9 +249,7 @@ TEST(AssetCache, FetchesOnceAndSurvivesARestart) {
   EXPECT_EQ(assets.fetches, 1);
 }
 
-TEST(AssetCache, DeletesTheLeastRecentlyUsedFilesAndNotThoseThatAreOpen) {
-  const TemporaryDirectory directory;
-  LetterAssets assets;
+TEST_F(AssetCacheTest, DeletesTheLeastRecentlyUsedFilesAndNotThoseThatAreOpen) {
   AssetCache cache(directory.path(), 350, assets);
   const support::Descriptor b = cache.open(name_of('b'));
   for (const char letter : {'a', 'c'}) cache.open(name_of(letter));
@@ -262,9 +263,7 @@ TEST(AssetCache, DeletesTheLeastRecentlyUsedFilesAndNotThoseThatAreOpen) {
   EXPECT_EQ(assets.fetches, 4) << "a was used last, and stays";
 }
 
-TEST(AssetCache, KeepsNothingOfDamagedAndMissingAssets) {
-  const TemporaryDirectory directory;
-  LetterAssets assets;
+TEST_F(AssetCacheTest, KeepsNothingOfDamagedAndMissingAssets) {
   AssetCache cache(directory.path(), 1000, assets);
   for (const std::string& name : {std::string("../../etc/passwd"), std::string(64, '0'), std::string()})
     EXPECT_FALSE(cache.open(name)) << name;

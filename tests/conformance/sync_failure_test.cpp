@@ -37,22 +37,26 @@ int sync_unless_failing(long call, int fd) {
   return static_cast<int>(syscall(call, fd));
 }
 
+/// Expects that the call reports the failure of its syncs.
+void expect_sync_failure(const std::function<void()>& call) {
+  sync_fails = true;
+  EXPECT_THROW(call(), StoreFailure);
+  sync_fails = false;
+}
+
 }  // namespace
 
 // In place of libc's, for this program and the libraries in it.
 extern "C" int fsync(int fd) { return sync_unless_failing(SYS_fsync, fd); }
 extern "C" int fdatasync(int fd) { return sync_unless_failing(SYS_fdatasync, fd); }
 
-TEST(SqliteStores, SyncsBeforeItReturnsAndRejectsWritesAfterAFailedSync) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, SyncsBeforeItReturnsAndRejectsWritesAfterAFailedSync) {
   {
     TestStore store(directory.path());
     const int before = sync_count;
     store.submit(job_named("kept"), "kept");
     EXPECT_GT(sync_count, before);
-    sync_fails = true;
-    EXPECT_THROW(store.submit(job_named("refused"), "refused"), StoreFailure);
-    sync_fails = false;
+    expect_sync_failure([&] { store.submit(job_named("refused"), "refused"); });
     EXPECT_FALSE(store.find("refused"));
     EXPECT_EQ(store.find("kept")->state, JobState::queued);
     const int syncs = sync_count;
@@ -69,8 +73,7 @@ TEST(SqliteStores, SyncsBeforeItReturnsAndRejectsWritesAfterAFailedSync) {
   EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
 }
 
-TEST(SqliteStores, SyncsClaimsAndWritesThatAreNotDurableWithTheNextDurableWrite) {
-  const TemporaryDirectory directory;
+TEST_F(SqliteStoresTest, SyncsClaimsAndWritesThatAreNotDurableWithTheNextDurableWrite) {
   TestStore store(directory.path());
   store.submit(job_named("a"), "a");
   const int before = sync_count;
@@ -114,8 +117,7 @@ TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
   EXPECT_EQ(sync_count, before);
 }
 
-TEST(FileArtifactStore, SyncsArtifactsThatAreNotDurableOnlyOnRequest) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, SyncsArtifactsThatAreNotDurableOnlyOnRequest) {
   FileArtifactStore store(directory.path());
   const int before = sync_count;
   const std::string first = store.put(MemoryFile("abc").fd(), false).sha256;
@@ -136,9 +138,7 @@ TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   FileAssetStore uploads(
       directory.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
   const std::string kept = artifacts.put(MemoryFile("abc").fd()).sha256;
-  sync_fails = true;
-  EXPECT_THROW(artifacts.put(MemoryFile("def").fd()), StoreFailure);
-  sync_fails = false;
+  expect_sync_failure([&] { artifacts.put(MemoryFile("def").fd()); });
   ASSERT_EQ(reported.size(), 1u);
   EXPECT_NE(reported[0].find("cannot sync"), std::string::npos) << reported[0];
   const int syncs = sync_count;
@@ -165,9 +165,7 @@ TEST(SqliteDeliveryStore, ReportsAFailedSyncAndRejectsLaterWrites) {
     const SqliteStores stores(directory.path(), {.health = &health});
     DeliveryStore& store = stores.deliveries();
     store.subscribe({"kept", "http://a/", {"failed"}});
-    sync_fails = true;
-    EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
-    sync_fails = false;
+    expect_sync_failure([&] { store.subscribe({"refused", "http://a/", {"failed"}}); });
     EXPECT_EQ(reported, 1);
     const int syncs = sync_count;
     EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
@@ -177,16 +175,13 @@ TEST(SqliteDeliveryStore, ReportsAFailedSyncAndRejectsLaterWrites) {
   EXPECT_TRUE(stores.deliveries().subscription("kept"));
 }
 
-TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
-  const TemporaryDirectory directory;
+TEST_F(FileArtifactStoreTest, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   FileArtifactStore first(directory.path());
   const int before = sync_count;
   const std::string sha256 = first.put(MemoryFile("abc").fd()).sha256;
   EXPECT_GE(sync_count, before + 2);
   first.remove(sha256);
-  sync_fails = true;
-  EXPECT_THROW(first.put(MemoryFile("abc").fd()), StoreFailure);
-  sync_fails = false;
+  expect_sync_failure([&] { first.put(MemoryFile("abc").fd()); });
   FileArtifactStore store(directory.path());
   EXPECT_EQ(store.open(sha256), nullptr);
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
@@ -194,14 +189,11 @@ TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   EXPECT_NE(store.open(sha256), nullptr);
 }
 
-TEST(FileAssetStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
-  const TemporaryDirectory directory;
+TEST_F(FileAssetStoreTest, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   FileAssetStore first(directory.path(), [] { return 1; });
   const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
                     bytes = "abc";  // FIPS 180-4
-  sync_fails = true;
-  EXPECT_THROW(first.put(sha256, reading(bytes)), StoreFailure);
-  sync_fails = false;
+  expect_sync_failure([&] { first.put(sha256, reading(bytes)); });
   FileAssetStore store(directory.path(), [] { return 1; });
   EXPECT_FALSE(store.use(sha256));
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));

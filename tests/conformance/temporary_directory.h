@@ -1,6 +1,8 @@
 #pragma once
 /// A temporary directory, deleted with its content by the destructor.
 
+#include <gtest/gtest.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -22,6 +24,15 @@ class TemporaryDirectory {
  private:
   std::string path_;
 };
+
+/// Tests of which each has a directory.
+class DirectoryTest : public testing::Test {
+ protected:
+  const TemporaryDirectory directory;
+};
+class FileArtifactStoreTest : public DirectoryTest {};
+class FileAssetStoreTest : public DirectoryTest {};
+class SqliteStoresTest : public DirectoryTest {};
 
 /// Size of all files below a directory.
 inline std::uintmax_t bytes_in(const std::string& directory) {

@@ -1,6 +1,8 @@
 #pragma once
 /// The private PostgreSQL server of a test program (tests/support/postgres.py), which ends with it.
 
+#include <gtest/gtest.h>
+
 #include <string>
 
 #include "tests/support/server_program.h"
@@ -31,4 +33,11 @@ class PostgresServer {
   }
 
   ServerProgram program_{"postgres.py"};
+};
+
+/// Tests of which each has an empty database.
+class PostgresTest : public testing::Test {
+ protected:
+  PostgresServer& server = PostgresServer::shared();
+  const std::string uri = server.new_database();
 };

@@ -26,7 +26,7 @@ NOT_WITH_SANITIZERS = (
     "PixelBounds.ContainEvery*", "Palette.HasAnErrorOf*", "TorusHits.MatchAll*", "FileError.*", "TracePart.RendersGlobalLight*",
     "TracePart.RendersApproximations*", "SceneCacheOfAWorker.Reads*",
     "WorkerTest.LowersThePriorityOf*", "TracePart.RendersFixedSamples*", "TracePart.RendersCrops*", "TracePart.RendersLayers*",
-    "Preview.OfALongWindow*", "SqliteStores.BoundsTheLog*", "S3ClientTest.ReturnsTheBytes*",
+    "Preview.OfALongWindow*", "SqliteStoresTest.BoundsTheLog*", "S3ClientTest.ReturnsTheBytes*",
     "Stores/JobStoreConformance.*/Postgres", "ReaderLimits.ReportTheFirstOf*")
 
 
