@@ -81,6 +81,12 @@ class SupervisorTest : public QueueFixture {
   bool reaches(const std::string& id, queue::JobState wanted) {
     return eventually([&] { return state(id) == wanted; });
   }
+  /// Waits until the job has failed with this problem in this attempt.
+  void expect_failure(const std::string& id, const std::string& code, int attempt) {
+    EXPECT_TRUE(reaches(id, queue::JobState::failed));
+    EXPECT_EQ(problem_code(id), code);
+    EXPECT_EQ(find(id).attempt, attempt);
+  }
   std::string problem_code(const std::string& id) { return find(id).problem.value_or(queue::Problem{}).code; }
 
   std::string path(const std::string& name) const { return temporary.directory.path() + "/" + name; }

@@ -11,11 +11,9 @@ using queue::JobState;
 TEST_F(SupervisorTest, FailsAJobThatAlwaysCrashesTheWorkerWithTheSignal) {
   start();
   const std::string id = submit("crash", 3);
-  ASSERT_TRUE(reaches(id, JobState::failed));
-  const queue::Job job = find(id);
-  EXPECT_EQ(job.attempt, 3);
-  EXPECT_EQ(job.problem->code, "worker_crashed");
-  EXPECT_NE(job.problem->detail.find("signal 11 (SIGSEGV)"), std::string::npos) << job.problem->detail;
+  expect_failure(id, "worker_crashed", 3);
+  EXPECT_NE(find(id).problem.value().detail.find("signal 11 (SIGSEGV)"), std::string::npos)
+      << find(id).problem.value().detail;
   EXPECT_EQ(log.count("worker_ended"), 3);
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
@@ -28,9 +26,7 @@ TEST_F(SupervisorTest, FindsTheCrashingJobAmongSeveralAtNoCostOfTheOthers) {
   const std::string crashing = submit("crash", 2);
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
   create("go");
-  ASSERT_TRUE(reaches(crashing, JobState::failed));
-  EXPECT_EQ(problem_code(crashing), "worker_crashed");
-  EXPECT_EQ(find(crashing).attempt, 2);
+  expect_failure(crashing, "worker_crashed", 2);
   for (const std::string& id : innocent) {
     ASSERT_TRUE(reaches(id, JobState::succeeded));
     EXPECT_EQ(find(id).attempt, 1) << "the crash is not counted";
@@ -86,7 +82,8 @@ TEST_F(SupervisorTest, ReplacesAWorkerWithoutHeartbeat) {
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   kill(supervisor->worker_pid(), SIGSTOP);
   ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_NE(find(id).problem->detail.find("sent no heartbeat"), std::string::npos) << find(id).problem->detail;
+  EXPECT_NE(find(id).problem.value().detail.find("sent no heartbeat"), std::string::npos)
+      << find(id).problem.value().detail;
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
@@ -96,7 +93,7 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatViolatesTheProtocol) {
     const std::string id = submit(violation + "\nwait " + path("never"), 1);
     ASSERT_TRUE(reaches(id, JobState::failed)) << violation;
     EXPECT_EQ(problem_code(id), "worker_crashed") << violation;
-    EXPECT_NE(find(id).problem->detail.find(" sent "), std::string::npos) << find(id).problem->detail;
+    EXPECT_NE(find(id).problem.value().detail.find(" sent "), std::string::npos) << find(id).problem.value().detail;
   }
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
@@ -105,8 +102,8 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatSendsAResultWithAnOldFence) {
   start();
   const std::string id = submit("stale\nfinish fresh", 1);
   ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_NE(find(id).problem->detail.find("answered a job that it does not run"), std::string::npos)
-      << find(id).problem->detail;
+  EXPECT_NE(find(id).problem.value().detail.find("answered a job that it does not run"), std::string::npos)
+      << find(id).problem.value().detail;
 }
 
 TEST_F(SupervisorTest, StoresAResultSentRightBeforeACrash) {
@@ -133,12 +130,10 @@ TEST_F(SupervisorTest, FailsAJobWhoseResultCannotBeStoredInAnyAttempt) {
   hooks.failing_results = 1'000'000;
   start();
   const std::string id = submit("finish lost");
-  ASSERT_TRUE(reaches(id, JobState::failed));
-  const queue::Job job = find(id);
-  EXPECT_EQ(job.attempt, 3);
+  expect_failure(id, "storage_failure", 3);
   EXPECT_EQ(hooks.failing_results, 1'000'000 - 3 * 10) << "ten tries of each attempt";
-  EXPECT_EQ(job.problem->code, "storage_failure");
-  EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
+  EXPECT_NE(find(id).problem.value().detail.find("the disk is full"), std::string::npos)
+      << find(id).problem.value().detail;
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatHangsWhileItStarts) {

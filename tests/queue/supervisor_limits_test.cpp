@@ -53,18 +53,14 @@ TEST_F(SupervisorTest, WaitsBeforeTheNextAttempt) {
 TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
   start([](auto& with) { with.wall_time = std::chrono::milliseconds(50); });
   const std::string id = submit("wait " + path("never"), 2);
-  ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_EQ(problem_code(id), "timed_out");
-  EXPECT_EQ(find(id).attempt, 2);
+  expect_failure(id, "timed_out", 2);
   EXPECT_EQ(log.count("worker_started"), 1) << "it stopped";
 }
 
 TEST_F(SupervisorTest, ReplacesTheWorkerInEachAttemptOfAHangingJob) {
   start([](auto& with) { with.wall_time = with.cancel_grace = std::chrono::milliseconds(50); }, impatient());
   const std::string id = submit("hang " + path("never"), 2);
-  ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_EQ(problem_code(id), "timed_out");
-  EXPECT_EQ(find(id).attempt, 2);
+  expect_failure(id, "timed_out", 2);
   EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == 2; }));
   EXPECT_TRUE(reaches(submit("", 100), JobState::succeeded));
 }
@@ -72,8 +68,7 @@ TEST_F(SupervisorTest, ReplacesTheWorkerInEachAttemptOfAHangingJob) {
 TEST_F(SupervisorTest, StopsAJobAtItsDeadlineWithoutRetry) {
   start();
   const std::string id = overrun("wait " + path("never"));
-  EXPECT_EQ(problem_code(id), "deadline_exceeded");
-  EXPECT_EQ(find(id).attempt, 1);
+  expect_failure(id, "deadline_exceeded", 1);
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAtNoCostOfOthers) {
@@ -108,11 +103,9 @@ TEST_F(SupervisorTest, FailsTheJobThatUsesTooMuchMemory) {
   const std::string greedy = submit("fill 400000000 " + path("never"), 2);
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
   create("go");
-  ASSERT_TRUE(reaches(greedy, JobState::failed));
-  EXPECT_EQ(problem_code(greedy), "out_of_memory");
-  EXPECT_NE(find(greedy).problem->detail.find("job_memory_bytes of 67108864"), std::string::npos)
-      << find(greedy).problem->detail;
-  EXPECT_EQ(find(greedy).attempt, 2);
+  expect_failure(greedy, "out_of_memory", 2);
+  EXPECT_NE(find(greedy).problem.value().detail.find("job_memory_bytes of 67108864"), std::string::npos)
+      << find(greedy).problem.value().detail;
   EXPECT_TRUE(reaches(innocent, JobState::succeeded));
   EXPECT_EQ(find(innocent).attempt, 1);
 }
