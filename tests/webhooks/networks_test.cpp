@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 
-#include <cstring>
-
 #include "server/webhooks/webhook_sender.h"
 
 using namespace webhooks;
