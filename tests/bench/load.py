@@ -55,9 +55,8 @@ def load_figures(name, service, request, seconds, clients):
     return {f"{name}, per second": rate, **percentiles(name, latencies_ms), f"{name}, CPU ms each": cpu_ms}
 
 
-# Each part is a context manager that prepares a service and provides a function: seconds -> {figure: value}.
+# Each part prepares a service and yields a function: seconds -> {figure: value}.
 
-@contextlib.contextmanager
 def renders(service, options):
     request = post("/v1/render", scene(16, 16))
 
@@ -72,13 +71,11 @@ def renders(service, options):
     wait_until(all_succeeded, "success of every accepted job")
 
 
-@contextlib.contextmanager
 def submissions(service, options):
     yield lambda seconds: load_figures(f"submissions from {options.clients} clients", service,
                                        post("/v1/jobs", DEFERRED), seconds, options.clients)
 
 
-@contextlib.contextmanager
 def claims(service, _):
     request = post("/v1/jobs", scene(16, 16))
 
@@ -102,7 +99,6 @@ def claims(service, _):
     yield measure
 
 
-@contextlib.contextmanager
 def mixed(service, _):
     def measure(seconds):
         large = [service.submit(long_scene(name=f"large {index}")) for index in range(LARGE_RENDERS)]
@@ -119,7 +115,6 @@ def mixed(service, _):
     yield measure
 
 
-@contextlib.contextmanager
 def crowd(service, options):
     idle_mib = service.resident_bytes() / MIB
     with Crowd(service.port, options):
@@ -131,7 +126,6 @@ def crowd(service, options):
         yield measure
 
 
-@contextlib.contextmanager
 def flood(service, options):
     mirror = {"color": 0, "reflection": 1}
     walls = [{"type": "plane", "point": [x, y, z], "normal": [-x, -y, -z], "material": mirror}
@@ -149,7 +143,6 @@ def flood(service, options):
         service, post("/v1/render", scene(16, 16), own), seconds)[1])
 
 
-@contextlib.contextmanager
 def batches(service, _):
     materials = {f"material {i}": {"color": [i / 4000, 0.5, 0.25], "diffuse": 0.8, "specular": 0.125, "shininess": 20 + i,
                                    "specular_color": [1, 1, 1], "reflection": 0.125, "reflection_color": [0.5, 0.5, 1],
@@ -175,7 +168,6 @@ def batches(service, _):
     yield measure
 
 
-@contextlib.contextmanager
 def history(service, options):
     finish_jobs(service, options.jobs)
     requests = {"page of 50": get("/v1/jobs?limit=50"),
@@ -204,7 +196,8 @@ def finish_jobs(service, count):
         sys.exit(f"not all jobs succeeded: {jobs}")
 
 
-PARTS = {part.__name__: part for part in (renders, submissions, claims, mixed, crowd, flood, batches, history)}
+PARTS = {part.__name__: contextlib.contextmanager(part)
+         for part in (renders, submissions, claims, mixed, crowd, flood, batches, history)}
 
 
 def arguments():
