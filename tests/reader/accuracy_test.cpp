@@ -11,8 +11,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
+using namespace reader_tests;
 using tracer::Accuracy;
 using tracer::Approximations;
 
@@ -73,7 +72,7 @@ TEST(AccuracyReader, KeepsTheTargetOfTheWorstTile) {
 
 TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   const Accuracy accuracy =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
+      accepted(file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
   EXPECT_EQ(summary_of(accuracy), "target 2.5, budget 1500.5, samples 3..300");
   EXPECT_EQ(accuracy.model, Accuracy::Model::global);
   EXPECT_EQ(accuracy.tile_target(), 7.5);
@@ -109,8 +108,7 @@ TEST(AccuracyReader, ReducesMaximumSamplesOfLargeImages) {
   EXPECT_EQ(samples(""), "target 1, budget -, samples 1..256");
   EXPECT_EQ(samples(R"("samples": [2, 1000000])"), "target 1, budget -, samples 2..256");
   EXPECT_EQ(samples(R"("samples": [255, 256])"), "target 1, budget -, samples 255..256");
-  EXPECT_EQ(reader_tests::outcome(
-                document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {"samples": [257, 300]})")),
+  EXPECT_EQ(outcome(document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {"samples": [257, 300]})")),
             std::vector<std::string>{"/accuracy/samples limit_exceeded"});
 }
 

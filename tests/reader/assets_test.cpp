@@ -7,9 +7,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
-using reader_tests::outcome;
+using namespace reader_tests;
 using Issues = std::vector<std::string>;
 
 std::string textures_of(const Issues& names) {

@@ -13,15 +13,13 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
-using reader_tests::document_with_object;
+using namespace reader_tests;
 using tracer::Color;
 using tracer::Vec2;
 using tracer::Vec3;
 
 tracer::Scene scene_of(const std::string& file) {
-  return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/" + file)).scene;
+  return accepted(file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/" + file)).scene;
 }
 
 /// A scene with an object of every shape, a light of every kind, patterns and an image.
@@ -176,7 +174,7 @@ TEST(SceneReader, ReadsTransformsAsMatrixOrSteps) {
 }
 
 TEST(SceneReader, ReadsAccuracyOutputAndJob) {
-  const auto document = accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json"));
+  const auto document = accepted(file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json"));
   EXPECT_EQ(document.scene.accuracy.samples, 9u);
   EXPECT_EQ(document.scene.accuracy.max_depth, 5u);
   EXPECT_EQ(document.scene.accuracy.cutoff, 0.5);
@@ -251,7 +249,7 @@ TEST(SceneReader, ReadsBumpsAndNormalMaps) {
 TEST(TextureReader, RejectsFilesWithoutAssets) {
   api::Limits limits;
   limits.files = api::Files::none;
-  EXPECT_EQ(reader_tests::outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
+  EXPECT_EQ(outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
             (std::vector<std::string>{"/background/environment/file unsupported"}));
 }
 

@@ -11,8 +11,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
+using namespace reader_tests;
 
 /// Spheres of these materials, and `members`.
 std::string global_summary_of(const std::vector<std::string>& materials, const std::string& members = {}) {

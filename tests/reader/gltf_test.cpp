@@ -10,10 +10,7 @@
 
 namespace {
 
-using mesh_files::Bytes;
-using mesh_files::bytes_of;
-using mesh_files::Corner;
-using mesh_files::corners;
+using namespace mesh_files;
 using tracer::Vec3;
 
 tracer::Mesh read(const Bytes& bytes) {
@@ -21,7 +18,7 @@ tracer::Mesh read(const Bytes& bytes) {
   auto mesh = api::gltf::read_gltf({bytes}, {});
   EXPECT_TRUE(mesh) << mesh.error();
   if (!mesh) return {};
-  EXPECT_EQ(mesh_files::broken_promise(*mesh, {}), "");
+  EXPECT_EQ(broken_promise(*mesh, {}), "");
   return *std::move(mesh);
 }
 
@@ -48,7 +45,7 @@ std::string changed(const std::string& from, const std::string& to) {
 std::string soup(const std::vector<Vec3>& positions, const std::vector<std::uint8_t>& indices, int mode) {
   Bytes bytes;
   for (const Vec3& p : positions)
-    for (const double value : {p.x, p.y, p.z}) mesh_files::append(bytes, static_cast<float>(value));
+    for (const double value : {p.x, p.y, p.z}) append(bytes, static_cast<float>(value));
   const std::string size = std::to_string(bytes.size());
   bytes.insert(bytes.end(), indices.begin(), indices.end());
   std::string accessors = R"({"bufferView": 0, "componentType": 5126, "count": )" + std::to_string(positions.size()) +
@@ -72,7 +69,7 @@ std::vector<Vec3> positions_of(const tracer::Mesh& mesh) {
 }
 
 TEST(GltfReader, ReadsPositionsNormalsAndFlippedUvs) {
-  const auto expected = corners(mesh_files::pyramid());
+  const auto expected = corners(pyramid());
   EXPECT_EQ(corners(read(gltf_files::pyramid_gltf())), expected);
   EXPECT_EQ(corners(read(gltf_files::pyramid_glb())), expected);
   EXPECT_EQ(corners(read("\xEF\xBB\xBF \n" + gltf_files::pyramid_gltf())), expected);
@@ -95,7 +92,7 @@ TEST(GltfReader, AppliesTransformsOfTheScenesNodes) {
     {"children": [1], "matrix": [2,0,0,0, 0,2,0,0, 0,0,2,0, 10,20,30,1]},
     {"mesh": 0, "translation": [1,2,3], "rotation": [0,0,0.7071067811865476,0.7071067811865476], "scale": [4,1,1]},
     {"mesh": 0}])";
-  const auto before = corners(mesh_files::pyramid()), after = corners(read(gltf_files::pyramid_gltf(nodes)));
+  const auto before = corners(pyramid()), after = corners(read(gltf_files::pyramid_gltf(nodes)));
   ASSERT_EQ(after.size(), before.size());
   for (std::size_t i = 0; i < before.size(); ++i) {
     const Vec3 &p = before[i].position, &n = before[i].normal, &m = after[i].normal;
@@ -113,7 +110,7 @@ TEST(GltfReader, AppliesTransformsOfTheScenesNodes) {
 }
 
 TEST(GltfReader, ReversesWindingUnderMirroringNodes) {
-  const auto plain = corners(mesh_files::pyramid());
+  const auto plain = corners(pyramid());
   const auto mirrored = corners(read(gltf_files::pyramid_gltf(R"(, "nodes": [{"mesh": 0, "scale": [-1, 1, 1]}])")));
   for (std::size_t i = 0; i < plain.size(); i += 3) {
     for (const auto& [to, from] : {std::pair{0, 0}, {1, 2}, {2, 1}}) {
@@ -168,7 +165,7 @@ std::string floats(const std::vector<Rows>& all, const std::string& members) {
                  (R"({"bufferView": 0, "byteOffset": )" + std::to_string(bytes.size())) +
                  R"(, "componentType": 5126, "count": )" + std::to_string(values.size() / components) +
                  R"(, "type": ")" + type + "\"}";
-    for (const float value : values) mesh_files::append(bytes, value);
+    for (const float value : values) append(bytes, value);
   }
   const std::string size = std::to_string(bytes.size());
   return gltf_files::gltf(R"("buffers": [{"byteLength": )" + size + R"(, "uri": "data:;base64,)" +
@@ -321,7 +318,7 @@ TEST(GltfReader, ReturnsErrorOrValidMeshForCorruptedFiles) {
       for (std::uint32_t n = random.below(4) + 1; n > 0; --n)
         bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] = static_cast<std::uint8_t>(random.below(256));
       const auto mesh = api::gltf::read_gltf({bytes}, {.triangles = 1000});
-      EXPECT_EQ(mesh ? mesh_files::broken_promise(*mesh, {}) : "", "");
+      EXPECT_EQ(mesh ? broken_promise(*mesh, {}) : "", "");
     }
 }
 

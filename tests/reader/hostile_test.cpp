@@ -13,9 +13,7 @@
 
 namespace {
 
-using reader_tests::document_with;
-using reader_tests::document_with_object;
-using reader_tests::outcome;
+using namespace reader_tests;
 
 // What is slow here is ten to thirty times slower under a sanitizer: documents and limits are an eighth there.
 #ifdef WHITTLE_SANITIZED

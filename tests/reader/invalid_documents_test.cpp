@@ -11,16 +11,12 @@
 
 namespace {
 
-using reader_tests::document_with;
-using reader_tests::document_with_object;
-using reader_tests::only_detail;
-using reader_tests::outcome;
-using reader_tests::warnings_of;
+using namespace reader_tests;
 using Lines = std::vector<std::string>;
 
 TEST(InvalidDocuments, HaveExactlyTheListedIssues) {
   std::set<std::string> names;
-  for (const auto& document : reader_tests::invalid_documents()) {
+  for (const auto& document : invalid_documents()) {
     if (document.outcome[0] == "warnings") {
       EXPECT_EQ(warnings_of(document.text), Lines(document.outcome.begin() + 1, document.outcome.end()))
           << document.name;

@@ -15,9 +15,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
-using reader_tests::outcome;
+using namespace reader_tests;
 using namespace std::string_literals;
 
 bool is_json(std::string_view text) {
@@ -106,7 +104,7 @@ TEST(JsonTestSuite, HasTheExpectedOutcomes) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(WHITTLE_JSON_TEST_SUITE)) {
     const std::string name = entry.path().filename();
     if (!name.ends_with(".json")) continue;
-    const bool taken = is_json(reader_tests::file_bytes(entry.path()));
+    const bool taken = is_json(file_bytes(entry.path()));
     if (name.starts_with("y_") || name.starts_with("n_")) {
       EXPECT_EQ(taken, name.starts_with("y_")) << name;
     }

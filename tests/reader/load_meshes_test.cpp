@@ -15,9 +15,7 @@
 
 namespace {
 
-using mesh_files::bytes_of;
-using mesh_files::corners;
-using mesh_files::pyramid;
+using namespace mesh_files;
 
 /// A scene of one object for each name, the first two smooth, and a prototype that has the first name too.
 tracer::Scene scene_of(const std::vector<std::string>& names) {
@@ -35,7 +33,7 @@ const tracer::Mesh& mesh_of(const tracer::Object& object) { return std::get<trac
 
 std::vector<tracer::Vec3> positions_of(const tracer::Mesh& mesh) {
   std::vector<tracer::Vec3> positions;
-  for (const mesh_files::Corner& corner : corners(mesh)) positions.push_back(corner.position);
+  for (const Corner& corner : corners(mesh)) positions.push_back(corner.position);
   return positions;
 }
 
@@ -71,9 +69,9 @@ TEST(SceneReader, ReadsMeshFiles) {
 TEST(LoadMeshes, RecognizesFormatsByContent) {
   tracer::Scene scene = scene_of({"a.obj", "b.obj", "c.obj", "d.obj", "e.obj", "a.obj"});
   ASSERT_EQ(scene.assets.size(), 5u);
-  const tracer::Assets assets{{bytes_of(mesh_files::obj(pyramid())), mesh_files::binary_stl(pyramid()),
-                               mesh_files::ply(pyramid(), mesh_files::PlyEncoding::big_endian, false),
-                               gltf_files::pyramid_glb(), bytes_of(gltf_files::pyramid_gltf())}};
+  const tracer::Assets assets{{bytes_of(obj(pyramid())), binary_stl(pyramid()),
+                               ply(pyramid(), PlyEncoding::big_endian, false), gltf_files::pyramid_glb(),
+                               bytes_of(gltf_files::pyramid_gltf())}};
   EXPECT_EQ(lines_of(api::load_meshes(scene, assets, {})), "");
   for (std::size_t i = 0; i < 6; ++i) {
     const tracer::Mesh& mesh = mesh_of(scene.objects[i]);
@@ -91,7 +89,7 @@ TEST(LoadMeshes, RecognizesFormatsByContent) {
 TEST(LoadMeshes, ReportsEveryBadFileWithItsFirstUseAndThePlaceInIt) {
   tracer::Scene scene = scene_of({"a.obj", "b.stl", "c.gltf", "d.ply"});
   const tracer::Assets assets{
-      {bytes_of("v 0 0 0\nv 1 0\n"), mesh_files::binary_stl(pyramid()), bytes_of("{\"asset\": 1}")}};  // no d.ply
+      {bytes_of("v 0 0 0\nv 1 0\n"), binary_stl(pyramid()), bytes_of("{\"asset\": 1}")}};  // no d.ply
   EXPECT_EQ(lines_of(api::load_meshes(scene, assets, {})),
             "/prototypes/it/0/file bad_asset a.obj: line 2: a number is missing\n"
             "/objects/0/file bad_asset a.obj: line 2: a number is missing\n"
@@ -100,7 +98,7 @@ TEST(LoadMeshes, ReportsEveryBadFileWithItsFirstUseAndThePlaceInIt) {
 }
 
 TEST(LoadMeshes, EnforcesTheLimitsOfTheScene) {
-  const tracer::Assets assets{{mesh_files::binary_stl(pyramid())}};
+  const tracer::Assets assets{{binary_stl(pyramid())}};
   const std::vector<std::string> thrice{"a", "a", "a"};  // and the prototype, which nothing places
   tracer::Scene fits = scene_of(thrice);
   EXPECT_EQ(lines_of(api::load_meshes(fits, assets, {.triangles = 24})), "");
@@ -155,7 +153,7 @@ TEST(LoadMeshes, GivesThePartsOfAFileTheirMaterials) {
   for (std::size_t i = 0; i < 3; ++i) {
     const tracer::Mesh& part = mesh_of(parts[i]);
     EXPECT_EQ(scene.materials.at(parts[i].material.index).diffuse, diffuse[i]);
-    EXPECT_EQ(mesh_files::broken_promise(part, {}), "");
+    EXPECT_EQ(broken_promise(part, {}), "");
     EXPECT_TRUE(part.parts.empty() && part.part_materials.empty() && part.smooth);
     ASSERT_EQ(part.triangles.size(), triangles[i].size());
     for (std::size_t t = 0; t < part.triangles.size(); ++t)
@@ -197,7 +195,7 @@ TEST(LoadMeshes, KeepsSmoothNormalsAcrossTheBordersOfParts) {
 
 TEST(LoadMeshes, GivesAFileOfOneMaterialThatMaterial) {
   tracer::Scene scene = strip_with(R"({"it": "red"})");
-  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of("usemtl it\n" + mesh_files::obj(pyramid()))}}, {})), "");
+  ASSERT_EQ(lines_of(api::load_meshes(scene, {{bytes_of("usemtl it\n" + obj(pyramid()))}}, {})), "");
   EXPECT_TRUE(scene.prototypes.empty());
   EXPECT_EQ(scene.materials.at(scene.objects.at(0).material.index).diffuse, 0.5);
   EXPECT_EQ(positions_of(mesh_of(scene.objects[0])), positions_of(pyramid()));
@@ -212,7 +210,7 @@ TEST(LoadMeshes, ReportsMaterialsThatNoPartHas) {
       "/objects/0/materials/blu unknown_reference the file has no part of the material \"blu\": it names \"blue\", "
       "\"red paint\"\n");
   tracer::Scene plain = strip_with(R"({"it": "red"})");
-  EXPECT_EQ(lines_of(api::load_meshes(plain, {{mesh_files::binary_stl(pyramid())}}, {})),
+  EXPECT_EQ(lines_of(api::load_meshes(plain, {{binary_stl(pyramid())}}, {})),
             "/objects/0/materials/it unknown_reference the file has no part of the material \"it\": it names none\n");
 }
 
@@ -244,7 +242,7 @@ TEST(Validate, RejectsMeshFilesWithoutAssetAndTooMany) {
 
 TEST(LoadAssets, FreesMeshFiles) {
   tracer::Scene scene = scene_of({"a.obj"});
-  const auto read = [](const std::string&) -> api::AssetBytes { return bytes_of(mesh_files::obj(pyramid())); };
+  const auto read = [](const std::string&) -> api::AssetBytes { return bytes_of(obj(pyramid())); };
   const auto assets = api::load_assets(scene, read, {});
   ASSERT_TRUE(assets);
   EXPECT_EQ(assets->bytes, std::vector<std::vector<std::uint8_t>>(1));

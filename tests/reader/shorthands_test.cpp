@@ -10,8 +10,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
+using namespace reader_tests;
 using tracer::Color;
 using tracer::Vec3;
 

@@ -13,9 +13,7 @@
 
 namespace {
 
-using reader_tests::accepted;
-using reader_tests::document_with;
-using reader_tests::warnings_of;
+using namespace reader_tests;
 using Lines = std::vector<std::string>;
 
 /// A lit sphere in the middle of the image, and `members`.
@@ -34,7 +32,7 @@ TEST(Warnings, OfExampleScenesAreNone) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(WHITTLE_SOURCE_DIR "/scenes")) {
     if (entry.path().extension() != ".json") continue;
-    EXPECT_EQ(warnings_of(reader_tests::file_bytes(entry.path())), Lines{}) << entry.path();
+    EXPECT_EQ(warnings_of(file_bytes(entry.path())), Lines{}) << entry.path();
     ++files;
   }
   EXPECT_GT(files, 0u);
