@@ -29,8 +29,7 @@ Adaptive until(double target_error, std::uint32_t samples_min = 1, std::uint32_t
 
 /// Edges, a mirror, glass, a checker and a soft light: something to refine of every kind.
 Scene still_life(std::uint32_t side) {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{1, 2, 7}, {0, 0.6, 0}, {0, 1, 0}, 35};
+  Scene scene = scenes::empty(side, {{1, 2, 7}, {0, 0.6, 0}, {0, 1, 0}, 35});
   scene.background.color = {0.2, 0.3, 0.5};
   scene.ambient = {0.1, 0.1, 0.1};
   scene.lights = {{RectLight{{2, 5, 2}, {1, 0, 0}, {0, 0, 1}}}};
@@ -124,8 +123,7 @@ TEST(AdaptiveImage, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
 }
 
 TEST(AdaptiveImage, OfOneColorTakesOneSamplePerPixel) {
-  Scene scene = scenes::empty(128);
-  scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  Scene scene = scenes::empty(128, {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40});
   scene.lights = {scenes::directional_light({0, -1, 0.5})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.5, 0.5, 0.5}));
   const Rendered rendered = scenes::render(adapting(scene, until(1)));

@@ -26,8 +26,7 @@ Rendered rendered(Scene scene, std::uint32_t samples, const Approximations& appr
 /// A white floor from above, and a few small spheres whose shadows cover from a part of a pixel to some 20 pixels.
 Scene small_shadows(std::uint64_t seed) {
   oracle::Random random(seed);
-  Scene scene = scenes::empty(48);
-  scene.camera = {{0, 10, 0}, {0, 0, 0}, {0, 0, -1}, 45};
+  Scene scene = scenes::empty(48, {{0, 10, 0}, {0, 0, 0}, {0, 0, -1}, 45});
   scene.lights = {scenes::point_light({3, 8, 1})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.8, 0.8}));
   for (std::uint32_t i = 0, spheres = 1 + random.below(3); i < spheres; ++i)

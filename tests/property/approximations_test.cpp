@@ -24,8 +24,7 @@ Scene with_materials(Scene scene, const Change& change) {
 
 /// Meshes with normals of their own and without, a ball beside them, a mirror under them; shaded in every way.
 Scene shapes() {
-  Scene scene = scenes::empty(48);
-  scene.camera = {{1, 3, 7}, {0, 0, 0}, {0, 1, 0}, 50};
+  Scene scene = scenes::empty(48, {{1, 3, 7}, {0, 0, 0}, {0, 1, 0}, 50});
   scene.lights = {scenes::point_light({3, 5, 4}), scenes::directional_light({1, -2, -1}, {0.3, 0.2, 0.1})};
   const auto shaded = [](Material::Shading shading) {
     Material material = scenes::matte({0.7, 0.5, 0.3});
@@ -56,8 +55,7 @@ TEST(WithoutShadows, EveryLightIsUnoccluded) {
 }
 
 TEST(WithoutShadows, NoLightIsCulled) {
-  Scene scene = scenes::empty(8);
-  scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(8, {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60});
   scene.accuracy.cutoff = 0.5;
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   for (int i = 0; i < 70; ++i) scene.lights.push_back(scenes::point_light({0.1 * i, 1, 0}, {1e-3, 1e-3, 1e-3}));
@@ -84,8 +82,7 @@ TEST(WithoutReflections, MirrorsAreBlack) {
 }
 
 TEST(WithoutReflections, GlassHasItsLocalShadingAndTransmitsShadowRays) {
-  Scene scene = scenes::empty(24);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 45};
+  Scene scene = scenes::empty(24, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 45});
   scene.background.color = {1, 2, 3};
   scene.lights = {scenes::point_light({4, 5, 0})};
   Material glass = scenes::glass();
@@ -111,8 +108,7 @@ TEST(WithoutReflections, GlassHasItsLocalShadingAndTransmitsShadowRays) {
 }
 
 TEST(EnvironmentReflections, ReturnTheBackgroundOfAnEmptyScene) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(32, {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.background.gradient = Gradient{{0.1, 0.4, 0.9}, {0.8, 0.3, 0.05}};
   Material mirror = scenes::mirror(0.75);
   mirror.reflection_color = Color{1, 0.5, 0.25};
@@ -126,8 +122,7 @@ TEST(EnvironmentReflections, ReturnTheBackgroundOfAnEmptyScene) {
 }
 
 TEST(EnvironmentReflections, OfGlassBeforeOneColourAreThatColour) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(32, {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.background.color = {0.25, 0.5, 1};
   Material glass = scenes::glass();
   glass.absorption = {100, 100, 100};  // of no length: nothing is on the other side
@@ -139,8 +134,7 @@ TEST(EnvironmentReflections, OfGlassBeforeOneColourAreThatColour) {
 }
 
 TEST(EnvironmentReflections, ObserveCutoffAndDepth) {
-  Scene scene = scenes::empty(8);
-  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
+  Scene scene = scenes::empty(8, {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10});
   scene.background.color = {1, 1, 1};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror(0.5));
   EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.5f);
@@ -171,8 +165,7 @@ TEST(ApproximateShading, IsThatOfEveryMaterial) {
 
 /// A floor seen from above, x to the right.
 Scene floor_under(std::vector<Light> lights) {
-  Scene scene = scenes::empty(16);
-  scene.camera = {{0, 8, 0}, {0, 0, 0}, {0, 0, -1}, 60};
+  Scene scene = scenes::empty(16, {{0, 8, 0}, {0, 0, 0}, {0, 0, -1}, 60});
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   scene.lights = std::move(lights);
   return scene;
@@ -272,8 +265,7 @@ TEST(InterreflectionError, IsTheDistanceFromTheRenderingEquation) {
   // Within a sphere with emission E and reflectance rho the radiance is E / (1 - rho) everywhere.
   constexpr double rho = 0.6, emission = 0.1, exact = emission / (1 - rho);
   for (const double ambient : {0.0, 0.05, 0.25}) {
-    Scene scene = scenes::empty(32);
-    scene.camera = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60};
+    Scene scene = scenes::empty(32, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60});
     scene.accuracy.model = Accuracy::Model::global;
     scene.accuracy.max_depth = 1000;
     scene.accuracy.samples = 4096;  // so that many looks are a tenth of them

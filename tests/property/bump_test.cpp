@@ -28,9 +28,9 @@ Texture direction(const Vec3& n) { return constant({n.x / 2 + 0.5, n.y / 2 + 0.5
 /// One shape of `material`, whose textures are `texture`, seen along -y onto the origin's neighbourhood.
 Scene scene_of(const Shape& shape, const Material& material, const Texture& texture,
                const Vec3& light = {0.3, 1, -0.5}) {
-  Scene scene = scenes::empty(1);
+  Scene scene =
+      scenes::empty(1, {.position = {0.21, 5, 0.13}, .look_at = {0.21, 0, 0.13}, .up = {0, 0, -1}, .fov_deg = 1});
   scene.textures.push_back(texture);
-  scene.camera = {.position = {0.21, 5, 0.13}, .look_at = {0.21, 0, 0.13}, .up = {0, 0, -1}, .fov_deg = 1};
   scene.lights.push_back(scenes::directional_light(-normalize(light)));
   add(scene, shape, material);
   return scene;
@@ -114,9 +114,8 @@ TEST(Bump, IsBitIdenticalUnderScalingByAPowerOfTwo) {
   for (const int exponent : {-40, 13, 50}) {
     const double k = std::ldexp(1, exponent);
     const auto at_scale = [](double factor) {
-      Scene scene = scenes::empty(24);
+      Scene scene = scenes::empty(24, {.position = Vec3{0, 3, 4} * factor, .look_at = {}, .fov_deg = 30});
       scene.textures = {{.pattern = NoiseTexture{{Color{}, Color{1, 1, 1}}, 3}, .scale = {5, 5}, .path = {}}};
-      scene.camera = {.position = Vec3{0, 3, 4} * factor, .look_at = {}, .fov_deg = 30};
       scene.lights.push_back(scenes::directional_light({-1, -2, -0.5}));
       Material material = bumped(0.05 * factor);
       material.reflection = 0.5;
@@ -195,10 +194,9 @@ TEST(PerturbedNormals, TransmitNoLightFromBehind) {
 
 /// A shape with normals that lean every way, under a white sky.
 Scene with_wild_normals(const Shape& shape, Material material) {
-  Scene scene = scenes::empty(32);
+  Scene scene = scenes::empty(32, {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20});
   scene.textures = {{.pattern = NoiseTexture{{Color{0, 0, 0.5}, Color{1, 1, 0.6}}, 4}, .scale = {40, 40}, .path = {}}};
   scene.textures[0].filter = Texture::Filter::nearest;
-  scene.camera = {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20};
   scene.background.color = {1, 1, 1};
   material.normal_map = TextureId{0};
   add(scene, shape, material);

@@ -12,8 +12,7 @@ using namespace tracer;
 
 /// Minutes of work, so that a test always cancels it before its end.
 Scene endless() {
-  Scene scene = scenes::empty(512);
-  scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(512, {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 40});
   scenes::add(scene, Sphere{{0, 0, 0}, 10}, scenes::mirror());
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror());
   scene.accuracy.max_depth = 100'000;
@@ -110,8 +109,7 @@ TEST(Render, OfOneCompiledSceneConcurrentlyGivesTheSameImage) {
 
 /// A floor that fills the image.
 Scene floor_scene(const Material& material) {
-  Scene scene = scenes::empty(20);
-  scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  Scene scene = scenes::empty(20, {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40});
   scene.lights = {scenes::point_light({0, 9, 0}), scenes::directional_light({0, -1, 0.1})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, material);
   return scene;

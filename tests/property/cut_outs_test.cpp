@@ -16,8 +16,7 @@ namespace {
 
 /// A floor under a lamp, seen past and through a pane that shades it.
 Scene pane_over_floor(const ColorOrTexture& opacity) {
-  Scene scene = scenes::empty(40);
-  scene.camera = {{0, 5, 4}, {0, 0, 0}, {0, 1, 0}, 45};
+  Scene scene = scenes::empty(40, {{0, 5, 4}, {0, 0, 0}, {0, 1, 0}, 45});
   scene.background.color = {0.2, 0.4, 0.6};
   scene.ambient = {0.1, 0.1, 0.1};
   scene.lights = {scenes::point_light({1, 9, 2}), scenes::directional_light({-1, -3, 0.5}, {0.4, 0.4, 0.4})};
@@ -53,16 +52,14 @@ TEST(CutOuts, WithNothingThereLeaveTheSceneBehind) {
 
 /// A ball rendered with alpha is a cut-out that shows the ball and nothing around it.
 TEST(CutOuts, FollowTheAlphaOfAPng) {
-  Scene ball = scenes::empty(32);
-  ball.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 45};
+  Scene ball = scenes::empty(32, {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 45});
   ball.output.alpha = true;
   scenes::add(ball, Sphere{{0, 0, 0}, 1}, scenes::glowing({1, 1, 1}));
   const Rendered sprite = scenes::render(ball);
   const auto png = encode(sprite.image, Format::png, ball.output);
   ASSERT_TRUE(png);
 
-  Scene scene = scenes::empty(32);
-  scene.camera = ball.camera;
+  Scene scene = scenes::empty(32, ball.camera);
   scene.background.color = {0, 0, 1};
   scene.assets = {{"ball.png", "/textures/t/file"}};
   const ImageTexture alpha{AssetId{0}, {}, ImageTexture::Channel::alpha};

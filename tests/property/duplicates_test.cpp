@@ -55,8 +55,7 @@ TEST(Duplicates, OfTrianglesInAMeshAreLeftOut) {
 }
 
 TEST(Duplicates, OfInstancesAreLeftOutAndLaterObjectsKeepTheirNumbers) {
-  Scene scene = scenes::empty(40);
-  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(40, {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.ambient = {1, 1, 1};
   scene.output.layers = {Layer::object_id};
   const MaterialId red = scenes::add(scene, scenes::matte({0.8, 0.1, 0.1}));
@@ -73,8 +72,7 @@ TEST(Duplicates, OfInstancesAreLeftOutAndLaterObjectsKeepTheirNumbers) {
 }
 
 TEST(Duplicates, WithAnotherPlaceWindingOrTransparencyAreKept) {
-  Scene scene = scenes::empty(8);
-  scene.camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(8, {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40});
   const MaterialId matte = scenes::add(scene, scenes::matte({1, 1, 1}));
   const MaterialId glass = scenes::add(scene, scenes::glass());
   const Triangle triangle{{Vec3{-1, -1, 0}, Vec3{1, -1, 0}, Vec3{0, 1, 0}}, {}, {}};

@@ -19,9 +19,8 @@ Texture imaged(Texture::Filter filter) {
 
 /// An empty scene seen by a panorama camera.
 Scene panorama(const Vec3& up, const Vec3& ahead) {
-  Scene scene = scenes::empty(64);
+  Scene scene = scenes::empty(64, {.position = {1, 2, 3}, .look_at = Vec3{1, 2, 3} + ahead, .up = up});
   scene.image = {128, 64, {}};
-  scene.camera = {.position = {1, 2, 3}, .look_at = Vec3{1, 2, 3} + ahead, .up = up};
   scene.camera.type = Camera::Type::panorama;
   scene.background.up = up;
   return scene;
@@ -74,8 +73,7 @@ TEST(Environment, OfOneColourIsTheConstantBackground) {
 
 /// At the image position of a mirror ball's normal n, an orthographic camera sees the direction d - 2 (d.n) n.
 TEST(Environment, IsReflectedByASphereInTheReflectedDirection) {
-  Scene scene = scenes::empty(65);
-  scene.camera = scenes::orthographic({0, 0, 5}, {}, 2);
+  Scene scene = scenes::empty(65, scenes::orthographic({0, 0, 5}, {}, 2));
   scene.textures = {{.pattern = GradientTexture{{Color{1, 0, 0}, Color{0, 0, 1}}}, .path = {}}};
   scene.textures[0].filter = Texture::Filter::nearest;
   scene.background.environment = Environment{};

@@ -200,11 +200,10 @@ TEST(GlobalLight, OfASmallEmitterHasATenthOfTheVarianceOfHitsAlone) {
 
 /// A closed box of side 4 that emits what it absorbs, with every kind of surface in it: the radiance is 1 everywhere.
 Scene furnace() {
-  Scene scene = scenes::empty(16);
+  Scene scene = scenes::empty(16, {{0, -1.9, 0.3}, {0, 0, 0}, {0, 0, 1}, 80});
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.samples = 16;
   scenes::end_by_chance(scene);
-  scene.camera = {{0, -1.9, 0.3}, {0, 0, 0}, {0, 0, 1}, 80};
   const MaterialId wall = scenes::add(scene, surface(0.7, 0.3)), ball = scenes::add(scene, surface(0.4, 0.6));
   scenes::add(scene, Box{{-2, -2, -2}, {2, 2, 2}}, wall);
   scenes::add(scene, Sphere{{-1, 0, 1}, 0.4}, ball);
@@ -286,8 +285,7 @@ TEST(GlobalLight, ChargesWhatADepthLeavesOut) {
 }
 
 TEST(GlobalLight, ReachesATargetErrorThatIsTrue) {
-  Scene scene = scenes::empty(24);
-  scene.camera = {{0, -1.9, 0.3}, {0, 0, 0}, {0, 0, 1}, 80};
+  Scene scene = scenes::empty(24, {{0, -1.9, 0.3}, {0, 0, 0}, {0, 0, 1}, 80});
   scene.accuracy = {};
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.adaptive.emplace().target_error = 3;

@@ -67,8 +67,7 @@ inline Material surface(double diffuse, double emission = 0) {
 
 /// Two by two pixels of a narrow view from `position` to `target`.
 inline Scene view_of(const Vec3& target, const Vec3& position, std::uint32_t samples) {
-  Scene scene = scenes::empty(2);
-  scene.camera = {position, target, {0, 0.6, 0.8}, 0.05};
+  Scene scene = scenes::empty(2, {position, target, {0, 0.6, 0.8}, 0.05});
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.samples = samples;
   scene.accuracy.max_depth = 1000;

@@ -12,8 +12,7 @@ using namespace tracer;
 
 /// A glowing red ball of radius 1 four units in front of the camera, over black.
 Scene ball_scene() {
-  Scene scene = scenes::empty(41);
-  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(41, {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 40});
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glowing({1, 0.5, 0.25}));
   return scene;
 }
@@ -161,13 +160,11 @@ TEST(DepthCue, IsConstantOutsideAndLinearBetweenFrontAndBack) {
 }
 
 TEST(DepthCue, MeasuresAlongTheAxisAndTreatsAMissAsBeyondBack) {
-  Scene nothing = scenes::empty(1);
-  nothing.camera = ball_scene().camera;
+  Scene nothing = scenes::empty(1, ball_scene().camera);
   nothing.background.color = {1, 1, 1};
   expect_near(cued(nothing, 1e9, 2e9), mixed({1, 1, 1}, 0.25));
   // A wall across the axis has one depth, however slanted the ray.
-  Scene wall = scenes::empty(9);
-  wall.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 100};
+  Scene wall = scenes::empty(9, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 100});
   scenes::add(wall, Plane{{0, 0, 0}, {0, 0, 1}, {}}, scenes::glowing({1, 1, 1}));
   wall.depth_cue = DepthCue{2, 6, 1, 0, {0, 0, 0}};
   for (const float value : scenes::render(wall).image.rgb) EXPECT_NEAR(value, 0.5, 1e-6);
@@ -176,8 +173,7 @@ TEST(DepthCue, MeasuresAlongTheAxisAndTreatsAMissAsBeyondBack) {
 }
 
 TEST(DepthCue, AppliesToCameraRaysOnly) {
-  Scene scene = scenes::empty(1);
-  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1};
+  Scene scene = scenes::empty(1, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1});
   scene.background.color = {1, 1, 1};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, scenes::mirror());
   scene.depth_cue = DepthCue{5, 6, 1, 0, {0, 0, 0}};

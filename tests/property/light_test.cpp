@@ -16,8 +16,7 @@ using namespace tracer;
 
 /// A floor under lamps that fade with the square of their distance, balls on it, a mirror to see it twice.
 Scene hall(std::size_t lamps, double cutoff) {
-  Scene scene = scenes::empty(24);
-  scene.camera = {{0, 6, 14}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(24, {{0, 6, 14}, {0, 0, 0}, {0, 1, 0}, 60});
   scene.accuracy.cutoff = cutoff;
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.6, 0.4}));
   scenes::add(scene, Sphere{{-2, 1, 0}, 1}, scenes::mirror(0.5));
@@ -86,8 +85,7 @@ TEST(ManyLights, GiveTheSameImageAndStatisticsForAnyNumberOfThreads) {
 }
 
 TEST(AreaLights, HaveAtLeast16ShadowRaysInEachPixel) {
-  Scene scene = scenes::empty(24);
-  scene.camera = {{0, 4, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(24, {{0, 4, 4}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.lights = {{RectLight{{-2, 3, -2}, {4, 0, 0}, {0, 0, 4}}}};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.8, 0.8}));
   for (const std::uint32_t samples : {1u, 4u, 16u, 64u}) {
@@ -101,9 +99,8 @@ constexpr double lamp_height = 100, edge_height = 1, reach = 5;  // the lamp spa
 
 /// A strip of floor across the shadow of a straight edge over x = 0, seen from under the sheet that casts it.
 Scene strip(const LightSource& lamp) {
-  Scene scene = scenes::empty(1);
+  Scene scene = scenes::empty(1, scenes::orthographic({0, 0.5, 0}, {0, 0, 0}, 0.004, {0, 0, -1}));
   scene.image = {64, 1};
-  scene.camera = scenes::orthographic({0, 0.5, 0}, {0, 0, 0}, 0.004, {0, 0, -1});
   scene.accuracy.samples = 1024;
   scene.lights = {{lamp}};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));

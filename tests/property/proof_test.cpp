@@ -21,8 +21,7 @@ using namespace tracer;
 /// Surfaces of one colour below a light, and spheres that a sample of a pixel may miss.
 Scene specks(std::uint64_t seed, std::uint32_t side) {
   oracle::Random random(seed);
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0, 6, 8}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(side, {{0, 6, 8}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {0.3, 0.3, 0.4};
   scene.lights = {scenes::point_light({3, 8, 4}, {0.8, 0.8, 0.8})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.4, 0.4, 0.4}));
@@ -76,8 +75,7 @@ TEST(Proof, IsAboveTheTrueError) {
 
 /// A sphere that no pilot finds, of an image whose other pixels are certain.
 TEST(Proof, IncludesWhatTheImageMissed) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 0, 8}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(64, {{0, 0, 8}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {0.05, 0.05, 0.05};
   scenes::add(scene, Sphere{{0.075, 0.07, 0}, 0.02}, scenes::glowing({1, 1, 1}));
   const Rendered rendered = scenes::render(with_proof(scene));
@@ -90,8 +88,7 @@ TEST(Proof, IncludesWhatTheImageMissed) {
 }
 
 TEST(Proof, IsExactWhereNothingIsInDoubt) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 8}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(32, {{0, 0, 8}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {0.25, 0.5, 0.75};
   const Rendered rendered = scenes::render(with_proof(scene));
   EXPECT_EQ(rendered.error.proven, 0);
@@ -100,8 +97,7 @@ TEST(Proof, IsExactWhereNothingIsInDoubt) {
 
 /// Surfaces of one colour and the background are known, which saves most looks; what a mirror shows is not known.
 TEST(Proof, TakesFewLooksWhereSurfacesArePlain) {
-  Scene scene = scenes::empty(128);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(128, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {0.2, 0.3, 0.5};
   scene.lights = {scenes::point_light({2, 6, 2}, {0.7, 0.7, 0.7})};
   scenes::add(scene, Sphere{{0, 0.5, 0}, 1}, scenes::matte({0.5, 0.3, 0.2}));
@@ -150,8 +146,7 @@ TEST(Proof, EndsWhereTheTargetIsProven) {
 
 /// Exact samples: an image without shadows is wrong where these are.
 TEST(Proof, IncludesApproximations) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 10, 0}, {0, 0, 0}, {0, 0, -1}, 45};
+  Scene scene = scenes::empty(64, {{0, 10, 0}, {0, 0, 0}, {0, 0, -1}, 45});
   scene.lights = {scenes::point_light({3, 8, 1})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.8, 0.8}));
   scenes::add(scene, Sphere{{0, 1, 0}, 0.8}, scenes::matte({0.6, 0.2, 0.1}));

@@ -218,8 +218,7 @@ TEST(RadiosityRefinement, IsCancelledInItsMidst) {
 
 /// A floor and two walls, to be filled.
 Scene corner_of_walls() {
-  Scene scene = scenes::empty(256);
-  scene.camera = {{9, 6, 9}, {0, 0, 0}, {0, 1, 0}, 50};
+  Scene scene = scenes::empty(256, {{9, 6, 9}, {0, 0, 0}, {0, 1, 0}, 50});
   scene.accuracy.samples = 4;
   const MaterialId paint = scenes::add(scene, scenes::matte({0.7, 0.6, 0.5}));
   scenes::add(scene, Box{{-6, -1.2, -6}, {6, -1, 6}}, paint);

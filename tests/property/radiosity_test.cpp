@@ -25,8 +25,7 @@ Rendered rendered_with(Scene scene, Interreflection interreflection) {
 }
 
 Scene view_from_center() {
-  Scene scene = scenes::empty(24);
-  scene.camera = {{0, 0, 0}, {0.3, 1, 0.2}, {0, 0.6, 0.8}, 90};
+  Scene scene = scenes::empty(24, {{0, 0, 0}, {0.3, 1, 0.2}, {0, 0.6, 0.8}, 90});
   return scene;
 }
 
@@ -59,9 +58,8 @@ TEST(Radiosity, OfAClosedSceneIsTheEmissionOverTheAbsorptance) {
 TEST(Radiosity, OfAPlaneBelowAGlowingSphereIsTheClosedForm) {
   constexpr double rho = 0.8, radius = 0.5, height = 1.2, radiance = 5;
   for (const double aside : {0.0, 1.0, 3.0}) {
-    Scene scene = scenes::empty(4);
+    Scene scene = scenes::empty(4, {{aside, 0, 0.5}, {aside, 0, 0}, {0, 1, 0}, 0.1});
     scene.accuracy.samples = 64;
-    scene.camera = {{aside, 0, 0.5}, {aside, 0, 0}, {0, 1, 0}, 0.1};
     scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, surface(rho));
     scenes::add(scene, Sphere{{0, 0, height}, radius}, scenes::glowing({radiance, radiance, radiance}));
     const double distance = std::hypot(height, aside);
@@ -72,8 +70,7 @@ TEST(Radiosity, OfAPlaneBelowAGlowingSphereIsTheClosedForm) {
 }
 
 TEST(Radiosity, UnderAUniformSkyIsTheReflectanceOfAConvexBody) {
-  Scene scene = scenes::empty(16);
-  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
+  Scene scene = scenes::empty(16, {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10});
   scene.background.color = {0.5, 1, 2};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, surface(0.8));
   for (const auto by : {Interreflection::radiosity, Interreflection::gather}) {
@@ -117,8 +114,7 @@ std::optional<RadiosityFigures> figures_of(Scene scene, Interreflection interref
   scene.accuracy.model = Accuracy::Model::global;
   scene.accuracy.target_error = target;
   scene.accuracy.approximate.interreflection = interreflection;
-  RenderControl control;
-  return radiosity_figures(**compile(scene, control));
+  return radiosity_figures(*scenes::compiled(scene));
 }
 
 TEST(Radiosity, HasMorePatchesAndRaysForASmallerTargetAndReportsThem) {
@@ -196,8 +192,7 @@ TEST(Radiosity, IsReusedByScenesThatDifferInTheView) {
 
 /// A gray ball between mirrors: each ray takes so many others that a limit ends the refinement.
 Scene ball_between_mirrors() {
-  Scene scene = scenes::empty(8);
-  scene.camera = {{0.3, 0.2, 0.8}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(8, {{0.3, 0.2, 0.8}, {0, 0, 0}, {0, 1, 0}, 60});
   scene.accuracy.max_depth = 1000;
   scene.accuracy.adaptive = Adaptive{.target_error = 0.01, .time_budget_ms = 1000};
   scenes::end_by_chance(scene);

@@ -90,8 +90,7 @@ void add_checkered(tracer::Scene& scene, const tracer::Shape& shape, double squa
 
 /// A camera before everything that glass does: in a slab, in a sphere, seen through each other and a mirror.
 tracer::Scene glass_scene(double ior, bool fresnel) {
-  tracer::Scene scene = scenes::empty(64);
-  scene.camera = {{0.3, 0.8, 6}, {0, 0, 0}, {0, 1, 0}, 50};
+  tracer::Scene scene = scenes::empty(64, {{0.3, 0.8, 6}, {0, 0, 0}, {0, 1, 0}, 50});
   scene.background.color = {0.2, 0.4, 0.8};
   scene.ambient = {0.1, 0.1, 0.1};
   scene.lights = {scenes::point_light({3, 5, 4}), scenes::directional_light({1, -2, -1}, {0.3, 0.3, 0.3})};
@@ -147,8 +146,7 @@ TEST(Image, OfNestedAndOverlappingSolidsEqualsTheReference) {
 TEST(Image, OfRaysWithTwoToTheSixteenthBranchesEqualsTheReference) {
   // Shells that split every ray in two, inside a mirror that lets none out: generations far larger than are traced at
   // once.
-  tracer::Scene scene = scenes::empty(effort::cases(100) < 100 ? 1 : 2);
-  scene.camera = {{0, 0.3, 4}, {0.1, 0, 0}, {0, 1, 0}, 30};
+  tracer::Scene scene = scenes::empty(effort::cases(100) < 100 ? 1 : 2, {{0, 0.3, 4}, {0.1, 0, 0}, {0, 1, 0}, 30});
   scenes::add(scene, tracer::Sphere{{0, 0, 0}, 10}, scenes::mirror());
   tracer::Material splitter = scenes::mirror(0.5);
   splitter.transmission = 0.5;
@@ -194,8 +192,7 @@ TEST(Image, OfMeshesEqualsTheReferenceUpToFloatVertices) {
   for (const bool smooth : {false, true})
     for (int material = 0; material < 3; ++material) {
       SCOPED_TRACE(std::to_string(material) + (smooth ? " smooth" : " flat"));
-      tracer::Scene scene = scenes::empty(48);
-      scene.camera = {{1, 1.5, 5}, {0, 0, 0}, {0, 1, 0}, 40};
+      tracer::Scene scene = scenes::empty(48, {{1, 1.5, 5}, {0, 0, 0}, {0, 1, 0}, 40});
       scene.background.color = {0.2, 0.4, 0.8};
       scene.lights = {scenes::point_light({3, 5, 4}), scenes::directional_light({1, -2, -1}, {0.3, 0.3, 0.3})};
       tracer::Material shiny = scenes::matte({0.7, 0.5, 0.3});

@@ -122,8 +122,7 @@ TEST(SceneCache, AvoidsReadingMeshFilesOfPrototypes) {
 
 /// A floor with an image that is read as `space`.
 Scene floor_with_image(std::optional<ColorSpace> space = {}) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 50};
+  Scene scene = scenes::empty(32, {{0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 50});
   scene.lights = {scenes::point_light({1, 4, 2})};
   scene.assets = {{"tiles.png", "/textures/tiles/file"}};
   scene.textures = {{.pattern = ImageTexture{{0}, space}, .path = {}}};

@@ -19,8 +19,7 @@ const std::array<Vec3, 3> corners{Vec3{-1, -1, 0}, {1.2, -0.8, 0.1}, {0.1, 1.1, 
 const std::array<Vec3, 3> normals{Vec3{-0.5, -0.3, 1}, {0.6, -0.2, 1}, {0, 0.7, 1}};
 
 Scene lit_triangle(Material::Shading shading) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0.2, 0.1, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(64, {{0.2, 0.1, 4}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.lights = {scenes::point_light({2, 1.5, 2}), scenes::directional_light({1, -1, -2}, {0.2, 0.2, 0.2})};
   for (Light& light : scene.lights) light.shadows = false;
   scene.lights[0].attenuation.kind = Attenuation::Kind::inverse_square;
@@ -111,8 +110,7 @@ TEST(FlatPolygonShading, UsesTheLightAtTheCentroid) {
 }
 
 TEST(FlatPolygonShading, HasOneColorForEachTriangleWithItsShadow) {
-  Scene scene = scenes::empty(96);
-  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(96, {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.lights = {scenes::point_light({1, 2, 5})};
   Material material = scenes::matte({0.9, 0.9, 0.9});
   material.shading = Material::Shading::flat_polygon;

@@ -24,8 +24,7 @@ constexpr std::uint32_t side = 192;
 
 /// A ball over a floor, seen from above.
 Scene ball_over_floor(const Light& light) {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 50};
+  Scene scene = scenes::empty(side, {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 50});
   scene.lights = {light};
   scenes::add(scene, Sphere{{0, 1.5, 0}, 1}, scenes::matte({1, 1, 1}));
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
@@ -126,8 +125,7 @@ TEST(ShadowMap, HasNoSelfShadowing) {
   for (const auto& [name, body] : bodies)
     for (const Vec3& towards : {Vec3{0.3, 1, 0.2}, Vec3{1, 0.02, 0}, Vec3{-0.5, 0.5, 1}, Vec3{1, 1e-3, 1}})
       for (const double distance : {1.8, 3.0, 50.0, 1e8}) {
-        Scene scene = scenes::empty(96);
-        scene.camera = {{1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+        Scene scene = scenes::empty(96, {{1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 40});
         scene.lights = {scenes::point_light(towards * distance), scenes::directional_light(-towards)};
         scenes::add(scene, body, scenes::matte({1, 1, 1}));
         EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb)
@@ -137,8 +135,7 @@ TEST(ShadowMap, HasNoSelfShadowing) {
 
 TEST(ShadowMap, ContainsPlanesAnywhere) {
   for (const bool lets_light_through : {false, true}) {
-    Scene scene = scenes::empty(64);
-    scene.camera = {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 100};
+    Scene scene = scenes::empty(64, {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 100});
     scene.lights = {scenes::directional_light({-1, -1, 0}), scenes::point_light({20, 9, 0})};
     scenes::add(scene, Sphere{{0, -3, 0}, 0.5}, scenes::matte({1, 1, 1}));  // below the floor: nothing to see
     scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));

@@ -82,8 +82,7 @@ struct Stack {
   std::vector<Layer> layers;
 
   [[nodiscard]] Scene scene(double eye_z) const {
-    Scene scene = scenes::empty(1);
-    scene.camera = {{0.013, 0.017, eye_z}, {0.013, 0.017, 0}, {0, 1, 0}, 1e-3};
+    Scene scene = scenes::empty(1, {{0.013, 0.017, eye_z}, {0.013, 0.017, 0}, {0, 1, 0}, 1e-3});
     scene.background.color = {1, 1, 1};
     scene.materials = materials;
     for (const Layer& layer : layers) scenes::add(scene, shape_of(layer), layer.material);

@@ -19,9 +19,8 @@ constexpr double focus = 6;
 
 /// Balls at, before and behind the plane in focus.
 Scene three_balls(std::uint32_t width, std::uint32_t height) {
-  Scene scene = scenes::empty(1);
+  Scene scene = scenes::empty(1, {{0, 1, focus}, {0, 1, 0}, {0, 1, 0}, 40});
   scene.image = {width, height};
-  scene.camera = {{0, 1, focus}, {0, 1, 0}, {0, 1, 0}, 40};
   scene.background.gradient = Gradient{{0.1, 0.4, 0.9}, {0.8, 0.3, 0.05}};
   scene.lights = {scenes::point_light({2, 6, 5})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.6, 0.7, 0.8}));
@@ -83,9 +82,8 @@ TEST(Stereo, EqualsTwoCamerasWhoseWindowsAreShifted) {
 TEST(Stereo, HasNoParallaxAtTheFocusAndOppositeOnesBeforeAndBehindIt) {
   for (const Camera::Type type : {Camera::Type::perspective, Camera::Type::orthographic}) {
     const auto middle_of_ball = [&](double z, bool right) {
-      Scene scene = scenes::empty(1);
+      Scene scene = scenes::empty(1, {{0, 0, focus}, {0, 0, 0}, {0, 1, 0}, 40});
       scene.image = {100, 50};
-      scene.camera = {{0, 0, focus}, {0, 0, 0}, {0, 1, 0}, 40};
       scene.camera.type = type;
       scene.camera.height = 4;
       scenes::add(scene, Sphere{{0, 0, z}, 0.4}, scenes::glowing({1, 1, 1}));

@@ -40,8 +40,7 @@ inline bool reuses(const Scene& scene, SceneCache& cache) { return cache_hits(*c
 
 /// A mesh, glass, quadrics, loose triangles and a plane: one of each kind of geometry.
 inline Scene still_life(double size = 1) {
-  Scene scene = scenes::empty(40);
-  scene.camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(40, {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.lights = {scenes::point_light({3, 5, 4})};
   scenes::add(scene, scenes::placed(scenes::icosphere(4, true), size, {-0.5, 0, 0}), scenes::matte({0.8, 0.5, 0.2}));
   scenes::add(scene, Sphere{{0.9, 0, 0.5}, 0.5}, scenes::glass());

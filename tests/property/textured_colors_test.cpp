@@ -17,8 +17,7 @@ constexpr Color tint{0.75, 0.5, 0.25};
 
 /// A ball, a glass pane that shades the floor, and a Gouraud mesh, all with this material.
 Scene still_life(const Material& material) {
-  Scene scene = scenes::empty(48);
-  scene.camera = {{0, 2.5, 6}, {0, 0.6, 0}, {0, 1, 0}, 45};
+  Scene scene = scenes::empty(48, {{0, 2.5, 6}, {0, 0.6, 0}, {0, 1, 0}, 45});
   scene.background.color = {0.2, 0.4, 0.6};
   scene.ambient = {0.1, 0.1, 0.1};
   scene.lights = {scenes::point_light({2, 6, 3}), scenes::directional_light({-1, -3, 0.5}, {0.4, 0.4, 0.4})};
@@ -76,8 +75,7 @@ TEST(TexturedColors, OfOneColorEqualThatColorBitForBit) {
 /// A pane before a light background, all of it within one pixel, with hundreds of squares of the checker.
 TEST(TexturedColors, HaveTheMeanOfTheirFootprint) {
   for (const Field field : {&Material::emission, &Material::transmission_color}) {
-    Scene scene = scenes::empty(1);
-    scene.camera = {{0, 0, 10}, {0, 0, 0}, {0, 1, 0}, 1};
+    Scene scene = scenes::empty(1, {{0, 0, 10}, {0, 0, 0}, {0, 1, 0}, 1});
     scene.background.color = {1, 1, 1};
     Material pane = scenes::matte({0, 0, 0});
     pane.*field = tint;
@@ -96,8 +94,7 @@ TEST(TexturedColors, HaveTheMeanOfTheirFootprint) {
 
 /// The light of a directional lamp through a checkered pane, straight below each square.
 TEST(TexturedColors, TintTheLightThatPassesWhereItCrosses) {
-  Scene scene = scenes::empty(8);
-  scene.camera = scenes::orthographic({0, 10, 0}, {0, 0, 0}, 8, {0, 0, -1});
+  Scene scene = scenes::empty(8, scenes::orthographic({0, 10, 0}, {0, 0, 0}, 8, {0, 0, -1}));
   scene.lights = {scenes::directional_light({0, -1, 0})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   Material pane = scenes::matte({0, 0, 0});

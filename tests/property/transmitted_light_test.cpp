@@ -24,8 +24,7 @@ enum class Kind { flat, smooth, gouraud, flat_polygon, bump, textured, instance 
 
 /// One triangle with vertex normals, lit along `direction`.
 Scene lit_triangle(Kind kind, const Vec3& direction, double reflected, double transmitted) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 35};
+  Scene scene = scenes::empty(32, {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 35});
   Material material = leaf(reflected, transmitted);
   scene.textures = {{NoiseTexture{{Color{0, 0, 0}, Color{1, 1, 1}}, 2}, {3, 3}, {}, "/textures/t"}};
   if (kind == Kind::flat) material.shading = Material::Shading::flat;
@@ -69,8 +68,7 @@ TEST(TransmittedLight, AddsNothingWhereTheLightIsInFront) {
 /// The front wall shows the light that came through the back wall and the inside; through the front wall one sees the
 /// back wall, which shows the light that comes through it.
 TEST(TransmittedLight, OfASolidPassesItsOtherWallAndItsInside) {
-  Scene scene = scenes::empty(1);
-  scene.camera = scenes::orthographic({0, 0, 5}, {0, 0, 0}, 1e-6);
+  Scene scene = scenes::empty(1, scenes::orthographic({0, 0, 5}, {0, 0, 0}, 1e-6));
   scene.accuracy.max_depth = 4;
   Material slab = leaf(0, 0.5);
   slab.transmission = 0.8;

@@ -149,8 +149,7 @@ TEST(Instance, IsBitIdenticalToItsFlattenedCopy) {
 
 /// A floor below a lamp and the camera, which is closer.
 TEST(Medium, AbsorbsTheWayFromTheLampAndToTheCamera) {
-  Scene scene = scenes::empty(1);
-  scene.camera = scenes::orthographic({0, 2, 0}, {0, 0, 0}, 1e-6, {0, 0, -1});
+  Scene scene = scenes::empty(1, scenes::orthographic({0, 2, 0}, {0, 0, 0}, 1e-6, {0, 0, -1}));
   scene.lights = {scenes::point_light({0, 5, 0})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.5, 0.5, 0.5}));
   scene.medium.absorption = {0.1, 0.25, 0};
@@ -161,8 +160,7 @@ TEST(Medium, AbsorbsTheWayFromTheLampAndToTheCamera) {
 }
 
 TEST(Medium, LetsNoLightArriveFromInfinitelyFar) {
-  Scene scene = scenes::empty(2);
-  scene.camera = {{0, 1, 0}, {0, 0.9, -5}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(2, {{0, 1, 0}, {0, 0.9, -5}, {0, 1, 0}, 60});
   scene.background.color = {1, 1, 1};
   scene.lights = {scenes::directional_light({0, -1, 0})};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
@@ -176,8 +174,7 @@ TEST(Medium, LetsNoLightArriveFromInfinitelyFar) {
 
 /// Through a pane of thickness 1 that absorbs otherwise, straight on.
 TEST(Medium, EndsAtTheSurfacesOfSolids) {
-  Scene scene = scenes::empty(1);
-  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1e-3};
+  Scene scene = scenes::empty(1, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1e-3});
   scene.medium.absorption = {0.2, 0.2, 0.2};
   Material pane = scenes::matte({0, 0, 0});
   pane.transmission = 1;

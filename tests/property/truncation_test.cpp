@@ -18,8 +18,7 @@ constexpr double whole = 0.5;
 
 /// A closed box of mirrors that emit, seen from inside: the radiance of every ray is `whole`, a geometric series.
 Scene mirror_box(double reflection, std::uint32_t side = 8) {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0.3, -0.2, 0.1}, {1, 0.4, 0.2}, {0, 0, 1}, 60};
+  Scene scene = scenes::empty(side, {{0.3, -0.2, 0.1}, {1, 0.4, 0.2}, {0, 0, 1}, 60});
   Material wall = scenes::mirror(reflection);
   const double emission = whole * (1 - reflection);
   wall.emission = Color{emission, emission, emission};
@@ -39,8 +38,7 @@ Scene with_target(Scene scene, double target) {
 
 /// Nested glass in a box that glows: what glass takes from one ray it gives to another.
 Scene glass_in_a_furnace() {
-  Scene scene = scenes::empty(16);
-  scene.camera = {{0, -3, 0}, {0, 0, 0}, {0, 0, 1}, 45};
+  Scene scene = scenes::empty(16, {{0, -3, 0}, {0, 0, 0}, {0, 0, 1}, 45});
   scenes::add(scene, Box{{-4, -4, -4}, {4, 4, 4}}, scenes::glowing({whole, whole, whole}));
   for (const auto& [radius, ior] : {std::pair{1.0, 1.5}, {0.7, 1.2}, {0.4, 2.4}})
     scenes::add(scene, Sphere{{0, 0, 0}, radius}, scenes::glass(ior));
@@ -157,8 +155,7 @@ TEST(TruncationError, WithoutAFindIsThreeByTheNumberOfLooks) {
   EXPECT_DOUBLE_EQ(truncation_error(std::vector<double>(300), 500).squared_upper, 5);
   EXPECT_DOUBLE_EQ(truncation_error(std::vector<double>(2), 500).squared_upper, 500);
   EXPECT_EQ(truncation_error(std::vector<double>(300, 1000), 500).squared_upper, 500);
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 3, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  Scene scene = scenes::empty(64, {{0, 3, 0}, {0, 0, 0}, {0, 0, 1}, 40});
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::mirror(0.5));
   scenes::add(scene, Sphere{{1000, 5, 0}, 1}, scenes::glowing({1, 1, 1}));  // no ray reflects to it
   scene.accuracy.max_depth = 0;

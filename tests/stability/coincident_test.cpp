@@ -30,8 +30,7 @@ std::vector<Shape> shapes() {
 /// Every shape `copies` times, each copy of another color, and random spheres between them.
 Scene stacked(int copies, std::uint64_t seed) {
   Random random(seed);
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0.5, 1, 7}, {0, 0, 0}, {0, 1, 0}, 45};
+  Scene scene = scenes::empty(64, {{0.5, 1, 7}, {0, 0, 0}, {0, 1, 0}, 45});
   scene.lights = {scenes::point_light({3, 5, 6}), scenes::directional_light({1, -1, -1})};
   for (int copy = 0; copy < copies; ++copy) {
     Material material = scenes::matte(copy == 0 ? Color{0.9, 0.2, 0.1} : Color{0.1, 0.9, 0.2});
@@ -81,8 +80,7 @@ TEST(CoplanarSurfaces, ThatOnlyOverlapAreTheSameForAnyThreadsAndAnyTree) {
   Row row(14, "coplanar triangles, discs, planes: threads, triangles in any order", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(8); ++seed) {
     Random random(seed);
-    Scene scene = scenes::empty(64);
-    scene.camera = {{0.5, 3, 4}, {0, 0, 0}, {0, 1, 0}, 45};
+    Scene scene = scenes::empty(64, {{0.5, 3, 4}, {0, 0, 0}, {0, 1, 0}, 45});
     scene.ambient = {1, 1, 1};
     Mesh sheet;
     for (std::uint32_t i = 0; i < 90; ++i) {

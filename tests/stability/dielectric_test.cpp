@@ -49,8 +49,7 @@ struct Layer {
 };
 
 Scene half_spaces(const std::vector<Layer>& layers, const Vec3& eye, const Vec3& look_at, double fov_deg) {
-  Scene scene = scenes::empty(48);
-  scene.camera = {eye, look_at, {0, 1, 0}, fov_deg};
+  Scene scene = scenes::empty(48, {eye, look_at, {0, 1, 0}, fov_deg});
   scene.background.gradient = Gradient{{1, 1, 1}, {0, 0, 0}};
   scene.accuracy.max_depth = 100;
   for (const Layer& layer : layers) {

@@ -18,8 +18,7 @@ using stability::Row;
 
 /// Two parallel emissive mirrors, and one pixel that looks from one at the other.
 Scene corridor(double rho, std::uint32_t depth) {
-  Scene scene = scenes::empty(2);
-  scene.camera = {{0, 0, 0.25}, {0, 0, 1}, {0, 1, 0}, 1};
+  Scene scene = scenes::empty(2, {{0, 0, 0.25}, {0, 0, 1}, {0, 1, 0}, 1});
   Material wall = scenes::mirror(rho);
   wall.emission = Color{1, 0.5, 0.25};
   const MaterialId material = scenes::add(scene, wall);
@@ -50,8 +49,7 @@ TEST(MirrorCorridor, SumsTheGeometricSeriesToAnyDepth) {
 TEST(ClosedBoxOfEmissiveMirrors, HoldsEOverOneMinusRhoEverywhere) {
   Row row(25, "closed box of glowing mirrors: B = E / (1 - rho)", Oracle::closed_form, "pixels");
   for (const double rho : {0.0, 0.3, 0.9, 0.99}) {
-    Scene scene = scenes::empty(32);
-    scene.camera = {{0.3, 0.4, 0.9}, {1, 0.1, 0.2}, {0, 1, 0}, 120};
+    Scene scene = scenes::empty(32, {{0.3, 0.4, 0.9}, {1, 0.1, 0.2}, {0, 1, 0}, 120});
     Material wall = scenes::mirror(rho);
     wall.emission = Color{1, 0.5, 0.25};
     scenes::add(scene, Box{{0, 0, 0}, {1, 0.75, 1.5}}, wall);
@@ -104,8 +102,7 @@ TEST(Extremes, OfDistanceGiveFiniteImages) {
   for (double distance = 1e3; distance < 1e60; distance *= 1e4)
     for (const double size : {1.0, 1e-55}) {
       SCOPED_TRACE(distance);
-      Scene scene = scenes::empty(3);
-      scene.camera = {{0, 0, distance}, {0, 0, 0}, {0, 1, 0}, 10};
+      Scene scene = scenes::empty(3, {{0, 0, distance}, {0, 0, 0}, {0, 1, 0}, 10});
       scene.ambient = {1, 1, 1};
       scene.lights = {scenes::directional_light({0, -1, -1}), scenes::point_light({0, 1e60, 0}),
                       scenes::point_light({0, 0, 0})};
@@ -129,8 +126,7 @@ TEST(Extremes, OfPositionGiveFiniteImagesForCameraAndLightAtASurface) {
   Row row(16, "camera and lamp on, in, 1 ulp off surfaces: finite", Oracle::conservation, "pixels");
   for (const double at : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, 0.5})
     for (const double lamp : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, -1.0}) {
-      Scene scene = scenes::empty(16);
-      scene.camera = {{0, at, 0}, {1, at - 0.1, 0.3}, {0, 1, 0}, 120};
+      Scene scene = scenes::empty(16, {{0, at, 0}, {1, at - 0.1, 0.3}, {0, 1, 0}, 120});
       scene.ambient = {0.1, 0.1, 0.1};
       scene.lights = {scenes::point_light({0, lamp, 0})};
       scene.accuracy.max_depth = 5;
@@ -145,8 +141,7 @@ TEST(Extremes, OfPositionGiveFiniteImagesForCameraAndLightAtASurface) {
 }
 
 TEST(Extremes, OfRadianceAreClampedToTheLargestFloat) {
-  Scene scene = scenes::empty(4);
-  scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 5};
+  Scene scene = scenes::empty(4, {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 5});
   scene.lights = {scenes::point_light({0, 0, 3}, {1e30, 1e30, 1e30})};
   scene.lights[0].intensity = 1e30;
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::matte({1, 1, 1}));
@@ -177,8 +172,7 @@ TEST(HugeSphere, EqualsTheReferenceTracerInFloat) {
   Row row(7, "spheres of R = 1e3 .. 1e9 beside the second tracer", Oracle::closed_form, "pixels");
   row.bound("the path passes an edge by less than 1e-9", 1e-3);
   for (const double radius : {1e3, 1e6, 1e9}) {
-    Scene scene = scenes::empty(64);
-    scene.camera = {{0, 1, 0}, {1, 0.5, 0}, {0, 1, 0}, 60};
+    Scene scene = scenes::empty(64, {{0, 1, 0}, {1, 0.5, 0}, {0, 1, 0}, 60});
     scene.lights = {scenes::point_light({2, 3, 1})};
     scenes::add(scene, Sphere{{0, -radius, 0}, radius}, scenes::matte({1, 1, 1}));
     compare_with_reference(row, scene, {.absolute = 1e-7L, .relative = 0x1p-24L, .edge = 1e-9L},
@@ -188,8 +182,7 @@ TEST(HugeSphere, EqualsTheReferenceTracerInFloat) {
 
 /// A glossy sphere in front of the camera, with the light at the camera or next to it.
 Scene shining(Material::Model model, double shininess, const Vec3& lamp) {
-  Scene scene = scenes::empty(33);
-  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  Scene scene = scenes::empty(33, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 30});
   scene.lights = {scenes::point_light(lamp)};
   Material material = scenes::matte({0.5, 0.4, 0.3});
   material.model = model;
@@ -213,8 +206,7 @@ TEST(HighlightExponents, FromZeroToTheLargestDoubleGiveThePower) {
 
 /// An emissive shape in front of black, with parallel rays: 32 x 32 pixels of 1 x 1.
 Scene window(Shape shape, std::uint32_t samples) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 50}, {0, 0, 0}, {0, 1, 0}, 45};
+  Scene scene = scenes::empty(32, {{0, 0, 50}, {0, 0, 0}, {0, 1, 0}, 45});
   scene.camera.type = Camera::Type::orthographic;
   scene.camera.height = 32;
   scene.accuracy.samples = samples;

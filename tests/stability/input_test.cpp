@@ -17,8 +17,7 @@ using stability::Row;
 
 /// A scene with every kind of element.
 Scene scene_of_everything() {
-  Scene scene = scenes::empty(4);
-  scene.camera = {{1, 2, 9}, {0, 0.5, 0}, {0.1, 1, 0}, 40, Camera::Type::perspective, 3, 0.01, 8};
+  Scene scene = scenes::empty(4, {{1, 2, 9}, {0, 0.5, 0}, {0.1, 1, 0}, 40, Camera::Type::perspective, 3, 0.01, 8});
   scene.background.gradient = Gradient{{0.1, 0.2, 0.3}, {0.3, 0.2, 0.1}};
   scene.depth_cue = DepthCue{3, 20, 0.9, 0.2, {0.5, 0.5, 0.5}};
   scene.ambient = {0.1, 0.1, 0.1};

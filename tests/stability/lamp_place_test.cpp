@@ -18,8 +18,7 @@ TEST(Shadow, IsNotCastByTheSurfaceOfTheLight) {
   oracle::Random random(1);
   const Vec normal = unit(Vec(0.1L, -1, 0.2L)), across = unit(cross(normal, Vec(0, 0, 1)));
   for (int i = 0; i < 40; ++i) {
-    Scene open = scenes::empty(16);
-    open.camera = {{0, 2, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+    Scene open = scenes::empty(16, {{0, 2, 6}, {0, 0, 0}, {0, 1, 0}, 20});
     scenes::add(open, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
     Scene closed = open;
     const bool ball = i % 2 == 0;
@@ -36,8 +35,7 @@ TEST(Shadow, IsNotCastByTheSurfaceOfTheLight) {
 
 TEST(Shadow, OfASphereEnclosesALightInside) {
   Row row(17, "a lamp in a ball lights all of its inside and nothing else", Oracle::closed_form, "pixels");
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+  Scene scene = scenes::empty(32, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20});
   scene.lights = {scenes::point_light({0, 0.5, 0})};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::matte({1, 1, 1}));
   scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
@@ -69,8 +67,7 @@ TEST(Camera, OnASurfaceSeesTheSolidInwardsOnly) {
     const double at = body.top;
     for (const double y : {at, std::nextafter(at, -1), std::nextafter(at, 2), at - 1e-300, at - 1e-9, at - 0.5})
       for (const double size : {1e-9, 1.0, 1e9}) {
-        Scene scene = scenes::empty(24);
-        scene.camera = {{0, y * size, 0}, {0.1 * size, (y - 1) * size, 0.2 * size}, {1, 0, 0}, 60};
+        Scene scene = scenes::empty(24, {{0, y * size, 0}, {0.1 * size, (y - 1) * size, 0.2 * size}, {1, 0, 0}, 60});
         scenes::add(scene, body.shape, scenes::glowing({1, 1, 1}));
         scene.objects[0].transform = Transform{{{{size, 0, 0, 0}, {0, size, 0, 0}, {0, 0, size, 0}}}};
         const Image image = stability::render(scene).image;
@@ -92,8 +89,7 @@ TEST(Light, BehindASurfaceLeavesItDarkAndTheImageFinite) {
                                            SphereLight{{0, y - 1e-3, 0}, 1e-3}};
     for (const LightSource& source : sources)
       for (const auto kind : {Attenuation::Kind::none, Attenuation::Kind::inverse_square}) {
-        Scene scene = scenes::empty(16);
-        scene.camera = {{0, 2, 0.5}, {0, 0, 0}, {0, 0, -1}, 60};
+        Scene scene = scenes::empty(16, {{0, 2, 0.5}, {0, 0, 0}, {0, 0, -1}, 60});
         scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
         scenes::add(scene, Sphere{{0, 0, 0}, 0.25}, scenes::glass());
         scene.materials[1].specular = scene.materials[1].diffuse = 1;

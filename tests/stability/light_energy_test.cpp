@@ -14,8 +14,7 @@ using stability::Row;
 
 TEST(Energy, IsConservedByAMirrorInAConstantBackground) {
   Row row(23, "mirrors in a constant background: its bits", Oracle::conservation, "pixels");
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 1, 6}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(64, {{0, 1, 6}, {0, 0, 0}, {0, 1, 0}, 60});
   scene.background.color = {0.1, 0.7, 1.3};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror());
   scenes::add(scene, Sphere{{1.5, 0, 0}, 0.5}, scenes::mirror());
@@ -31,8 +30,7 @@ TEST(Energy, IsConservedByAMirrorInAConstantBackground) {
 
 TEST(Energy, IsConservedByGlassInAWhiteFurnace) {
   Row row(23, "white furnace: glass is not seen", Oracle::conservation, "pixels");
-  Scene scene = scenes::empty(48);
-  scene.camera = {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(48, {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {1, 1, 1};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glass(1.5));
   scene.accuracy.max_depth = 4000;

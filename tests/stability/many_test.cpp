@@ -19,8 +19,7 @@ constexpr std::uint32_t many = 100'000;
 TEST(HundredThousandLights, SumToTheSameFloatInAnyOrder) {
   Row row(22, "1e5 lamps: the sum in any order, to 1 ulp", Oracle::invariance, "values");
   Random random(1);
-  Scene scene = scenes::empty(3);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(3, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 40});
   Material glossy = scenes::matte({0.7, 0.5, 0.3});
   glossy.model = Material::Model::blinn_phong;
   glossy.specular = 0.4;
@@ -49,8 +48,7 @@ TEST(HundredThousandInstances, EqualCopiesInAnyOrder) {
   Row shuffled(22, "1e5 instances in any order: the same bits", Oracle::invariance, "pixels");
   Row flattened(22, "1e5 instances beside 1e5 copies: the same bits", Oracle::invariance, "pixels");
   Random random(2);
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 0, 40}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(64, {{0, 0, 40}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.lights = {scenes::directional_light({-1, -1, -1}), scenes::point_light({3, 4, 30})};
   const MaterialId red = scenes::add(scene, scenes::matte({0.7, 0.3, 0.2}));
   Scene flat = scene;

@@ -14,8 +14,7 @@ using stability::Row;
 
 /// A lit sphere or its mesh, without pixels on silhouettes.
 Scene lit(Shape shape) {
-  Scene scene = scenes::empty(128);
-  scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 20};
+  Scene scene = scenes::empty(128, {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 20});
   scene.lights = {scenes::point_light({4, 3, 1.5})};
   scenes::add(scene, std::move(shape), scenes::matte({1, 1, 1}));
   return scene;

@@ -41,8 +41,7 @@ Shape shape_at(int kind, const Vec3& place, double unit) {
 /// A matte shape over a floor with its shadow, and before a mirror; all within ten units of `place`.
 Scene small_scene(int kind, const Vec3& place, double unit) {
   const auto at = [&](double x, double y, double z) { return (place + Vec3{x, y, z}) * unit; };
-  Scene scene = scenes::empty(24);
-  scene.camera = {at(0.3, 1.5, 6), at(0, 0, 0), {0, 1, 0}, 45};
+  Scene scene = scenes::empty(24, {at(0.3, 1.5, 6), at(0, 0, 0), {0, 1, 0}, 45});
   scene.ambient = {0.1, 0.1, 0.1};
   scene.lights = {scenes::point_light(at(3, 6, 4))};
   const bool moved = kind == shape_kinds - 1;

@@ -19,9 +19,10 @@ namespace scenes {
 
 using namespace tracer;
 
-Scene empty(std::uint32_t side) {
+Scene empty(std::uint32_t side, const Camera& camera) {
   Scene scene;
   scene.image = {side, side};
+  scene.camera = camera;
   scene.accuracy.samples = 1;
   scene.accuracy.cutoff = 0;
   scene.accuracy.max_depth = 64;
@@ -210,8 +211,7 @@ class Draw : public oracle::Random {
 
 Scene random(std::uint64_t seed, std::uint32_t side) {
   Draw draw(seed);
-  Scene scene = empty(side);
-  scene.camera = {draw.vector(6), draw.vector(1), {0, 1, 0}, draw.in(20, 100)};
+  Scene scene = empty(side, {draw.vector(6), draw.vector(1), {0, 1, 0}, draw.in(20, 100)});
   scene.background.color = draw.color();
   scene.ambient = draw.color();
   for (int i = 0; i < 2; ++i) scene.lights.push_back(draw.light());
@@ -258,17 +258,16 @@ void light_globally(Scene& scene) {
   scene.materials.front().emission = Color{0.6, 0.5, 0.3};
 }
 
-std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene, const Assets& assets) {
   RenderControl control;
-  return value_of(compile(scene, control));
+  return value_of(compile(scene, control, assets));
 }
 
 Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets) {
   if (const auto issues = validate(scene, Limits{}); !issues.empty())
     throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);
   RenderControl control;
-  const auto compiled = value_of(compile(scene, control, assets));
-  return value_of(tracer::render(*compiled, {.threads = threads}, control));
+  return value_of(tracer::render(*compiled(scene, assets), {.threads = threads}, control));
 }
 
 Rendered approximated(Scene scene, const Approximations& approximations) {

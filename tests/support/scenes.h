@@ -12,7 +12,7 @@ namespace scenes {
 
 /// A scene of `side` x `side` pixels with one sample at each pixel's center, a black background, no cutoff and a depth
 /// of 64, so that nothing depends on chance.
-tracer::Scene empty(std::uint32_t side);
+tracer::Scene empty(std::uint32_t side, const tracer::Camera& camera = {});
 
 /// Rays end by chance, as in a document that names neither `max_depth` nor `cutoff`. No material splits a ray into more
 /// than it was, so that trees end.
@@ -56,7 +56,7 @@ tracer::Scene room(double scale = 1, const tracer::Vec3& offset = {});
 void light_globally(tracer::Scene& scene);
 
 /// The functions below throw std::runtime_error with the reason if compiling or rendering fails.
-std::shared_ptr<const tracer::CompiledScene> compiled(const tracer::Scene& scene);
+std::shared_ptr<const tracer::CompiledScene> compiled(const tracer::Scene& scene, const tracer::Assets& assets = {});
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
 /// Renders `scene` with approximations at fixed samples, without an error estimate and so without its rays.

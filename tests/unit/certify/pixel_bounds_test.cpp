@@ -35,8 +35,7 @@ bool is_dark_or_lit(const RadianceInterval& interval) { return interval.low[0] =
 
 /// A camera at (0, 3, 6) that sees nothing but the plane y = 0, or what lies on it.
 Scene floor_scene(std::uint32_t side = 16, const Material& material = scenes::matte({0.5, 0.5, 0.5})) {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+  Scene scene = scenes::empty(side, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20});
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, material);
   return scene;
 }
@@ -72,8 +71,7 @@ TEST(PixelBounds, AreExactForTheBackground) {
 }
 
 TEST(PixelBounds, AreExactForAnEmissiveSquareAndItsSurroundings) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+  Scene scene = scenes::empty(64, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40});
   scene.background.color = {0.5, 0.5, 0.5};
   scenes::add(scene, Box{{-0.5, -0.5, -1}, {0.5, 0.5, 0}}, scenes::glowing({3, 3, 3}));
   std::size_t inside = 0, outside = 0, edges = 0;
@@ -127,8 +125,7 @@ TEST(PixelBounds, OfAPenumbraReachFromDarkToLit) {
 
 /// A triangle in the shadow of another, at the edge of it, and lit beside it.
 TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
-  Scene scene = scenes::empty(64);
-  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+  Scene scene = scenes::empty(64, {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20});
   scene.lights.push_back(scenes::point_light({0, 4, 0}));
   const MaterialId white = scenes::add(scene, scenes::matte({0.5, 0.5, 0.5}));
   scenes::add(scene, Triangle{{Vec3{-30, 0, 20}, Vec3{30, 0, 20}, Vec3{0, 0, -40}}, {}, {}}, white);
@@ -141,8 +138,7 @@ TEST(PixelBounds, OfATriangleBelowAnotherContainEverySample) {
 
 /// From inside, a sphere shadows itself.
 TEST(PixelBounds, OfTheInsideOfASphereAreDark) {
-  Scene scene = scenes::empty(32);
-  scene.camera = {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(32, {{0, 0, 0.5}, {0, 0, 0}, {0, 1, 0}, 60});
   scene.lights.push_back(scenes::point_light({0.5, 1, 5}));
   scenes::add(scene, Sphere{}, scenes::matte({0.5, 0.5, 0.5}));
   for (const RadianceInterval& interval : intervals_of(scene)) EXPECT_EQ(interval.low[0], 0.0f);

@@ -5,7 +5,6 @@
 
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
-#include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/validate.h"
@@ -315,9 +314,8 @@ Comparison compare(const RandomScene& random, std::uint32_t per_pixel, std::uint
   if (const auto issues = validate(random.scene, Limits{}); !issues.empty())
     throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);
   RenderControl control;
-  const auto compiled = compile(random.scene, control, random.assets);
-  if (!compiled) throw std::runtime_error(compiled.error().detail);
-  return compare(**compiled, intervals_of(**compiled, one_by_one, control), per_pixel, seed);
+  const auto compiled = scenes::compiled(random.scene, random.assets);
+  return compare(*compiled, intervals_of(*compiled, one_by_one, control), per_pixel, seed);
 }
 
 }  // namespace certify

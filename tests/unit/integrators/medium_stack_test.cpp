@@ -39,8 +39,7 @@ std::shared_ptr<const CompiledScene> glass_objects() {
   Material filter = scenes::glass();
   filter.transparency = Material::Transparency::filtered;
   scenes::add(scene, Disc{{30, 0, -9}, {0, 0, 1}, 1, 0, {}}, filter);
-  RenderControl control;
-  return *compile(scene, control);
+  return scenes::compiled(scene);
 }
 
 /// Innermost last.

@@ -22,8 +22,7 @@ constexpr double pi = std::numbers::pi;
 std::shared_ptr<const CompiledScene> compiled(Scene scene) {
   scene.accuracy.model = Accuracy::Model::global;
   scenes::add(scene, Plane{{0, 0, -1000}, {0, 0, 1}, {}}, scenes::matte({1, 1, 1}));
-  RenderControl control;
-  return *compile(scene, control);
+  return scenes::compiled(scene);
 }
 
 Scene glowing(const Shape& shape) {
@@ -199,8 +198,7 @@ TEST(Emitters, AreEmptyUnderABlackOrInfiniteSkyAndWithoutGlobalLight) {
     scene.textures[0].pattern = CheckerTexture{{Color{}, Color{radiance, 0, 0}}};
     EXPECT_TRUE(compiled(scene)->objects.emitters.empty());
   }
-  RenderControl control;
-  EXPECT_TRUE((*compile(glowing(Sphere{{0, 0, 2}, 1}), control))->objects.emitters.empty());
+  EXPECT_TRUE(scenes::compiled(glowing(Sphere{{0, 0, 2}, 1}))->objects.emitters.empty());
 }
 
 }  // namespace

@@ -25,8 +25,7 @@ Material diffuse(const Color& color) {
 
 /// Two colored walls that meet over a floor, and a ball, in front of black.
 Scene corner() {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{2, 1.2, 2}, {-0.3, 0.4, -0.3}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(side, {{2, 1.2, 2}, {-0.3, 0.4, -0.3}, {0, 1, 0}, 60});
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, diffuse({0.8, 0.8, 0.8}));
   scenes::add(scene, Plane{{-1, 0, 0}, {1, 0, 0}, {}}, diffuse({0.8, 0.1, 0.1}));
   scenes::add(scene, Plane{{0, 0, -1}, {0, 0, 1}, {}}, diffuse({0.1, 0.7, 0.2}));
@@ -91,8 +90,7 @@ Scene with_other_materials() {
 }
 
 Scene of_a_mesh_in_a_sphere() {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 60};
+  Scene scene = scenes::empty(side, {{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 60});
   scenes::add(scene, Sphere{{0, 0, 0}, 3}, diffuse({0.6, 0.5, 0.4}));
   scenes::add(scene, scenes::placed(scenes::icosphere(1), 0.7, {0.3, -0.2, 0}), diffuse({0.3, 0.4, 0.8}));
   scene.lights.push_back(scenes::point_light({-1, 1, 1}, {0.4, 0.4, 0.4}));
@@ -187,8 +185,7 @@ Rendered render_with(Scene scene, Approximations::Interreflection interreflectio
 }
 
 TEST(ModelError, IsZeroWithoutDiffuseSurfaces) {
-  Scene scene = scenes::empty(side);
-  scene.camera = {{0, 0, 4}, {0, 0, 0}};
+  Scene scene = scenes::empty(side, {{0, 0, 4}, {0, 0, 0}});
   scene.background.color = {0.2, 0.5, 0.3};
   scenes::add(scene, Sphere{{-0.6, 0, 0}, 0.6}, scenes::mirror(0.8));
   scenes::add(scene, Sphere{{0.6, 0, 0}, 0.5}, scenes::glowing({0.7, 0.2, 0.1}));

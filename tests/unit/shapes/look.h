@@ -1,14 +1,13 @@
 #pragma once
 /// Scenes of one shape, and the first hit of single rays.
 
-#include <gtest/gtest.h>
-
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
-#include "tracer/compile.h"
 #include "tracer/src/interaction/surface.h"
 
 namespace tracer {
+
+using scenes::compiled;
 
 /// A shape with a checkered material, so that texture coordinates are computed.
 inline Scene checkered(const Shape& shape, const std::optional<Transform>& transform = {}) {
@@ -19,13 +18,6 @@ inline Scene checkered(const Shape& shape, const std::optional<Transform>& trans
   scenes::add(scene, shape, material);
   scene.objects[0].transform = transform;
   return scene;
-}
-
-inline std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
-  RenderControl control;
-  auto result = compile(scene, control);
-  EXPECT_TRUE(result.has_value());
-  return *result;
 }
 
 /// First hit of a ray in render space.
