@@ -161,18 +161,19 @@ Scene bright(std::uint32_t side) {
   return scene;
 }
 
-Rendered within(double budget_ms, FakeClock& clock, const Scene& scene = bright(64)) {
+Rendered within(double budget_ms, const Scene& scene = bright(64), int* readings = nullptr) {
   const Adaptive adaptive{.target_error = {}, .time_budget_ms = budget_ms};
+  FakeClock clock;
   RenderControl control;
   auto rendered = render(*scenes::compiled(adapting(scene, adaptive)), clock.settings(), control);
   EXPECT_TRUE(rendered.has_value());
+  if (readings != nullptr) *readings = clock.readings;
   return std::move(*rendered);
 }
 
 TEST(TimeBudget, GivesACompleteImageWheneverItEnds) {
   for (const double budget_ms : {1e-6, 1.0, 5.0, 20.0, 40.0, 60.0, 100.0, 150.0}) {
-    FakeClock clock;
-    const Rendered rendered = within(budget_ms, clock);
+    const Rendered rendered = within(budget_ms);
     EXPECT_GT(*std::min_element(rendered.image.rgb.begin(), rendered.image.rgb.end()), 0) << budget_ms;
     EXPECT_TRUE(std::isfinite(rendered.error.estimate) && rendered.error.estimate > 0) << budget_ms;
     EXPECT_TRUE(rendered.error.target_met) << "no target, nothing missed";
@@ -180,8 +181,7 @@ TEST(TimeBudget, GivesACompleteImageWheneverItEnds) {
 }
 
 TEST(TimeBudget, OfAlmostNothingTracesAlmostNothing) {
-  FakeClock clock;
-  const Rendered rendered = within(1e-6, clock);
+  const Rendered rendered = within(1e-6);
   const std::uint64_t audited = rendered.statistics.holdout_samples;
   EXPECT_EQ(rendered.statistics.rays.camera - audited, 1u) << "something to show";
   EXPECT_GT(audited, 0u) << "a claim rests on something";
@@ -193,8 +193,7 @@ TEST(TimeBudget, ThatSufficesSamplesEveryPixelOfAnyImageSize) {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 1u}, {33u, 65u}, {2u, 95u}, {48u, 36u}}) {
     Scene scene = bright(64);
     scene.image = {width, height};
-    FakeClock clock;
-    const RenderStatistics statistics = within(400, clock, scene).statistics;
+    const RenderStatistics statistics = within(400, scene).statistics;
     EXPECT_GE(statistics.samples_min, 1u) << width << " x " << height;
     EXPECT_GT(statistics.samples_max, 1u) << width << " x " << height;
   }
@@ -206,8 +205,7 @@ TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
   converged.accuracy.samples = 16;
   const DisplayImage truth = to_display(scenes::render(converged).image);
   for (const double budget_ms : {1e-6, 10.0, 30.0, 60.0}) {
-    FakeClock clock;
-    const Rendered rendered = within(budget_ms, clock, scene);
+    const Rendered rendered = within(budget_ms, scene);
     ASSERT_EQ(rendered.statistics.samples_min, 0u) << budget_ms;
     EXPECT_LE(compare(truth, to_display(rendered.image))->rmse, rendered.error.estimate) << budget_ms;
   }
@@ -216,8 +214,7 @@ TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
 TEST(TimeBudget, ThatEndsARoundLeavesThePilotsOfPixelsWithoutSamples) {
   double earlier = 255;  // levels
   for (double budget_ms = 100; budget_ms <= 250; budget_ms += 10) {
-    FakeClock clock;
-    const Rendered rendered = within(budget_ms, clock);
+    const Rendered rendered = within(budget_ms);
     EXPECT_GE(std::ranges::min(rendered.image.layers.samples), 1u) << budget_ms;
     EXPECT_LT(rendered.error.estimate, 1.5 * earlier) << budget_ms;
     earlier = std::min(earlier, rendered.error.estimate);
@@ -227,21 +224,19 @@ TEST(TimeBudget, ThatEndsARoundLeavesThePilotsOfPixelsWithoutSamples) {
 TEST(TimeBudget, EndsTheMeasurementOfApproximationsToo) {
   Scene scene = bright(32);
   scene.accuracy.approximate.shadows = Approximations::Shadows::none;
-  FakeClock clock;
-  const Rendered rendered = within(100, clock, scene);
+  const Rendered rendered = within(100, scene);
   EXPECT_GT(rendered.error.looks, 0u);
   EXPECT_LT(rendered.error.looks, 2048u) << "as many as without a budget";
 }
 
 TEST(TimeBudget, IsCheckedBeforeEveryTileAndEndsTheRender) {
   constexpr double budget_ms = 100;
-  FakeClock clock;
-  const Rendered rendered = within(budget_ms, clock);
-  EXPECT_GE(clock.readings, 0.8 * budget_ms) << "it is used, except for the reserve at the end";
+  int readings = 0, readings_at_least = 0;
+  const Rendered rendered = within(budget_ms, bright(64), &readings);
+  EXPECT_GE(readings, 0.8 * budget_ms) << "it is used, except for the reserve at the end";
   // After the end, the clock is read once for every omitted tile, and a few times for the estimate.
-  FakeClock never;
-  within(1e-6, never);
-  EXPECT_LE(clock.readings, budget_ms + never.readings);
+  within(1e-6, bright(64), &readings_at_least);
+  EXPECT_LE(readings, budget_ms + readings_at_least);
   EXPECT_LT(rendered.statistics.samples_max, 4096u);
 }
 
@@ -249,8 +244,7 @@ TEST(TimeBudget, GivesMoreSamplesAndLessErrorIfLarger) {
   std::uint64_t samples = 0;
   double error = std::numeric_limits<double>::infinity();
   for (const double budget_ms : {20.0, 80.0, 200.0, 500.0}) {
-    FakeClock clock;
-    const Rendered rendered = within(budget_ms, clock);
+    const Rendered rendered = within(budget_ms);
     EXPECT_GT(rendered.statistics.samples, samples) << budget_ms;
     EXPECT_LT(rendered.error.estimate, error) << budget_ms;
     samples = rendered.statistics.samples;
