@@ -12,10 +12,7 @@
 namespace tracer {
 namespace {
 
-using mesh_files::Bytes;
-using mesh_files::bytes_of;
-using mesh_files::PlyEncoding;
-using mesh_files::pyramid;
+using namespace mesh_files;
 
 std::string refusal(const Bytes& bytes, const Limits& limits = {}) {
   const auto mesh = read_mesh_file(bytes, limits, true);
@@ -34,12 +31,12 @@ const std::string faces = "element face 1\nproperty list uchar int vertex_indice
 const std::string three = "0 0 0\n1 0 0\n0 1 0\n";
 
 std::vector<Bytes> every_format() {
-  return {bytes_of(mesh_files::obj(pyramid())),
-          bytes_of(mesh_files::ascii_stl(pyramid())),
-          mesh_files::binary_stl(pyramid()),
-          mesh_files::ply(pyramid(), PlyEncoding::ascii, true),
-          mesh_files::ply(pyramid(), PlyEncoding::little_endian, false),
-          mesh_files::ply(pyramid(), PlyEncoding::big_endian, true)};
+  return {bytes_of(obj(pyramid())),
+          bytes_of(ascii_stl(pyramid())),
+          binary_stl(pyramid()),
+          ply(pyramid(), PlyEncoding::ascii, true),
+          ply(pyramid(), PlyEncoding::little_endian, false),
+          ply(pyramid(), PlyEncoding::big_endian, true)};
 }
 
 TEST(HostileMeshFile, IsRejectedWithPositionAndReason) {
@@ -101,16 +98,15 @@ TEST(HostileMeshFile, IsRejectedWithPositionAndReason) {
 }
 
 TEST(HostileMeshFile, WithNonFiniteBinaryNumbersIsRejected) {
-  Bytes stl = mesh_files::binary_stl(pyramid());
+  Bytes stl = binary_stl(pyramid());
   for (std::size_t i = 0; i < 4; ++i) stl[84 + 50 + 12 + i] = 0xff;
   EXPECT_EQ(refusal(stl), "byte 146: must be finite, got -nan");
   Mesh bad = pyramid();
   bad.uvs[2].x = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(refusal(mesh_files::ply(bad, PlyEncoding::big_endian, false)).find("must be finite"), std::string::npos);
+  EXPECT_NE(refusal(ply(bad, PlyEncoding::big_endian, false)).find("must be finite"), std::string::npos);
   bad = pyramid();
   bad.normals[4].y = std::numeric_limits<double>::infinity();
-  EXPECT_NE(refusal(mesh_files::ply(bad, PlyEncoding::little_endian, true)).find("must be finite, got inf"),
-            std::string::npos);
+  EXPECT_NE(refusal(ply(bad, PlyEncoding::little_endian, true)).find("must be finite, got inf"), std::string::npos);
 }
 
 TEST(HostileMeshFile, WithMoreTrianglesThanTheLimitIsRejected) {
@@ -133,7 +129,7 @@ TEST(HostileMeshFile, TruncatedAnywhereGivesAnErrorOrAValidMesh) {
       const Bytes cut(formats[f].begin(), formats[f].begin() + static_cast<std::ptrdiff_t>(size));
       const auto mesh = read_mesh_file(cut, {}, false);
       if (mesh) {
-        EXPECT_EQ(mesh_files::broken_promise(*mesh, {}), "") << f << " " << size;
+        EXPECT_EQ(broken_promise(*mesh, {}), "") << f << " " << size;
         EXPECT_TRUE(f == 0 || size + 20 > formats[f].size()) << "only OBJ does not say how much there is: " << f;
       }
     }
@@ -148,7 +144,7 @@ TEST(HostileMeshFile, WithAnyBytesChangedGivesAnErrorOrAValidMesh) {
         changed[random.below(static_cast<std::uint32_t>(changed.size()))] =
             static_cast<std::uint8_t>(random.below(256));
       const auto mesh = read_mesh_file(changed, {}, random.chance(0.5));
-      EXPECT_EQ(mesh ? mesh_files::broken_promise(*mesh, {}) : "", "");
+      EXPECT_EQ(mesh ? broken_promise(*mesh, {}) : "", "");
     }
 }
 
@@ -165,7 +161,7 @@ TEST(HostileMeshFile, ThatDeclaresBillionsAllocatesNoMemory) {
                                  "end_header\n" + data;
         EXPECT_NE(refusal(text).find("too short"), std::string::npos) << text;
       }
-  Bytes stl = mesh_files::binary_stl(pyramid());
+  Bytes stl = binary_stl(pyramid());
   for (std::size_t i = 80; i < 84; ++i) stl[i] = 0xff;
   EXPECT_NE(refusal(stl).find("no OBJ, PLY, STL or glTF file"), std::string::npos);
   EXPECT_NE(refusal("v 1 1 1\nf -1" + std::string(1 << 20, ' ') + "-1 -1\n"), "");

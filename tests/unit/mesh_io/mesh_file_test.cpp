@@ -11,18 +11,13 @@
 namespace tracer {
 namespace {
 
-using mesh_files::Bytes;
-using mesh_files::bytes_of;
-using mesh_files::Corner;
-using mesh_files::corners;
-using mesh_files::PlyEncoding;
-using mesh_files::pyramid;
+using namespace mesh_files;
 
 Mesh read(const Bytes& bytes, bool smooth = false) {
   auto mesh = read_mesh_file(bytes, {}, smooth);
   EXPECT_TRUE(mesh) << mesh.error();
   if (!mesh) return pyramid();
-  EXPECT_EQ(mesh_files::broken_promise(*mesh, {}), "");
+  EXPECT_EQ(broken_promise(*mesh, {}), "");
   return *std::move(mesh);
 }
 
@@ -54,13 +49,11 @@ double area(const Mesh& mesh) {
   return sum;
 }
 
-TEST(ObjFile, GivesPositionsNormalsAndUvsOfItsCorners) {
-  EXPECT_EQ(corners(read(mesh_files::obj(pyramid()))), expected());
-}
+TEST(ObjFile, GivesPositionsNormalsAndUvsOfItsCorners) { EXPECT_EQ(corners(read(obj(pyramid()))), expected()); }
 
 TEST(ObjFile, AcceptsEveryLineEnding) {
   for (const char* line_end : {"\r\n", "\r", " \n\n", "\t# a comment\n"})
-    EXPECT_EQ(corners(read(with_line_ends(mesh_files::obj(pyramid()), line_end))), expected()) << line_end;
+    EXPECT_EQ(corners(read(with_line_ends(obj(pyramid()), line_end))), expected()) << line_end;
 }
 
 TEST(ObjFile, SupportsNegativeIndicesContinuationLinesAndAllNumberFormats) {
@@ -118,8 +111,7 @@ TEST(ObjFile, CutsPolygonsIntoTrianglesThatCoverThem) {
 TEST(PlyFile, GivesTheSameInEveryEncodingAndType) {
   for (const PlyEncoding encoding : {PlyEncoding::ascii, PlyEncoding::little_endian, PlyEncoding::big_endian})
     for (const bool wide : {false, true})
-      EXPECT_EQ(corners(read(mesh_files::ply(pyramid(), encoding, wide))), expected())
-          << static_cast<int>(encoding) << wide;
+      EXPECT_EQ(corners(read(ply(pyramid(), encoding, wide))), expected()) << static_cast<int>(encoding) << wide;
 }
 
 TEST(PlyFile, ReadsKnownElementsInAnyOrderAndSkipsOthers) {
@@ -163,15 +155,15 @@ TEST(PlyFile, SplitsStripsIntoTrianglesWithConsistentWinding) {
 }
 
 TEST(StlFile, GivesItsPositionsInBothEncodings) {
-  EXPECT_EQ(corners(read(mesh_files::ascii_stl(pyramid()))), expected(true));
-  EXPECT_EQ(corners(read(mesh_files::binary_stl(pyramid()))), expected(true));
-  std::string shouted = mesh_files::ascii_stl(pyramid());
+  EXPECT_EQ(corners(read(ascii_stl(pyramid()))), expected(true));
+  EXPECT_EQ(corners(read(binary_stl(pyramid()))), expected(true));
+  std::string shouted = ascii_stl(pyramid());
   std::transform(shouted.begin(), shouted.end(), shouted.begin(), [](char c) { return c >= 'a' ? c - 'a' + 'A' : c; });
   EXPECT_EQ(corners(read(shouted)), expected(true));
 }
 
 TEST(StlFile, SharesVerticesOfEqualPositionMinusZeroIncluded) {
-  EXPECT_EQ(read(mesh_files::binary_stl(pyramid())).positions.size(), 5u);
+  EXPECT_EQ(read(binary_stl(pyramid())).positions.size(), 5u);
   Mesh twice = pyramid();  // the second half has corners of its own, on the other side of zero
   for (const auto& triangle : pyramid().triangles) {
     for (const std::uint32_t corner : triangle) {
@@ -181,8 +173,8 @@ TEST(StlFile, SharesVerticesOfEqualPositionMinusZeroIncluded) {
     const auto count = static_cast<std::uint32_t>(twice.positions.size());
     twice.triangles.push_back({count - 3, count - 2, count - 1});
   }
-  EXPECT_EQ(read(mesh_files::binary_stl(twice)).positions.size(), 5u);
-  EXPECT_EQ(read(mesh_files::ascii_stl(twice)).positions.size(), 5u);
+  EXPECT_EQ(read(binary_stl(twice)).positions.size(), 5u);
+  EXPECT_EQ(read(ascii_stl(twice)).positions.size(), 5u);
 }
 
 }  // namespace
