@@ -13,7 +13,7 @@ from tests.fuzz import seeds
 from tests.http.page_test import CACHE
 from tests.support.images import read_exr_channels
 from tests.support.sources import SOURCE, text
-from tests.support.whittle import BIN, DirectoryTest, scene, whittle
+from tests.support.whittle import BIN, DirectoryTest, scene, succeeded, whittle
 
 
 def node(*arguments):
@@ -23,21 +23,18 @@ def node(*arguments):
 
 class Modules(unittest.TestCase):
     def test_pass_their_tests(self):
-        done = node("--test", SOURCE / "tests/browser/modules.test.js")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        succeeded(node("--test", SOURCE / "tests/browser/modules.test.js"))
 
 
 class Exr(DirectoryTest):
     def rendered(self, name, half, **image):
         document = scene(name, image={"width": 80, "height": 60, **image}, accuracy={"samples": [3, 3]}, output={
             "formats": ["exr"], "layers": ["depth", "normal", "albedo", "object_id", "samples", "error"], "half": half})
-        done = whittle("render", "-", "-o", self.directory / f"{name}.exr", document=document)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(whittle("render", "-", "-o", self.directory / f"{name}.exr", document=document))
         return (self.directory / f"{name}.exr").read_bytes()
 
     def read(self):
-        done = node("--input-type=module", "--eval", text("tests/browser/scripts.js") + "await printChannels(process.argv[1])", self.directory)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(node("--input-type=module", "--eval", text("tests/browser/scripts.js") + "await printChannels(process.argv[1])", self.directory))
         return json.loads(done.stdout)
 
     def test_channels_equal_those_of_another_reader(self):

@@ -9,7 +9,7 @@ import stat
 import unittest
 
 from tests.support.images import read_exr
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, whittle
 
 TINY = SCENES / "tiny.json"
 
@@ -49,12 +49,11 @@ class MeshFile(DirectoryTest):
         white = {"model": "lambert", "color": 1, "ambient": 0, "diffuse": 1, "shading": "flat_polygon"}
         images = []
         for mesh in self.meshes():
-            done = whittle("render", "-", "-o", self.directory / "a.exr", document={
+            succeeded(whittle("render", "-", "-o", self.directory / "a.exr", document={
                 "version": 1, "image": {"width": 220, "height": 20}, "accuracy": {"samples": 1}, "output": {"formats": ["exr"]},
                 "camera": {"type": "orthographic", "position": [5.5, 0.5, 9], "look_at": [5.5, 0.5, 0], "height": 1},
                 "lights": [{"type": "point", "position": self.LIGHT}], "materials": {"m": white, "n": dict(white)},
-                "objects": [{"type": "mesh", **mesh, "material": "m"}]})
-            self.assertEqual(done.returncode, 0, done.stderr)
+                "objects": [{"type": "mesh", **mesh, "material": "m"}]}))
             images.append(read_exr((self.directory / "a.exr").read_bytes())[..., 0])
             for i in range(len(self.FACES)):
                 values = set(images[-1][:, 40 * i:40 * i + 20].flatten().tolist()) - {0}
@@ -99,11 +98,9 @@ class ImageFile(DirectoryTest):
                 self.assertEqual(stat.S_IMODE(self.image.stat().st_mode), 0o640)
 
     def test_is_written_on_file_systems_without_o_tmpfile(self):
-        done = self.render("-o", self.directory / "a.exr", how="no_nameless")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(self.render("-o", self.directory / "a.exr", how="no_nameless"))
         self.assertEqual(self.names(), ["a.exr", "a.png"])
-        again = self.render(how="no_nameless")
-        self.assertEqual(again.returncode, 0, again.stderr)
+        succeeded(self.render(how="no_nameless"))
         self.assertEqual(self.names(), ["a.exr", "a.png"])
 
     def test_keeps_its_old_content_if_the_disk_is_full(self):
@@ -153,8 +150,7 @@ class Assets(DirectoryTest):
 
     def test_are_relative_to_the_scene_and_visible_in_the_image(self):
         shutil.copy(SCENES / "assets/tile.png", self.directory / "t.png")
-        done = self.rendered("t.png")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(self.rendered("t.png"))
         tiled = (self.directory / "out.png").read_bytes()
         whittle("render", SCENES / "tiny.json", "-o", self.directory / "plain.png")
         self.assertNotEqual(tiled, (self.directory / "plain.png").read_bytes())

@@ -13,7 +13,7 @@ import numpy
 
 from tests.http.daemon import Daemon
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, whittle
 
 ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
 
@@ -30,8 +30,7 @@ class Render(DirectoryTest):
         return whittle("render", "-", *outputs, *options, document=document)
 
     def test_writes_png_and_exr_of_one_image(self):
-        done = self.render(scene("tiny"), "a.png", "a.exr")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(self.render(scene("tiny"), "a.png", "a.exr"))
         png = images.read_png((self.directory / "a.png").read_bytes())
         exr = images.read_exr((self.directory / "a.exr").read_bytes())
         self.assertEqual(png.shape, (16, 16, 3))
@@ -60,8 +59,7 @@ class Render(DirectoryTest):
         self.assertFalse((self.directory / "a.png").exists())
 
     def exr(self, document):
-        done = self.render(document, "image.exr")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(self.render(document, "image.exr"))
         return images.read_exr((self.directory / "image.exr").read_bytes())
 
     def test_omits_shadows_of_objects_without(self):
@@ -91,8 +89,7 @@ class Render(DirectoryTest):
                     self.assertTrue((dark != lit)[~covered].any())
 
     def test_reads_a_file_or_standard_input(self):
-        from_file = whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png")
-        self.assertEqual(from_file.returncode, 0, from_file.stderr)
+        succeeded(whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png"))
         self.render(scene("tiny"), "input.png")
         self.assertEqual((self.directory / "file.png").read_bytes(), (self.directory / "input.png").read_bytes())
 
@@ -100,8 +97,7 @@ class Render(DirectoryTest):
         document = scene("whitted", image={"width": 96, "height": 72}, accuracy={"samples": [4, 4]})
         bytes_of = {}
         for threads in (1, 2, 5):
-            done = self.render(document, f"{threads}.png", f"{threads}.exr", options=("--threads", threads))
-            self.assertEqual(done.returncode, 0, done.stderr)
+            succeeded(self.render(document, f"{threads}.png", f"{threads}.exr", options=("--threads", threads)))
             bytes_of[threads] = [(self.directory / f"{threads}.{kind}").read_bytes() for kind in ("png", "exr")]
         self.assertEqual(bytes_of[1], bytes_of[2])
         self.assertEqual(bytes_of[1], bytes_of[5])
@@ -122,8 +118,7 @@ class Render(DirectoryTest):
 
     def test_ends_within_its_time_budget_and_prints_the_error(self):
         document = scene("cornell", image={"width": 96, "height": 72}, accuracy={"time_budget_ms": 200})
-        done = self.render(document, "a.png")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(self.render(document, "a.png"))
         rays = int(re.search(r"^camera +(\d+) rays", done.stderr.decode(), re.MULTILINE).group(1))
         self.assertGreaterEqual(rays, 96 * 72 // 256)
         self.assertLess(rays, 4096 * 96 * 72 // 4, "a quarter of the samples without a budget")
@@ -144,8 +139,7 @@ class Render(DirectoryTest):
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"", b""))
 
     def test_shows_no_progress_bar_without_a_terminal(self):
-        done = self.render(scene("sphereflake", image={"width": 256, "height": 256}), "a.png")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(self.render(scene("sphereflake", image={"width": 256, "height": 256}), "a.png"))
         self.assertNotIn(b"\r", done.stderr)
         self.assertNotIn(b"\x1b", done.stderr)
 
@@ -272,8 +266,7 @@ class Check(unittest.TestCase):
         self.assertRegex(done.stdout.decode(), r"^# too_large \S.*\n$")
 
     def test_prints_the_result_as_json_with_the_option_json(self):
-        valid = whittle("check", "--json", SCENES / "tiny.json")
-        self.assertEqual(valid.returncode, 0)
+        valid = succeeded(whittle("check", "--json", SCENES / "tiny.json"))
         result = json.loads(valid.stdout)
         self.assertEqual((result["valid"], result["errors"]), (True, []))
         self.assertTrue(result["requirements"]["reflection"])
@@ -319,6 +312,5 @@ class CommandLine(unittest.TestCase):
                 self.assertIn(word, done.stdout)
 
     def test_version_prints_the_build(self):
-        done = whittle("--version")
-        self.assertEqual(done.returncode, 0)
+        done = succeeded(whittle("--version"))
         self.assertRegex(done.stdout.decode(), r"^whittle \d+\.\d+\.\d+(\+g[0-9a-f]+(-dirty)?)?\n$")

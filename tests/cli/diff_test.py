@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 from tests.support import images
-from tests.support.whittle import BIN, SOURCE, DirectoryTest, scene, whittle
+from tests.support.whittle import BIN, SOURCE, DirectoryTest, scene, succeeded, whittle
 
 CORPUS = BIN.parent / "corpus" / "image"
 
@@ -23,8 +23,7 @@ class Diff(unittest.TestCase):
         for name, samples in (("few", 1), ("many", 36)):
             document = scene("whitted", image={"width": 64, "height": 48}, accuracy={"samples": [samples, samples]})
             outputs = [part for kind in kinds for part in ("-o", cls.directory / f"{name}.{kind}")]
-            done = whittle("render", "-", "--quiet", *outputs, document=document)
-            assert done.returncode == 0, done.stderr
+            succeeded(whittle("render", "-", "--quiet", *outputs, document=document))
         cls.few, cls.many = (images.read_png((cls.directory / f"{name}.png").read_bytes()).astype(float) for name in ("few", "many"))
 
     def diff(self, a, b, *options, **more):

@@ -13,7 +13,7 @@ import unittest
 import xml.etree.ElementTree
 
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, whittle
 
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
@@ -36,8 +36,7 @@ class Measure(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        cls.done = whittle("measure", "-", "-o", cls.directory / "out", *TINY, document=scene("tiny"))
-        assert cls.done.returncode == 0, cls.done.stderr
+        cls.done = succeeded(whittle("measure", "-", "-o", cls.directory / "out", *TINY, document=scene("tiny")))
         cls.result = json.loads((cls.directory / "out.json").read_text(encoding="utf-8"))
 
     def test_writes_png_svg_csv_and_json(self):
@@ -130,8 +129,7 @@ class Resume(Files):
         partial = self.result()
         self.assertFalse(partial["complete"])
         reference = pathlib.Path(f"{self.name}.reference").read_bytes()
-        done = subprocess.run(command, capture_output=True, check=False, timeout=600)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(subprocess.run(command, capture_output=True, check=False, timeout=600))
         whole = self.result()
         self.assertTrue(whole["complete"])
         self.assert_kept(partial["points"], whole["points"][:len(partial["points"])])
@@ -186,8 +184,7 @@ class Models(Files):
     ROW = re.compile(r"(?m)^[*! ] model ([a-z ]+): (.+?)" + 6 * r" +([\d.]+)" + "$")
 
     def test_table_has_the_seconds_and_the_errors_of_each_model(self):
-        done = self.measure("--reference-samples", "1024", "--threads", "2", "--parameters", "model", document=self.BALL)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(self.measure("--reference-samples", "1024", "--threads", "2", "--parameters", "model", document=self.BALL))
         output, result = done.stdout.decode(), self.result()
         self.assertRegex(output, r"setting +seconds +error +claimed +samples +model +total\n")
         rows = [(*row[:2], *map(float, row[2:])) for row in self.ROW.findall(output.replace("<=", "  "))]

@@ -8,7 +8,7 @@ import zlib
 import numpy
 
 from tests.support.images import read_hdr, write_png
-from tests.support.whittle import DirectoryTest, whittle
+from tests.support.whittle import DirectoryTest, succeeded, whittle
 
 
 def png(rows):
@@ -65,8 +65,7 @@ class ModelTest(DirectoryTest):
     def imported(self, name, content, omitted=()):
         """The document of a model; `omitted`: ends of the lines about parts that it does not have."""
         self.write(name, content)
-        done = whittle("import", self.directory / name, "-o", self.directory / "model.json")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(whittle("import", self.directory / name, "-o", self.directory / "model.json"))
         lines = done.stderr.decode().splitlines()
         self.assertEqual(len(lines), len(omitted), lines)
         for line, end in zip(lines, omitted):
@@ -77,8 +76,7 @@ class ModelTest(DirectoryTest):
         """Linear values of a render."""
         if document is not None:
             self.write(name, json.dumps(document))
-        done = whittle("render", self.directory / name, "-o", self.directory / "image.hdr", "--quiet", *options)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(whittle("render", self.directory / name, "-o", self.directory / "image.hdr", "--quiet", *options))
         return read_hdr((self.directory / "image.hdr").read_bytes())[0]
 
     def refusal(self, name, content):

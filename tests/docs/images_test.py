@@ -10,7 +10,7 @@ import numpy
 from api import scene_schema
 from tests.support import images
 from tests.support.sources import SOURCE
-from tests.support.whittle import BIN
+from tests.support.whittle import BIN, succeeded
 
 DOCS = SOURCE / "api/docs"
 PAGE = (SOURCE / "api/docs/scene.md").read_text(encoding="utf-8")
@@ -54,8 +54,7 @@ class Images(unittest.TestCase):
     def test_are_renders_of_valid_scenes_without_warnings(self):
         with tempfile.TemporaryDirectory() as directory:
             for name, document in SCENES.items():
-                done = RENDERING.render(BIN / "whittle", name, document, pathlib.Path(directory))
-                self.assertEqual(done.returncode, 0, f"{name}: {done.stderr.decode()}")
+                done = succeeded(RENDERING.render(BIN / "whittle", name, document, pathlib.Path(directory)))
                 self.assertNotIn(b"warning", done.stderr, name)
                 now = images.read_png((pathlib.Path(directory) / f"{name}.png").read_bytes()).astype(float)
                 kept = images.read_png((DOCS / "images" / f"{name}.png").read_bytes()).astype(float)

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
-from tests.support.whittle import SCENES, whittle
+from tests.support.whittle import SCENES, succeeded, whittle
 
 TEXTURE_FILE = "#/objects/0/material/color/file"
 
@@ -33,8 +33,7 @@ class Examples(OneDaemon):
                 here = pathlib.Path(directory)
                 (here / "assets").symlink_to(SCENES / "assets")
                 (here / "scene.json").write_text(json.dumps(document), encoding="utf-8")
-                done = whittle("render", here / "scene.json", "-o", here / "out.png")
-                self.assertEqual(done.returncode, 0, done.stderr)
+                succeeded(whittle("render", here / "scene.json", "-o", here / "out.png"))
                 self.assertEqual(reply.body, (here / "out.png").read_bytes())
 
 

@@ -7,7 +7,7 @@ import tempfile
 from tests.http.daemon import FAR, PATIENCE_S, Daemon, json_of, put, scene, sha256, wait_until
 from tests.http.object_store_test import KEYS, SharedFilesTest
 from tests.http.uploads_test import TILE, VASE, textured
-from tests.support.whittle import BIN
+from tests.support.whittle import BIN, succeeded
 
 LARGE = scene(700, 500, output={"formats": ["png", "exr"]})  # too large for a row of the database
 IDEMPOTENT = {"Idempotency-Key": "night-17"}
@@ -80,8 +80,7 @@ class CopyTest(SharedFilesTest):
         return ("--data", self.directory / "data", "--copy-to", self.server.uri(self.name), *self.artifacts)
 
     def copy(self, *options):
-        result = self.run_command(*options)
-        self.assertEqual(result.returncode, 0, result.stderr)
+        result = succeeded(self.run_command(*options))
         self.assertIn("all tables are equal", result.stderr)
 
     def assert_same(self, *options, **changes):

@@ -6,6 +6,7 @@ import tempfile
 import unittest
 
 from tests.http.daemon import FAR, NOBODY, Daemon, OneDaemon, json_of, scene, wait_until, whittled
+from tests.support.whittle import succeeded
 
 
 def bearer(key):
@@ -15,9 +16,7 @@ def bearer(key):
 def new_key(path, name, *scopes):
     """The key itself."""
     options = ("--scopes", ",".join(scopes)) if scopes else ()
-    result = whittled("--new-key", name, *options, "--keys", path)
-    assert result.returncode == 0, result.stderr
-    return result.stdout.strip()
+    return succeeded(whittled("--new-key", name, *options, "--keys", path)).stdout.strip()
 
 
 class WithKeys(unittest.TestCase):
@@ -190,8 +189,7 @@ class WithKeys(unittest.TestCase):
             self.assertTrue(any(b'"cancelled"' in line for line in iter(streams["kept"].readline, b"")))
 
     def test_a_key_for_a_file_elsewhere_has_its_line_on_stdout(self):
-        made = whittled("--new-key", "ann", "--scopes", "jobs:read", "--keys", "-")
-        self.assertEqual(made.returncode, 0)
+        made = succeeded(whittled("--new-key", "ann", "--scopes", "jobs:read", "--keys", "-"))
         self.assertRegex(made.stdout, r"\Aann jobs:read [0-9a-f]{64}\n\Z")
         key = re.match(r"whittle_[0-9a-f]{64}$", made.stderr, re.MULTILINE).group()
         path = self.directory / "elsewhere"

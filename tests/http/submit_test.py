@@ -12,7 +12,7 @@ import time
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
-from tests.support.whittle import SCENES, SOURCE, whittle
+from tests.support.whittle import SCENES, SOURCE, succeeded, whittle
 
 SCRIPT = SOURCE / "api/client/whittle-submit"
 UNREACHABLE = "http://127.0.0.1:1"
@@ -40,8 +40,7 @@ class SubmitTest(OneDaemon):
 
     def submit_all(self, *arguments, url=None):
         """A run in which every frame succeeds."""
-        done = self.submit(*arguments, url=url)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = succeeded(self.submit(*arguments, url=url))
         return done
 
     def jobs(self):
@@ -54,8 +53,7 @@ class SubmitTest(OneDaemon):
     def rendered(self, document):
         """The image that the command line renders of the document."""
         path = self.directory / "direct.png"
-        done = whittle("render", "-", "-o", path, document=document)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        succeeded(whittle("render", "-", "-o", path, document=document))
         return path.read_bytes()
 
 

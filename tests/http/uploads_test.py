@@ -5,7 +5,7 @@ import time
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
-from tests.support.whittle import SCENES, whittle
+from tests.support.whittle import SCENES, succeeded, whittle
 
 TILE = (SCENES / "assets/tile.png").read_bytes()
 VASE = (SCENES / "assets/vase.obj").read_bytes()
@@ -129,8 +129,7 @@ class Uploads(OneDaemon):
             reply = self.daemon.request("POST", "/v1/render", document)
             self.assertEqual(reply.status, 200, reply.body)
             out = self.daemon.directory / "out.png"
-            done = whittle("render", "-", "--assets", self.daemon.data / "uploads", "-o", out, document=document)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            succeeded(whittle("render", "-", "--assets", self.daemon.data / "uploads", "-o", out, document=document))
             self.assertEqual(reply.body, out.read_bytes())
 
 

@@ -24,6 +24,13 @@ class DirectoryTest(unittest.TestCase):
         self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
 
+def succeeded(done):
+    """The process, if it ended with code 0."""
+    if done.returncode != 0:
+        raise AssertionError(f"{done.args} ended with {done.returncode}: {done.stderr}{done.stdout}")
+    return done
+
+
 def scene(name, **changes):
     """The example scene as a dict; `changes` replace top-level fields."""
     return {**json.loads((SCENES / f"{name}.json").read_text(encoding="utf-8")), **changes}
