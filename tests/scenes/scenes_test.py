@@ -1,25 +1,22 @@
 """The example scenes: reproducible, valid, of limited size, and equal to their images in the gallery."""
 import json
-import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
 import numpy
 
 from tests.support import images
-from tests.support.whittle import QUICK, SCENES, scene, whittle
+from tests.support.whittle import QUICK, SCENES, DirectoryTest, scene, succeeded, whittle
 
 NAMES = sorted(path.stem for path in SCENES.glob("*.json"))
 
 
-class ExampleScenes(unittest.TestCase):
+class ExampleScenes(DirectoryTest):
     def test_equal_the_output_of_the_generator(self):
-        with tempfile.TemporaryDirectory() as directory:
-            subprocess.run(["/usr/bin/python3", SCENES / "generate.py", directory], check=True, timeout=600)
-            written = {path.stem: path.read_bytes() for path in pathlib.Path(directory).glob("*.json")}
-            assets = {path.name: path.read_bytes() for path in pathlib.Path(directory, "assets").iterdir()}
+        subprocess.run(["/usr/bin/python3", SCENES / "generate.py", self.directory], check=True, timeout=600)
+        written = {path.stem: path.read_bytes() for path in self.directory.glob("*.json")}
+        assets = {path.name: path.read_bytes() for path in (self.directory / "assets").iterdir()}
         self.assertEqual(sorted(assets), sorted(path.name for path in SCENES.glob("assets/*")))
         for name, content in assets.items():
             self.assertTrue(content == (SCENES / "assets" / name).read_bytes(), f"assets/{name} differs")
@@ -30,18 +27,15 @@ class ExampleScenes(unittest.TestCase):
     def test_are_valid_and_have_a_target(self):
         for name in NAMES:
             self.assertIn("target_error", scene(name)["accuracy"], name)
-            done = whittle("check", SCENES / f"{name}.json")
-            self.assertEqual(done.returncode, 0, f"{name}: {done.stdout.decode()}")
+            succeeded(whittle("check", SCENES / f"{name}.json"))
 
     def test_can_be_rendered_under_the_rendering_equation(self):
-        with tempfile.TemporaryDirectory() as directory:
-            pathlib.Path(directory, "assets").symlink_to(SCENES / "assets")
-            for name in NAMES:
-                path = pathlib.Path(directory, f"{name}.json")
-                path.write_text(json.dumps(scene(name, image={"width": 12, "height": 9},
-                                                 accuracy={"model": "global", "samples": 1})), encoding="utf-8")
-                done = whittle("render", path, "-o", f"{directory}/{name}.png")
-                self.assertEqual(done.returncode, 0, f"{name}: {done.stderr.decode()}")
+        (self.directory / "assets").symlink_to(SCENES / "assets")
+        for name in NAMES:
+            path = self.directory / f"{name}.json"
+            path.write_text(json.dumps(scene(name, image={"width": 12, "height": 9},
+                                             accuracy={"model": "global", "samples": 1})), encoding="utf-8")
+            succeeded(whittle("render", path, "-o", self.directory / f"{name}.png"))
 
 
 def of_half_the_size(image):
@@ -70,24 +64,22 @@ def pixels(path):
     return images.read_png(path.read_bytes()).astype(float)
 
 
-class Gallery(unittest.TestCase):
+class Gallery(DirectoryTest):
     def test_images_equal_renders_of_the_scenes(self):
         """With less effort they are like renders of a quarter of the pixels."""
-        with tempfile.TemporaryDirectory() as directory:
-            pathlib.Path(directory, "assets").symlink_to(SCENES / "assets")
-            for shown in sorted((SCENES / "images").glob("*.png")):
-                document = reference(shown.stem)
-                if QUICK:
-                    document["image"].update({side: document["image"][side] // 2 for side in ("width", "height")})
-                pathlib.Path(directory, "scene.json").write_text(json.dumps(document), encoding="utf-8")
-                done = whittle("render", f"{directory}/scene.json", "-o", f"{directory}/{shown.name}")
-                self.assertEqual(done.returncode, 0, done.stderr)
-                now, kept = pixels(pathlib.Path(directory, shown.name)), pixels(shown)
-                if QUICK:
-                    kept = of_half_the_size(kept)
-                    now = now[..., :kept.shape[2]]
-                # Another processor or C library may round differently, so that single rays pass another side of an edge.
-                self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 8.0 if QUICK else 1.0, f"{shown.name}: render it again")
+        (self.directory / "assets").symlink_to(SCENES / "assets")
+        for shown in sorted((SCENES / "images").glob("*.png")):
+            document = reference(shown.stem)
+            if QUICK:
+                document["image"].update({side: document["image"][side] // 2 for side in ("width", "height")})
+            (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+            succeeded(whittle("render", self.directory / "scene.json", "-o", self.directory / shown.name))
+            now, kept = pixels(self.directory / shown.name), pixels(shown)
+            if QUICK:
+                kept = of_half_the_size(kept)
+                now = now[..., :kept.shape[2]]
+            # Another processor or C library may round differently, so that single rays pass another side of an edge.
+            self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 8.0 if QUICK else 1.0, f"{shown.name}: render it again")
 
     def test_has_an_image_of_at_most_300_kilobytes_of_every_scene_but_tiny(self):
         shown = {path.stem: path.stat().st_size for path in (SCENES / "images").glob("*.png")}
@@ -118,14 +110,12 @@ class GalleryOfModels(unittest.TestCase):
 
 
 @unittest.skipIf(QUICK, "its standard error takes a large image")
-class CornellBox(unittest.TestCase):
+class CornellBox(DirectoryTest):
     def test_has_the_mean_radiance_that_another_path_tracer_finds(self):
         """One of 150 lines of its own, for this box: triangles one by one, light by points of the lamp alone. 39 million paths,
         standard error 0.02 %."""
-        with tempfile.TemporaryDirectory() as directory:
-            document = scene("cornell_box", accuracy={"model": "global", "samples": 32})
-            done = whittle("render", "-", "-o", f"{directory}/box.exr", document=document)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            image = images.read_exr(pathlib.Path(directory, "box.exr").read_bytes())
+        document = scene("cornell_box", accuracy={"model": "global", "samples": 32})
+        succeeded(whittle("render", "-", "-o", self.directory / "box.exr", document=document))
+        image = images.read_exr((self.directory / "box.exr").read_bytes())
         for mean, expected in zip(image.mean(axis=(0, 1)), (0.245428, 0.111930, 0.024662)):
             self.assertAlmostEqual(mean / expected, 1, delta=0.002)
