@@ -16,7 +16,7 @@ MAX_FUNCTION_LINES = 60
 MAX_README_LINES = 150
 MAX_FILES = 1249
 MAX_PRODUCT_LINES = 66_057
-MAX_TEST_LINES = 56_783
+MAX_TEST_LINES = 56_479
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 DOCUMENT = re.compile(r"(?<![\w*<{])[\w./-]*\w\.md\b")
