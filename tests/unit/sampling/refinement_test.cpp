@@ -43,12 +43,10 @@ class TwoSidedImage {
       TileBook book;
       for (std::uint64_t i = step->first; i < step->last; ++i) {
         const std::uint64_t tile = tiles_.scattered(i);
-        const auto pixels = tiles_.pixels(tile);
-        for (const SampleSets& sets : plan_tile(*scene_, film_, pixels, tiles_, refinement_.classes(), step->plan)) {
-          const std::size_t place = tiles_.place(pixels[sets.at]);
+        for (const SampleSets& sets : plan_tile(*scene_, film_, tiles_, tile, refinement_.classes(), step->plan)) {
           any = true;
           if (sets.kind != SampleSets::Kind::look) samples_ += sets.samples;
-          merger.merge(place, sets, sums(place, sets), book);
+          merger.merge(sets, sums(sets), book);
         }
       }
       refinement_.add(*step, book);
@@ -84,12 +82,12 @@ class TwoSidedImage {
   std::uint64_t samples_ = 0;
 
  private:
-  SetSums sums(std::size_t place, const SampleSets& sets) {
+  SetSums sums(const SampleSets& sets) {
     SetSums sums;
     const std::uint32_t split = sets.kind == SampleSets::Kind::joint ? sets.samples : sets.samples / 2;
     for (std::uint32_t i = 0; i < sets.samples; ++i) {
       const std::size_t set = i < split ? 0 : 1;
-      sums.mean[set] += has_edge(place) && random_.chance(0.5) ? high : low;
+      sums.mean[set] += has_edge(sets.place) && random_.chance(0.5) ? high : low;
       ++sums.count[set];
     }
     for (std::size_t set = 0; set < 2; ++set)
@@ -129,11 +127,11 @@ TEST(Refinement, EstimatesTheErrorOfTilesThatItDidNotReach) {
 
 TEST(Refinement, CountsThePixelsThatHadSamplesBefore) {
   TwoSidedImage image(until(0.4));
-  const std::size_t place = 7 * width_of_image + TwoSidedImage::edge;
-  const SampleSets sets{.kind = SampleSets::Kind::measured, .samples = 64};
+  constexpr std::uint32_t place = 7 * width_of_image + TwoSidedImage::edge;
+  const SampleSets sets{.place = place, .kind = SampleSets::Kind::measured, .samples = 64};
   const TileMerger merger(image.film_, image.refinement_.classes(), {}, image.decay_, image.display_);
   TileBook unused;
-  merger.merge(place, sets, {.mean = {image.low, image.high}, .count = {32, 32}}, unused);
+  merger.merge(sets, {.mean = {image.low, image.high}, .count = {32, 32}}, unused);
   Refinement refinement(image.film_, image.tiles_, image.target_, image.decay_);
   refinement.classify({}, image.display_, image.one_by_one);
   const double with = refinement.pixel_errors()[place];
@@ -151,8 +149,7 @@ TEST(TileMerger, LeavesNothingOfAnErrorThatManySamplesHaveLowered) {
   for (std::uint32_t count = 1; count <= 1u << 20; count *= 4) {
     const double apart = 0.3 / count;
     const SampleSets sets{.kind = SampleSets::Kind::measured, .samples = 2 * count};
-    merger.merge(0, sets, {.mean = {Color{0.4, 0.4, 0.4}, Color{0.4 + apart, 0.4, 0.4}}, .count = {count, count}},
-                 book);
+    merger.merge(sets, {.mean = {Color{0.4, 0.4, 0.4}, Color{0.4 + apart, 0.4, 0.4}}, .count = {count, count}}, book);
   }
   const ClassStatistics& found = book.classes[image.refinement_.classes()[0]];
   EXPECT_EQ(found.pixels, 1);
@@ -166,8 +163,8 @@ TEST(TileMerger, ShowsThatAVeryBrightSampleRemainsTheErrorOfItsPixel) {
   const SampleSets sets{.kind = SampleSets::Kind::measured, .samples = 2};
   const TileMerger merger(image.film_, image.refinement_.classes(), {}, image.decay_, image.display_);
   TileBook book;
-  merger.merge(0, sets, {.mean = {image.low, hit}, .count = {1, 1}}, book);
-  for (int more = 0; more < 20; ++more) merger.merge(0, sets, {.mean = {image.low, image.low}, .count = {1, 1}}, book);
+  merger.merge(sets, {.mean = {image.low, hit}, .count = {1, 1}}, book);
+  for (int more = 0; more < 20; ++more) merger.merge(sets, {.mean = {image.low, image.low}, .count = {1, 1}}, book);
   const double white = image.display_.level(image.film_.mean(0).r), error = white - image.display_.level(image.low.r);
   EXPECT_NEAR(white, 255, 1e-3);
   EXPECT_NEAR(image.film_.error(0), 3 * error * error, 0.01 * error * error);

@@ -17,8 +17,7 @@ class SampleSetsOfPixels : public ::testing::Test {
  protected:
   [[nodiscard]] Batch sets(const SampleSets& of_pixel, Pixel pixel) const {
     Batch batch;
-    const std::vector<Pixel> pixels{pixel};
-    push_sets(batch, *scene, pixels, of_pixel);
+    push_sets(batch, *scene, pixel, of_pixel);
     return batch;
   }
   std::shared_ptr<const CompiledScene> scene = [] {
@@ -80,13 +79,13 @@ TEST(Tiles, NumberTheirPixels) {
   std::size_t pixels = 0;
   for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
     const std::vector<Pixel> list = tiles.pixels(tile);
-    for (std::uint32_t i = 0; i < list.size(); ++i, ++pixels) {
-      EXPECT_EQ(tiles.index(list[i]), tile);
-      EXPECT_EQ(tiles.index_in_tile(list[i]), i);
-      const Pixel same = tiles.pixel(tile, i);
-      EXPECT_EQ(same.x, list[i].x);
-      EXPECT_EQ(same.y, list[i].y);
+    for (const Pixel& pixel : list) {
+      EXPECT_EQ(tiles.index(pixel), tile);
+      const Pixel same = tiles.pixel(tiles.place(pixel));
+      EXPECT_EQ(same.x, pixel.x);
+      EXPECT_EQ(same.y, pixel.y);
     }
+    pixels += list.size();
   }
   EXPECT_EQ(pixels, 77u * 55u);
 }

@@ -135,31 +135,27 @@ class AdaptiveSampler {
     std::vector<SetsRound::Unit> units(step.last - step.first);
     in_parallel_(units.size(), [&](std::uint64_t i) {
       units[i].tile = tiles_.scattered(step.first + i);
-      units[i].sets = plan_tile(scene_, film_, tiles_.pixels(units[i].tile), tiles_, classes, step.plan);
+      units[i].sets = plan_tile(scene_, film_, tiles_, units[i].tile, classes, step.plan);
     });
     std::vector<TileBook> books(units.size());
-    trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, std::size_t place, const SetSums& sums) {
-      merger.merge(place, sets, sums, books[unit]);
+    trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, const SetSums& sums) {
+      merger.merge(sets, sums, books[unit]);
     });
     TileBook all;
     for (const TileBook& book : books) all.add(book);
     refinement_.add(step, all);
   }
 
-  /// Calls merge(index of the unit, sets, place, sums) for all sets; of a unit in order and under the lock of its tile.
+  /// Calls merge(index of the unit, sets, sums) for all sets; of a unit in order and under the lock of its tile.
   template <class Merge>
   void trace_sets_of(std::span<const SetsRound::Unit> units, const Merge& merge) {
-    const auto merge_set = [&](std::uint64_t unit, std::size_t index, const SetSums& sums) {
-      const SampleSets& sets = units[unit].sets[index];
-      merge(unit, sets, tiles_.place(tiles_.pixel(units[unit].tile, sets.at)), sums);
-    };
     SetsRound round(scene_, units);
     const PreviewTiles::Open open(preview_);
     if (trace_in_parts(round, context_)) {
       for (std::uint64_t i = 0; i < units.size(); ++i) {
         PreviewTiles::Tile preview(preview_, units[i].tile);
         const std::lock_guard lock(preview);
-        for (std::size_t set = 0; set < round.sums(i).size(); ++set) merge_set(i, set, round.sums(i)[set]);
+        for (std::size_t set = 0; set < round.sums(i).size(); ++set) merge(i, units[i].sets[set], round.sums(i)[set]);
       }
     } else {
       for_each_tile(units.size(), context_.settings.threads, [&](std::uint64_t i) {
@@ -169,11 +165,10 @@ class AdaptiveSampler {
         const auto stop = [&](std::size_t samples) {
           return control_.cancelled() || deadline_.over_before(static_cast<double>(samples));
         };
-        trace_sets(scene_, tiles_.pixels(units[i].tile), units[i].sets, *tracer, stop,
-                   [&](std::size_t index, const SetSums& sums) {
-                     const std::lock_guard lock(preview);
-                     merge_set(i, index, sums);
-                   });
+        trace_sets(scene_, tiles_, units[i].sets, *tracer, stop, [&](std::size_t index, const SetSums& sums) {
+          const std::lock_guard lock(preview);
+          merge(i, units[i].sets[index], sums);
+        });
       });
     }
     deadline_.measure_rate(pool_.statistics().samples);
@@ -201,7 +196,7 @@ class AdaptiveSampler {
         const std::uint64_t tile = tiles_.index(tiles_.pixel(place));
         const auto [unit, is_new] = unit_of_tile.emplace(tile, units.size());
         if (is_new) units.push_back({tile, {}});
-        units[unit->second].sets.push_back({.at = tiles_.index_in_tile(tiles_.pixel(place)),
+        units[unit->second].sets.push_back({.place = static_cast<std::uint32_t>(place),
                                             .kind = SampleSets::Kind::measured,
                                             .samples = samples,
                                             .round = first_round + brightest_steps_});
@@ -211,9 +206,9 @@ class AdaptiveSampler {
       const TileMerger merger(film_, refinement_.classes(), plan, decay_, *display_);
       std::vector<std::vector<std::pair<std::size_t, SetSums>>> found(units.size());
       std::vector<TileBook> books(units.size());
-      trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, std::size_t place, const SetSums& sums) {
-        merger.merge(place, sets, sums, books[unit]);
-        found[unit].emplace_back(place, sums);
+      trace_sets_of(units, [&](std::uint64_t unit, const SampleSets& sets, const SetSums& sums) {
+        merger.merge(sets, sums, books[unit]);
+        found[unit].emplace_back(sets.place, sums);
       });
       for (const TileBook& book : books) refinement_.add(book);
       for (const auto& of_unit : found)

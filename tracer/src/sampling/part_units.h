@@ -165,9 +165,8 @@ class SetsRound final : public PartRound {
     return samples;
   }
   void describe(std::uint64_t unit, PartWriter& writer) const override {
-    writer.put(units_[unit].tile);
     for (const SampleSets& sets : units_[unit].sets)
-      writer.put_each(sets.at, static_cast<std::uint8_t>(sets.kind), sets.samples, sets.round);
+      writer.put_each(sets.place, static_cast<std::uint8_t>(sets.kind), sets.samples, sets.round);
   }
   bool store(std::uint64_t unit, PartReader& result) override {
     sums_[unit].assign(units_[unit].sets.size(), {});
@@ -194,15 +193,12 @@ class SetsRound final : public PartRound {
 inline UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderControl& control, PartReader& unit,
                                    Tracer& tracer, PartWriter& result) {
   constexpr std::uint32_t samples_max = 1u << 20;
-  std::uint64_t tile = 0;
-  const Tiles tiles(scene.image.window());
-  if (!unit.get(tile) || tile >= tiles.count()) return UnitOutcome::malformed;
-  const std::vector<Pixel> pixels = tiles.pixels(tile);
+  const PixelWindow window = scene.image.window();
   std::vector<SampleSets> sets;
   while (!unit.at_end()) {
     SampleSets& one = sets.emplace_back();
     std::uint8_t kind = 0;
-    if (!unit.get_each(one.at, kind, one.samples, one.round) || one.at >= pixels.size() || kind > 2 ||
+    if (!unit.get_each(one.place, kind, one.samples, one.round) || one.place >= window.pixels() || kind > 2 ||
         one.samples < 2 || one.samples > samples_max || one.samples % 2 != 0)
       return UnitOutcome::malformed;
     one.kind = static_cast<SampleSets::Kind>(kind);
@@ -212,7 +208,7 @@ inline UnitOutcome trace_sets_unit(const CompiledScene& scene, const RenderContr
     write_layers(scene.needs.layers ? &sums.layers : nullptr, result);
   };
   const bool traced = trace_sets(
-      scene, pixels, sets, tracer, [&](std::size_t) { return control.cancelled(); }, write);
+      scene, Tiles(window), sets, tracer, [&](std::size_t) { return control.cancelled(); }, write);
   return traced ? UnitOutcome::traced : UnitOutcome::cancelled;
 }
 

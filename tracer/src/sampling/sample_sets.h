@@ -12,14 +12,14 @@
 
 namespace tracer {
 
-/// Samples of one pixel of a tile.
+/// Samples of one pixel.
 struct SampleSets {
   enum class Kind : std::uint8_t {
     joint,     ///< one set
     measured,  ///< two sets of half the samples: their difference shows the error
     look       ///< two sets, for a pixel that keeps its pilot: they show the pilot's error, and are not in the image
   };
-  std::uint16_t at = 0;  ///< index in Tiles::pixels()
+  std::uint32_t place = 0;  ///< index of the pixel in the window, row by row
   Kind kind = Kind::joint;
   std::uint32_t samples = 0;  ///< in all sets; even
   std::uint32_t round = 0;    ///< number of the pixel's earlier sets
@@ -56,8 +56,7 @@ inline void push_strata(Batch& batch, const CompiledScene& scene, const Pixel& p
   }
 }
 
-inline void push_sets(Batch& batch, const CompiledScene& scene, std::span<const Pixel> pixels, const SampleSets& sets) {
-  const Pixel& pixel = pixels[sets.at];
+inline void push_sets(Batch& batch, const CompiledScene& scene, const Pixel& pixel, const SampleSets& sets) {
   const std::uint64_t of_pixel = pixel_key(pixel_index(scene, pixel.x, pixel.y), scene.accuracy.seed);
   const std::uint64_t key = mix(of_pixel ^ mix(~std::uint64_t{sets.round}));
   if (sets.kind == SampleSets::Kind::joint) {
@@ -84,18 +83,19 @@ inline SetSums sums_of(const CompiledScene& scene, const Tracer& tracer, const S
   return sums;
 }
 
-/// Traces sets of samples of the pixels of one tile, in batches. `use(index, sums)` is called for each, in order.
+/// Traces sets of samples, in batches. `use(index, sums)` is called for each, in order.
 /// Returns false if cancelled, or when `stop(samples)` is true before a batch.
 template <class Stop, class Use>
-bool trace_sets(const CompiledScene& scene, std::span<const Pixel> pixels, std::span<const SampleSets> sets,
-                Tracer& tracer, const Stop& stop, const Use& use) {
+bool trace_sets(const CompiledScene& scene, const Tiles& tiles, std::span<const SampleSets> sets, Tracer& tracer,
+                const Stop& stop, const Use& use) {
   constexpr std::size_t batch_samples = 2048;
   Batch& batch = tracer.batch();
   std::size_t done = 0;
   while (done < sets.size()) {
     batch.clear();
     std::size_t end = done;
-    while (end < sets.size() && batch.samples.size() < batch_samples) push_sets(batch, scene, pixels, sets[end++]);
+    for (; end < sets.size() && batch.samples.size() < batch_samples; ++end)
+      push_sets(batch, scene, tiles.pixel(sets[end].place), sets[end]);
     if (stop(batch.samples.size()) || !tracer.trace()) return false;
     for (std::size_t first = 0; done < end; first += sets[done++].samples)
       use(done, sums_of(scene, tracer, sets[done], first));

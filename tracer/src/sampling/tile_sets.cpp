@@ -38,26 +38,25 @@ std::uint32_t samples_of(const Film& film, std::size_t place, PixelClass c, cons
 
 }  // namespace
 
-std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, std::span<const Pixel> pixels,
-                                  const Tiles& tiles, std::span<const PixelClass> classes, const SetsPlan& plan) {
+std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, const Tiles& tiles, std::uint64_t tile,
+                                  std::span<const PixelClass> classes, const SetsPlan& plan) {
   constexpr std::uint32_t look_samples = 8;
   const PixelChances chances(scene);
   std::vector<SampleSets> sets;
-  for (std::size_t at = 0; at < pixels.size(); ++at) {
-    const std::size_t place = tiles.place(pixels[at]);
+  for (const Pixel& pixel : tiles.pixels(tile)) {
+    const std::size_t place = tiles.place(pixel);
     const PixelClass c = classes[place];
     const bool keeps = plan.samples[c] == 0 && plan.growth.empty();
     if (keeps && plan.look_probability[c] == 0) continue;
-    SampleSets one{.at = static_cast<std::uint16_t>(at),
+    SampleSets one{.place = static_cast<std::uint32_t>(place),
                    .samples = keeps ? 0 : samples_of(film, place, c, plan),
                    .round = plan.round};
     if (one.samples > 0) {
       // The same pixels are measured in all rounds.
-      const bool measured =
-          film.count(place) > 0 ? film.error(place) >= 0 : chances.of(pixels[at], 0) < plan.measured[c];
+      const bool measured = film.count(place) > 0 ? film.error(place) >= 0 : chances.of(pixel, 0) < plan.measured[c];
       one.kind = measured ? SampleSets::Kind::measured : SampleSets::Kind::joint;
     } else {
-      if (film.count(place) > 0 || chances.of(pixels[at], plan.round + 1) >= plan.look_probability[c]) continue;
+      if (film.count(place) > 0 || chances.of(pixel, plan.round + 1) >= plan.look_probability[c]) continue;
       one.kind = SampleSets::Kind::look;
       one.samples = look_samples;
     }
@@ -76,7 +75,8 @@ double squared_error(const Color& mean, const Color& deviation, const DisplayTra
   return sum;
 }
 
-void TileMerger::merge(std::size_t place, const SampleSets& sets, const SetSums& sums, TileBook& book) const {
+void TileMerger::merge(const SampleSets& sets, const SetSums& sums, TileBook& book) const {
+  const std::size_t place = sets.place;
   const bool halves = sums.count[0] > 0 && sums.count[1] > 0;
   if (sets.kind == SampleSets::Kind::look) {
     if (halves) look(place, sums, book);

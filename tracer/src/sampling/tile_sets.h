@@ -91,8 +91,8 @@ struct SetsPlan {
 };
 
 /// The sets of a tile in a round.
-std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, std::span<const Pixel> pixels,
-                                  const Tiles& tiles, std::span<const PixelClass> classes, const SetsPlan& plan);
+std::vector<SampleSets> plan_tile(const CompiledScene& scene, const Film& film, const Tiles& tiles, std::uint64_t tile,
+                                  std::span<const PixelClass> classes, const SetsPlan& plan);
 
 /// Squared error of a mean with this deviation, in squared code values, summed over the channels. The curve from
 /// radiance to code values is steepest next to black: the difference to the darker side is taken, lest dark errors be
@@ -107,7 +107,7 @@ class TileMerger {
              const DisplayTransform& display)
       : film_(film), classes_(classes), plan_(plan), decay_(decay), display_(display) {}
 
-  void merge(std::size_t place, const SampleSets& sets, const SetSums& sums, TileBook& book) const;
+  void merge(const SampleSets& sets, const SetSums& sums, TileBook& book) const;
 
  private:
   void look(std::size_t place, const SetSums& sums, TileBook& book) const;

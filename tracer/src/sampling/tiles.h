@@ -73,20 +73,6 @@ class Tiles {
     return place({pixels.x0, pixels.y0});
   }
 
-  /// Index of a pixel of the full image in pixels() of its tile, and the pixel of an index.
-  [[nodiscard]] std::uint16_t index_in_tile(const Pixel& pixel) const {
-    const auto [x0, y0, x1, y1] = window(index(pixel));
-    const std::uint32_t bx = (pixel.x - x0) / 4 * 4, by = (pixel.y - y0) / 4 * 4, high = std::min(4u, y1 - y0 - by);
-    return static_cast<std::uint16_t>(by * (x1 - x0) + bx * high + (pixel.y - y0 - by) * std::min(4u, x1 - x0 - bx) +
-                                      (pixel.x - x0 - bx));
-  }
-  [[nodiscard]] Pixel pixel(std::uint64_t tile, std::uint32_t index) const {
-    const auto [x0, y0, x1, y1] = window(tile);
-    const std::uint32_t width = x1 - x0, by = index / (4 * width) * 4, high = std::min(4u, y1 - y0 - by),
-                        rest = index - by * width, bx = rest / (4 * high) * 4, wide = std::min(4u, width - bx),
-                        in_block = rest - bx * high;
-    return {x0 + bx + in_block % wide, y0 + by + in_block / wide};
-  }
   /// Tile of the pixel.
   [[nodiscard]] std::uint64_t index(const Pixel& pixel) const {
     return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;
