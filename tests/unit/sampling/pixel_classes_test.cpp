@@ -17,13 +17,13 @@ constexpr std::uint32_t columns = 32;
 /// Pilots of an image whose pixels are functions of their column and row.
 struct PilotGrid {
   PilotGrid(const std::function<float(int x, int y)>& level,
-            const std::function<SampleSignature(int x, int y)>& signature) {
+            const std::function<SampleSignature(int x, int y)>& signature, bool noisy = false) {
     for (int y = 0; y < static_cast<int>(columns); ++y)
       for (int x = 0; x < static_cast<int>(columns); ++x) {
         code_values.push_back(level(x, y));
         signatures.push_back(signature(x, y));
       }
-    sort(false);
+    sort(noisy);
   }
   void sort(bool noisy) {
     counts = classify({columns, columns, {code_values, code_values, code_values}, signatures, features, noisy},
@@ -93,8 +93,7 @@ TEST(PixelClasses, OfNoiseHaveItsVarianceAndTheirOwnErrors) {
   oracle::Random random(6);
   constexpr double deviation = 12;
   PilotGrid pilots([&](int, int) { return static_cast<float>(100 + std::sqrt(3) * deviation * random.in(-1, 1)); },
-                   [](int, int) { return surface(1); });
-  pilots.sort(true);
+                   [](int, int) { return surface(1); }, true);
   double sum = 0;
   for (std::size_t c = 0; c < class_count; ++c) sum += pilots.counts[c].curvature;
   const double expected = 2 * 3 * deviation * deviation;

@@ -119,12 +119,6 @@ TEST(Refinement, FollowsALineThatOnlyLooksHaveFound) {
   EXPECT_LE(image.true_error(), 1.3 * image.refinement_.error().squared_upper);
 }
 
-TEST(Refinement, EstimatesTheErrorOfTilesThatItDidNotReach) {
-  TwoSidedImage image(until(1));
-  ASSERT_TRUE(image.refinement_.begin_round());
-  EXPECT_GT(image.refinement_.error().squared_upper, image.true_error());
-}
-
 TEST(Refinement, CountsThePixelsThatHadSamplesBefore) {
   TwoSidedImage image(until(0.4));
   constexpr std::uint32_t place = 7 * width_of_image + TwoSidedImage::edge;
@@ -140,6 +134,31 @@ TEST(Refinement, CountsThePixelsThatHadSamplesBefore) {
   EXPECT_GT(before, with);
   refinement.scale_errors(4);
   EXPECT_NEAR(refinement.error().squared_upper, 4 * before, 1e-6 * before);
+}
+
+TEST(TileMerger, KeepsPilotsAtEdgesAndStatesTheErrorOfTheirMeans) {
+  TwoSidedImage image(until(1));
+  const auto level = [](double share) { return Color{0.5 + 0.02 * share, 0.5, 0.5}; };
+  oracle::Random random(31);
+  const std::vector<PixelClass> classes(image.film_.size());
+  std::vector<double> true_errors;
+  for (const double weight : {0.0, SampleDecay{}.pilot_weight(PixelKind::one_side)}) {
+    Film film(*image.scene_, image.scene_->image.window(), {});
+    SetsPlan plan;
+    plan.pilot_weight.fill(weight);
+    TileBook book;
+    true_errors.push_back(0);
+    for (std::size_t place = 0; place < film.size(); ++place) {
+      const double edge = random.in(0, 1);
+      const auto half = [&] { return level(((random.in(0, 0.5) < edge) + (random.in(0.5, 1) < edge)) / 2.0); };
+      film.set_pilot(place, 1, level(edge > 0.5 ? 1 : 0), {});
+      TileMerger(film, classes, plan, {}, image.display_)
+          .merge(place, {.kind = SampleSets::Kind::measured, .samples = 4}, {{half(), half()}, {2, 2}}, book);
+      true_errors.back() += std::pow(image.display_.level(film.mean(place).r) - image.display_.level(level(edge).r), 2);
+    }
+    EXPECT_NEAR(book.classes[0].error / true_errors.back(), 1.05, 0.1) << weight;
+  }
+  EXPECT_LT(true_errors[1], 0.8 * true_errors[0]);
 }
 
 TEST(TileMerger, LeavesNothingOfAnErrorThatManySamplesHaveLowered) {
@@ -170,9 +189,10 @@ TEST(TileMerger, ShowsThatAVeryBrightSampleRemainsTheErrorOfItsPixel) {
   EXPECT_NEAR(image.film_.error(0), 3 * error * error, 0.01 * error * error);
 }
 
-TEST(Refinement, CountsThePilotsOfPixelsWhoseSamplesWereNotTracedInTime) {
+TEST(Refinement, CountsThePilotsOfTilesThatItDidNotReachAndOfSamplesThatWereNotTracedInTime) {
   TwoSidedImage image(until(1));
   ASSERT_TRUE(image.refinement_.begin_round());
+  EXPECT_GT(image.refinement_.error().squared_upper, image.true_error());
   while (const auto step = image.refinement_.next_step(1e30)) image.refinement_.add(*step, {});
   EXPECT_GT(image.refinement_.error().squared_upper, image.true_error());
 }

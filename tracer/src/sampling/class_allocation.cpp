@@ -107,7 +107,8 @@ ClassAllocation::Samples ClassAllocation::solve(const Goal& goal, const ByClass<
     error_of_one[c] = v;
     weight[c] = std::pow(v * mean_cost / cost[c], 1 / (1 + decay_.power()));
     // The center of a smooth pixel is better than a few samples of it.
-    kept_below[c] = std::max(1.6, std::pow(v / std::max(goal.kept[c], 1e-9 * v), 1 / decay_.power()));
+    const bool mixed = decay_.pilot_weight(pixel_kind(c)) > 0;
+    kept_below[c] = mixed ? 1.6 : std::max(1.6, std::pow(v / std::max(goal.kept[c], 1e-9 * v), 1 / decay_.power()));
   }
   const auto samples_of = [&](std::size_t c, double density) {
     const double wanted = density * weight[c];

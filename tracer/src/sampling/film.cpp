@@ -54,9 +54,10 @@ void Film::add(std::size_t place, const SetSums& sums) {
   if (count == 0) return;
   const Color fresh = (sums.mean[0] * sums.count[0] + sums.mean[1] * sums.count[1]) * (1.0 / count);
   const double share = share_of(place, count);
-  write_color(&rgb_[3 * place], before == 0 ? fresh : mean(place) * (1 - share) + fresh * share);
+  const bool replaces = weight_[place] == 0;
+  write_color(&rgb_[3 * place], replaces ? fresh : mean(place) * (1 - share) + fresh * share);
   weight_[place] += static_cast<float>(1 / decay_.of(count));
-  count_[place] = before + count;
+  count_[place] = before + count + (before == 0 && !replaces ? 1 : 0);
   if (!layers_.empty()) {
     if (before == 0) layers_[place] = {};
     layers_[place].add(sums.layers);

@@ -36,8 +36,11 @@ class Film {
   [[nodiscard]] const std::vector<SampleSignature>& signatures() const { return signatures_; }
   void forget_signatures() { signatures_ = {}; }
 
-  /// Adds the samples of a pixel; the first ones replace its pilot. Means of sets are weighted by the inverse of their
-  /// variances: a large set of strata is worth more than the same samples in two sets.
+  /// Keeps the pilot of a pixel without samples as a part of its mean; otherwise the first samples replace it.
+  /// `weight`: relative to one sample.
+  void keep_pilot(std::size_t place, double weight) { weight_[place] = static_cast<float>(weight); }
+  /// Adds the samples of a pixel. Means of sets are weighted by the inverse of their variances: a large set of strata
+  /// is worth more than the same samples in two sets.
   void add(std::size_t place, const SetSums& sums);
   /// Weight that `count` further samples of a pixel will have in its mean.
   [[nodiscard]] double share_of(std::size_t place, double count) const {
@@ -62,7 +65,7 @@ class Film {
   [[nodiscard]] Color mean(std::size_t place) const {
     return {rgb_[3 * place], rgb_[3 * place + 1], rgb_[3 * place + 2]};
   }
-  /// Number of samples in the mean; 0: it is a pilot.
+  /// Number of samples in the mean, with a pilot that was kept; 0: it is a pilot.
   [[nodiscard]] std::uint32_t count(std::size_t place) const { return count_[place]; }
   /// Estimated squared error of the mean, in squared code values, summed over the channels.
   [[nodiscard]] float& error(std::size_t place) { return error_[place]; }
@@ -84,7 +87,7 @@ class Film {
   std::size_t size_;
   std::vector<float> rgb_;  ///< three channels per pixel
   std::vector<std::uint32_t> count_;
-  std::vector<float> weight_;  ///< weight of the mean, relative to one sample
+  std::vector<float> weight_;  ///< weight of the mean, relative to one sample; 0 for a pilot that is not kept
   std::vector<float> error_;
   std::vector<float> deviation_;             ///< see deviations()
   std::vector<SampleSignature> signatures_;  ///< those of the pilots

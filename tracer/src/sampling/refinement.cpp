@@ -134,7 +134,8 @@ std::optional<Refinement::Step> Refinement::next_step(double rays) {
     if (!decay_.stratified) samples = std::min(samples, std::max(32u, 8 * before_[c]));
     if (target_.samples_min > 1) samples = std::max(samples, (target_.samples_min + 1) & ~1u);
     samples = std::min(samples, target_.samples_max & ~1u);
-    samples = decay_.further(samples, before_[c]);
+    plan.pilot_weight[c] = decay_.pilot_weight(pixel_kind(c));
+    samples = decay_.further(samples, std::max<double>(before_[c], std::pow(plan.pilot_weight[c], 1 / decay_.power())));
     any |= samples > 0 && pixels_[c] > 0;
   }
   if (!first_round && target_.tile_error) {

@@ -87,8 +87,12 @@ void TileMerger::merge(const SampleSets& sets, const SetSums& sums, TileBook& bo
   const PixelClass c = classes_[place];
   ClassStatistics& statistics = book.classes[c];
   const bool before = film_.count(place) > 0;
+  if (!before) {
+    ++book.first_sets[c];
+    film_.keep_pilot(place, plan_.pilot_weight[c]);
+  }
   const double n = count, share = film_.share_of(place, n), old_decay = before ? film_.decay(place) : 0;
-  if (!before) ++book.first_sets[c];
+  const double of_pilot = !before && share < 1 && halves ? std::max(0.0, pilot_error(place, sums).squared) : 0;
   film_.add(place, sums);
   float& error = film_.error(place);
   const auto combined = [&](double old, double fresh) {
@@ -101,8 +105,8 @@ void TileMerger::merge(const SampleSets& sets, const SetSums& sums, TileBook& bo
     const double fresh = squared_error(mean, deviation, display_), old = before ? std::max(0.0F, error) : 0;
     film_.add_deviation(place, share, deviation);
     const auto known = film_.deviation(place);
-    const auto now =
-        static_cast<float>(known ? squared_error(film_.mean(place), *known, display_) : combined(old, fresh));
+    const auto now = static_cast<float>(known ? squared_error(film_.mean(place), *known, display_)
+                                              : combined(old + of_pilot, fresh));
     statistics.pixels += before ? 0 : 1;
     statistics.error += now - old;
     statistics.squares += double{now} * now - old * old;  // exact, so that nothing is left of what is replaced
@@ -111,7 +115,7 @@ void TileMerger::merge(const SampleSets& sets, const SetSums& sums, TileBook& bo
     if (is_grown(c) && fresh > find_min) book.finds.push_back(static_cast<std::uint32_t>(place));
   } else {
     const double old = before ? std::max(0.0F, -error) : 0;
-    const auto now = static_cast<float>(combined(old, decay_.of(n)));
+    const auto now = static_cast<float>(before ? combined(old, decay_.of(n)) : film_.decay(place));
     statistics.others += now - old;
     error = -now;
   }
@@ -119,8 +123,7 @@ void TileMerger::merge(const SampleSets& sets, const SetSums& sums, TileBook& bo
 
 /// (P - F1)(P - F2), whose expectation is the squared error of the pilot P. If a half differs much, the square of the
 /// distance to the mean of both is taken, which is larger: where few samples hit something, both halves rarely do.
-void TileMerger::look(std::size_t place, const SetSums& sums, TileBook& book) const {
-  const PixelClass c = classes_[place];
+TileMerger::PilotError TileMerger::pilot_error(std::size_t place, const SetSums& sums) const {
   const Color pilot = film_.mean(place);
   double product = 0, first = 0, second = 0, both = 0;
   for (const auto channel : color_channels) {
@@ -133,8 +136,14 @@ void TileMerger::look(std::size_t place, const SetSums& sums, TileBook& book) co
     second += b * b;
     both += mean * mean;
   }
-  const bool find = std::max(first, second) > find_min + 16 * plan_.kept[c];
-  const double weight = 1 / plan_.look_probability[c], error = find ? std::max(product, both) : product;
+  const bool find = std::max(first, second) > find_min + 16 * plan_.kept[classes_[place]];
+  return {find ? std::max(product, both) : product, find};
+}
+
+void TileMerger::look(std::size_t place, const SetSums& sums, TileBook& book) const {
+  const PixelClass c = classes_[place];
+  const auto [error, find] = pilot_error(place, sums);
+  const double weight = 1 / plan_.look_probability[c];
   const LookStatistics one{1, error * weight, error * error * weight * weight, weight, plan_.kept[c] * weight};
   book.looks.all[c].add(one);
   if (!find) return;

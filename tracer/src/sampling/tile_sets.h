@@ -84,6 +84,7 @@ struct SetsPlan {
   ByClass<float> measured{};           ///< share of its pixels that have independent halves
   ByClass<double> look_probability{};  ///< in a class without samples
   ByClass<double> kept{};              ///< error that is expected of its pilot
+  ByClass<double> pilot_weight{};      ///< weight of the pilot beside samples; 0: they replace it
   std::uint32_t round = 0;
   /// By tile of TileErrors: samples of a pixel relative to those that it has; empty: only those of the classes.
   std::vector<float> growth{};
@@ -110,6 +111,11 @@ class TileMerger {
   void merge(const SampleSets& sets, const SetSums& sums, TileBook& book) const;
 
  private:
+  struct PilotError {
+    double squared = 0;
+    bool find = false;  ///< much more than expected
+  };
+  [[nodiscard]] PilotError pilot_error(std::size_t place, const SetSums& sums) const;
   void look(std::size_t place, const SetSums& sums, TileBook& book) const;
 
   Film& film_;
