@@ -48,8 +48,8 @@ struct SampleDecay {
   }
   /// Weight of a pilot beside samples, relative to one of these: the center of a pixel at an edge has half the squared
   /// error of a sample at a random place, 1/12 and 1/6 of the squared height. Elsewhere samples replace the pilot,
-  /// which may have missed what they show.
-  [[nodiscard]] double pilot_weight(PixelKind kind) const { return stratified && kind < PixelKind::feature ? 2 : 0; }
+  /// which may have missed what they show: features, and small bright things in mirrors.
+  [[nodiscard]] double pilot_weight(PixelKind kind) const { return stratified && kind < PixelKind::mirrored ? 2 : 0; }
   /// Error of a pixel with one set of strata, in parts of that of two independent halves of it: 2^(1 - power) and a
   /// margin, since many pixels are no edges.
   [[nodiscard]] double joint() const { return stratified ? 0.85 : 1; }

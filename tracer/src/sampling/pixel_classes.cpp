@@ -68,6 +68,14 @@ float squared_laplacian(const PilotImage& pilots, std::size_t x, std::size_t y) 
   return squared;
 }
 
+/// True if the pilot or one of its neighbors shows something in mirrors or through glass.
+bool is_mirrored(const PilotImage& pilots, std::size_t x, std::size_t y) {
+  for (std::size_t row = y - std::min<std::size_t>(y, 1); row < std::min<std::size_t>(y + 2, pilots.height); ++row)
+    for (std::size_t at = x - std::min<std::size_t>(x, 1); at < std::min<std::size_t>(x + 2, pilots.width); ++at)
+      if (pilots.signatures[row * pilots.width + at].secondary != 0) return true;
+  return false;
+}
+
 }  // namespace
 
 ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window, std::span<PixelClass> classes) {
@@ -101,7 +109,9 @@ ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window
           missed >= 0 && (smooth || missed / 3 > contrast / 8) ? class_of(PixelKind::feature, missed / 3)
           : smooth ? class_of(pilots.signatures[place].secondary != 0 ? PixelKind::reflecting : PixelKind::smooth,
                               16 * curvature / 3)
-                   : class_of(static_cast<PixelKind>(std::min<std::size_t>(sides_differ, 3)), contrast);
+                   : class_of(static_cast<PixelKind>(std::min<std::size_t>(sides_differ, 3) +
+                                                     (is_mirrored(pilots, x, y) ? 4 : 0)),
+                              contrast);
       counts[classes[place]].add({.pixels = 1,
                                   .curvature = curvature,
                                   .slope = 3 * contrast / 12,

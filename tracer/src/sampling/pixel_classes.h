@@ -19,13 +19,14 @@ enum class PixelKind : std::uint8_t {
   corner,
   one_side,
   two_sides,
-  more_sides,  ///< mixed, by the number of sides with another signature
-  feature,     ///< mixed as well: something thin was projected here, which the pilot may have missed
-  grown,       ///< mixed as well: close to a find
+  more_sides,   ///< mixed, by the number of sides with another signature
+  mirrored,     ///< the first of the same four where pilots show something in mirrors or through glass
+  feature = 8,  ///< mixed as well: something thin was projected here, which the pilot may have missed
+  grown,        ///< mixed as well: close to a find
   smooth,
   reflecting,  ///< smooth, and samples may show anything: in mirrors, through glass, or of a filtered texture
 };
-inline constexpr std::size_t kind_count = 8;
+inline constexpr std::size_t kind_count = 12;
 
 /// kind * contrast_bins + bin; a bin is an octave of squared code values. The bins of grown pixels are rounds.
 using PixelClass = std::uint8_t;
