@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/support/scenes.h"
+#include "tracer/encode.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/sampling/image_error.h"
 
@@ -49,6 +50,32 @@ TEST(SubpixelFeatures, AreSmallObjects) {
     EXPECT_LT(feature.share, 0.03);
     EXPECT_EQ(feature.count, 1);
   }
+}
+
+/// A white texel in a black environment, in balls around the view: one sample at its image in each shows it.
+TEST(SubpixelFeatures, AreImagesOfTheSunInMirrorBalls) {
+  Scene scene = flat_scene();
+  scene.camera = {{0, 3, 20}, {0, 0, 0}, {0, 1, 0}, 40};
+  Image sky{256, 128, std::vector<float>(3 * 256 * 128, 0)};
+  std::fill_n(sky.rgb.begin() + 3 * (30 * 256 + 100), 3, 1.0F);
+  scene.assets = {{"sky.exr", "/background/environment/file"}};
+  scene.textures = {{.pattern = ImageTexture{AssetId{0}, ColorSpace::linear}, .path = {}}};
+  scene.background.environment = Environment{TextureId{0}, 70};
+  const MaterialId mirror = scenes::add(scene, scenes::mirror(1));
+  for (int i = 0; i < 9; ++i)
+    scenes::add(scene, Sphere{{-4.0 + i, 0.3 * i - 1, 0.5 * i}, i % 2 == 0 ? 0.3 : 0.02}, mirror);
+  RenderControl control;
+  const auto compiled = compile(scene, control, {{encode(sky, Format::exr)->bytes}});
+  ASSERT_TRUE(compiled);
+  const auto features = find_subpixel_features(**compiled, 1000, true);
+  TracerPool<> pool(make_wavefront, **compiled, control, {});
+  const InParallel in_order = [](std::uint64_t count, const auto& work) {
+    for (std::uint64_t i = 0; i < count; ++i) work(i);
+  };
+  std::size_t bright = 0;
+  for (const Color& found : sample_features(features, **compiled, pool, in_order, [] { return false; }))
+    bright += found.r > 0.5 ? 1 : 0;
+  EXPECT_GE(bright, 9u) << features.size();
 }
 
 /// The middle of its longest edge is not inside.

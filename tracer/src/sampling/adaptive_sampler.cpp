@@ -97,7 +97,7 @@ class AdaptiveSampler {
   }
 
   void sample_thin_parts() {
-    const std::vector<SubpixelFeature> features = find_indirect_features(scene_, 2 * film_.size() + 4096);
+    const std::vector<SubpixelFeature> features = find_subpixel_features(scene_, 2 * film_.size() + 4096, true);
     if (features.empty()) return;
     // The classes of many features show their errors, without a sample of each.
     const bool few = features.size() < film_.size() / 8 + 64;

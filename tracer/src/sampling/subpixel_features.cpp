@@ -31,6 +31,10 @@ Capsule bounding_capsule(const Quadric& quadric) {
   return {center, half[0], length(half[1])};
 }
 
+bool reflects(const CompiledScene& scene, std::uint32_t object) {
+  return max_component(scene.terms[scene.objects.material[object]].reflectance) > 0;
+}
+
 /// Infinite plane of a surface.
 struct FlatSurface {
   Vec3 point, normal;  ///< unit
@@ -42,13 +46,13 @@ std::vector<FlatSurface> flat_surfaces(const CompiledScene& scene, std::size_t c
   constexpr std::size_t triangles_max = 256;
   std::vector<FlatSurface> surfaces;
   const auto add = [&](const Vec3& point, const Vec3& normal, std::uint32_t object) {
-    const bool reflects = max_component(scene.terms[scene.objects.material[object]].reflectance) > 0;
+    const bool mirror = reflects(scene, object);
     for (FlatSurface& other : surfaces)
       if (std::abs(dot(other.normal, normal)) > 1 - 1e-9 && std::abs(dot(point - other.point, normal)) < 1e-9) {
-        other.reflects |= reflects;
+        other.reflects |= mirror;
         return;
       }
-    if (surfaces.size() < count_max) surfaces.push_back({point, normal, reflects});
+    if (surfaces.size() < count_max) surfaces.push_back({point, normal, mirror});
   };
   const GeometrySet& geometry = scene.geometry();
   for (std::size_t i = 0; i < geometry.planes.point.size(); ++i)
@@ -106,6 +110,18 @@ class FeatureFinder {
       if (surface.reflects) add(mirrored(capsule, surface));
       for (const CompiledLight& light : scene_.lights)
         if (const auto shadow = shadow_on(surface, light, capsule)) add(*shadow);
+    }
+  }
+
+  /// Adds the image of a distant spot in a mirror ball: where the normal halves the angle between the directions to the
+  /// eye and the spot, as large as a mirror of the focal length radius / 2 shows it.
+  void add_reflection(const Capsule& ball, const CompiledBackground::Spot& spot) {
+    for (std::size_t eye = 0; eye < scene_.camera.eyes() && features_.size() < count_max_; ++eye) {
+      Vec3 normal = spot.direction;
+      for (int step = 0; step < 16; ++step)
+        normal =
+            normalize(normalize(scene_.camera.position(eye) - ball.center - normal * ball.radius) + spot.direction);
+      add_step(ball.center + normal * ball.radius, ball.radius / 2 * spot.radius, 0, eye);
     }
   }
 
@@ -250,10 +266,7 @@ class ConnectedTriangles {
 
 }  // namespace
 
-namespace {
-
-/// `indirect`: also where mirrors show them, and their shadows.
-std::vector<SubpixelFeature> find_features(const CompiledScene& scene, std::size_t count_max, bool indirect) {
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max, bool indirect) {
   const GeometrySet& geometry = scene.geometry();
   std::size_t candidates = 0;
   for (const SphereGeometry& spheres : geometry.spheres) candidates += spheres.radius.size();
@@ -266,24 +279,18 @@ std::vector<SubpixelFeature> find_features(const CompiledScene& scene, std::size
     finder.search(
         flat_surfaces(scene, std::min<std::size_t>(16, views_max / (candidates * (1 + scene.lights.size())))));
   }
+  const auto sun = indirect ? scene.background->brightest() : std::nullopt;
   for (const SphereGeometry& spheres : geometry.spheres)
-    for (std::size_t i = 0; i < spheres.radius.size(); ++i)
-      finder.add_one_of([&] { return Capsule{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]}; });
+    for (std::size_t i = 0; i < spheres.radius.size(); ++i) {
+      const Capsule ball{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]};
+      finder.add_one_of([&] { return ball; });
+      if (sun && reflects(scene, spheres.object[i])) finder.add_reflection(ball, *sun);
+    }
   for (const QuadricGeometry& quadrics : geometry.quadrics)
     for (const Quadric& quadric : quadrics.quadrics) finder.add_one_of([&] { return bounding_capsule(quadric); });
   triangles.each_small_set(
       [&](std::span<const Vec3> corners) { finder.add_one_of([&] { return bounding_capsule(corners); }); });
   return finder.take();
-}
-
-}  // namespace
-
-std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
-  return find_features(scene, count_max, false);
-}
-
-std::vector<SubpixelFeature> find_indirect_features(const CompiledScene& scene, std::size_t count_max) {
-  return find_features(scene, count_max, true);
 }
 
 }  // namespace tracer

@@ -24,12 +24,11 @@ struct SubpixelFeature {
 /// Features in the image's window, about one per pixel along their length: spheres, quadrics and few connected
 /// triangles. Larger meshes are left out: their samples also find neighboring triangles. Visibility is not tested. If
 /// there are more than about `count_max` candidates, every n-th is used and stands for n. Triangles are searched in
-/// scenes that have few of them for an image of this many pixels, so that the search takes little time.
-std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
-
-/// The same, also where plane mirrors show them and where lights cast their shadows onto plane surfaces, if there are
-/// not too many.
-std::vector<SubpixelFeature> find_indirect_features(const CompiledScene& scene, std::size_t count_max);
+/// scenes that have few of them for an image of this many pixels, so that the search takes little time. `indirect`:
+/// also where plane mirrors show them and where lights cast their shadows onto plane surfaces, if there are not too
+/// many, and where mirror balls show the sun of an environment.
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max,
+                                                    bool indirect = false);
 
 /// Radiance of a feature without a sample: not a number.
 inline constexpr Color unknown_radiance{std::numeric_limits<double>::quiet_NaN(), 0, 0};

@@ -1,5 +1,6 @@
 #include "tracer/src/textures/background.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace tracer {
@@ -126,6 +127,21 @@ Color CompiledBackground::radiance_at(const Vec2& uv) const {
   const double longitude = 2 * pi * (uv.x - 0.5), latitude = pi * (uv.y - 0.5);
   const Vec3 level = face.axis * std::cos(longitude) + face.right * std::sin(longitude);
   return radiance(level * std::cos(latitude) + face.up * std::sin(latitude), 0);
+}
+
+std::optional<CompiledBackground::Spot> CompiledBackground::brightest() const {
+  if (kind_ != Kind::environment || faces_.front().image == nullptr) return std::nullopt;
+  const Face& around = faces_.front();
+  const Image& image = around.image->levels().front();
+  const auto most = std::ranges::max_element(image.rgb);
+  if (*most < 16 * *std::ranges::max_element(around.image->levels().back().rgb)) return std::nullopt;
+  const auto texel = static_cast<std::size_t>(most - image.rgb.begin()) / 3;
+  const double x = (static_cast<double>(texel % image.width) + 0.5) / image.width,
+               y = 1 - (static_cast<double>(texel / image.width) + 0.5) / image.height;
+  const Vec2 &scale = around.texture.scale, &offset = around.texture.offset;
+  const double longitude = 2 * pi * ((x - offset.x) / scale.x - 0.5), latitude = pi * ((y - offset.y) / scale.y - 0.5);
+  const Vec3 level = around.axis * std::cos(longitude) + around.right * std::sin(longitude);
+  return Spot{level * std::cos(latitude) + around.up * std::sin(latitude), pi / image.height / 2};
 }
 
 double CompiledBackground::bound() const {

@@ -2,6 +2,7 @@
 /// Background radiance, for rays that hit nothing.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tracer/src/textures/texture.h"
@@ -50,6 +51,14 @@ class CompiledBackground {
   [[nodiscard]] DirectionGrid grid() const;
   /// Unfiltered, at a point of the unit square over the grid. Precondition: it has columns.
   [[nodiscard]] Color radiance_at(const Vec2& uv) const;
+  /// A texel as a disc.
+  struct Spot {
+    Vec3 direction;     ///< towards its center, unit
+    double radius = 0;  ///< radians
+  };
+  /// The brightest texel of an environment, such as a part of the sun. None if it is less than 16 times as bright as
+  /// the mean: samples find such light.
+  [[nodiscard]] std::optional<Spot> brightest() const;
   /// Upper bound of the radiance over all directions and channels.
   [[nodiscard]] double bound() const;
 
