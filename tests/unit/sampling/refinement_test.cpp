@@ -148,12 +148,12 @@ TEST(TileMerger, KeepsPilotsAtEdgesAndStatesTheErrorOfTheirMeans) {
     plan.pilot_weight.fill(weight);
     TileBook book;
     true_errors.push_back(0);
-    for (std::size_t place = 0; place < film.size(); ++place) {
+    for (std::uint32_t place = 0; place < film.size(); ++place) {
       const double edge = random.in(0, 1);
       const auto half = [&] { return level(((random.in(0, 0.5) < edge) + (random.in(0.5, 1) < edge)) / 2.0); };
       film.set_pilot(place, 1, level(edge > 0.5 ? 1 : 0), {});
       TileMerger(film, classes, plan, {}, image.display_)
-          .merge(place, {.kind = SampleSets::Kind::measured, .samples = 4}, {{half(), half()}, {2, 2}}, book);
+          .merge({.place = place, .kind = SampleSets::Kind::measured, .samples = 4}, {{half(), half()}, {2, 2}}, book);
       true_errors.back() += std::pow(image.display_.level(film.mean(place).r) - image.display_.level(level(edge).r), 2);
     }
     EXPECT_NEAR(book.classes[0].error / true_errors.back(), 1.05, 0.1) << weight;
