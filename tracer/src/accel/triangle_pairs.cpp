@@ -15,8 +15,8 @@ bool distinct(const Corners& t) { return t[0] != t[1] && t[1] != t[2] && t[2] !=
 
 bool share_edge(const Corners& a, const Corners& b) {
   if (!distinct(a) || !distinct(b)) return false;
-  const auto among_b = [&](std::uint32_t corner) { return std::find(b.begin(), b.end(), corner) != b.end(); };
-  return std::count_if(a.begin(), a.end(), among_b) >= 2;
+  const auto among_b = [&](std::uint32_t corner) { return std::ranges::find(b, corner) != b.end(); };
+  return std::ranges::count_if(a, among_b) >= 2;
 }
 
 Bounds box_of(const TriangleGeometry& geometry, std::uint32_t triangle) {

@@ -180,9 +180,7 @@ inline TrianglePairBounds triangle_pair_bounds(const TriangleGeometry& geometry,
   std::uint32_t other = c;
   if (triangles.pair()) {
     const std::array<std::uint32_t, 3>& second = geometry.triangles[triangles.second];
-    const auto in_second = [&](std::uint32_t corner) {
-      return std::find(second.begin(), second.end(), corner) != second.end();
-    };
+    const auto in_second = [&](std::uint32_t corner) { return std::ranges::find(second, corner) != second.end(); };
     if (!in_second(a)) std::swap(a, c);
     if (!in_second(b)) std::swap(b, c);
     other = second[0] ^ second[1] ^ second[2] ^ a ^ b;  // the remaining one of the three

@@ -27,9 +27,8 @@ std::vector<bool> duplicates_of(std::size_t count, const Hash& hash, const Equal
   const auto has_equal = [&](std::size_t step) {
     keys.clear();
     for (std::size_t i = 0; i < count; i += step) keys.emplace_back(hash(i), i);
-    std::sort(keys.begin(), keys.end());
-    return std::adjacent_find(keys.begin(), keys.end(),
-                              [](const auto& a, const auto& b) { return a.first == b.first; }) != keys.end();
+    std::ranges::sort(keys);
+    return std::ranges::adjacent_find(keys, {}, [](const auto& key) { return key.first; }) != keys.end();
   };
   if ((count > long_list && !has_equal(sample)) || !has_equal(1)) return {};
   std::vector<bool> marked(count);
@@ -49,7 +48,7 @@ std::uint64_t erase(const std::vector<bool>& marked, std::vector<Values>&... lis
       if (!marked[i] && kept++ != i) list[kept - 1] = std::move(list[i]);
     list.resize(kept);
   };
-  const auto count = static_cast<std::uint64_t>(std::count(marked.begin(), marked.end(), true));
+  const auto count = static_cast<std::uint64_t>(std::ranges::count(marked, true));
   if (count != 0) (shorten(lists), ...);
   return count;
 }

@@ -72,7 +72,7 @@ std::vector<Entry> histogram_of(std::span<const std::uint8_t> codes) {
   std::vector<Code> pixels;
   pixels.reserve(codes.size() / 3);
   for (std::size_t i = 0; i + 2 < codes.size(); i += 3) pixels.push_back(code_at(codes, i));
-  std::sort(pixels.begin(), pixels.end());
+  std::ranges::sort(pixels);
   std::vector<Entry> entries;
   for (const Code& code : pixels) {
     if (entries.empty() || entries.back().code != code) entries.push_back({code, 0});
@@ -132,8 +132,7 @@ Palette reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors) {
   std::vector<Entry> entries = histogram_of(codes);
   std::vector<ColorBox> boxes{box_of(entries)};
   while (boxes.size() < colors) {
-    ColorBox& box = *std::max_element(boxes.begin(), boxes.end(),
-                                      [](const ColorBox& a, const ColorBox& b) { return a.gain < b.gain; });
+    ColorBox& box = *std::ranges::max_element(boxes, {}, &ColorBox::gain);
     if (box.gain == 0) break;
     const auto second = std::partition(box.entries.begin(), box.entries.end(),
                                        [&](const Entry& entry) { return entry.code[box.channel] <= box.last; });

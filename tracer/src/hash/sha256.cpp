@@ -66,7 +66,7 @@ std::string sha256_hex(std::string_view bytes) {
 
 bool is_sha256(std::string_view name) {
   return name.size() == 64 &&
-         std::all_of(name.begin(), name.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+         std::ranges::all_of(name, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 }  // namespace tracer

@@ -76,7 +76,7 @@ class ExrHeader {
   std::uint32_t number() { return static_cast<std::uint32_t>(little_endian(take(4), 0, 4)); }
 
   std::string_view text() {
-    const auto end = std::find(left_.begin(), left_.end(), 0);
+    const auto end = std::ranges::find(left_, 0);
     const auto length = static_cast<std::size_t>(end - left_.begin());
     const std::string_view text{reinterpret_cast<const char*>(left_.data()), length};
     take(length + 1);
@@ -218,7 +218,7 @@ Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> co
   if (bytes.empty()) return std::string("is empty");
   const std::optional<ImageFormat> kind = image_kind(bytes);
   constexpr ImageFormat known[] = {ImageFormat::png, ImageFormat::jpeg, ImageFormat::openexr, ImageFormat::hdr};
-  if (!kind || std::find(std::begin(known), std::end(known), *kind) == std::end(known))
+  if (!kind || std::ranges::find(known, *kind) == std::end(known))
     return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
   return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb), limits,
                    channel);

@@ -79,7 +79,7 @@ DisplayCodes<Code> to_display(const Image& image, const Output& output, Alpha al
 
 DisplayTransform display_transform(const Image& image, const Output& output) {
   const bool scaled = output.overflow == Output::Overflow::scale && !image.rgb.empty();
-  return {output, scaled ? *std::max_element(image.rgb.begin(), image.rgb.end()) : 0};
+  return {output, scaled ? *std::ranges::max_element(image.rgb) : 0};
 }
 
 template <class Code>

@@ -290,7 +290,7 @@ std::string exceeded_limit(const LiveScene& live, const LiveLimits& limits) {
     if (cells(values) > limits.cells)
       return "the limit of a table of the live view is " + std::to_string(limits.cells) + " cells, " + name + " has " +
              std::to_string(cells(values));
-    if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+    if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); }))
       return std::string("a number of ") + name + " exceeds the range of 32-bit floats, which the live view has";
   }
   if (bytes <= limits.bytes) return {};

@@ -46,9 +46,8 @@ std::string cheapest(const Measurement& measurement) {
   if (front.empty()) return "for " + std::string(goals.front().text) + ": no setting, all claims are broken";
   std::string sentence;
   for (const Goal& goal : goals) {
-    const auto within = std::find_if(front.begin(), front.end(), [&](std::size_t i) {
-      return measurement.points[i].claimed.estimate <= goal.error;
-    });
+    const auto within = std::ranges::find_if(
+        front, [&](std::size_t i) { return measurement.points[i].claimed.estimate <= goal.error; });
     const bool reached = within != front.end();
     const MeasuredPoint& point = measurement.points[reached ? *within : front.back()];
     sentence += (sentence.empty() ? "for " : "; for ") + std::string(goal.text) + ": ";
@@ -113,7 +112,7 @@ std::string claims(const Measurement& measurement) {
   const auto worse = [](const MeasuredPoint* one, const MeasuredPoint* other) {
     return one->error * other->claimed.estimate < other->error * one->claimed.estimate;
   };
-  const MeasuredPoint& worst = **std::max_element(broken.begin(), broken.end(), worse);
+  const MeasuredPoint& worst = **std::ranges::max_element(broken, worse);
   return "the true error was above the claimed one in " + std::to_string(broken.size()) + " of " + count +
          " settings, by the largest factor with " + title(worst.setting) + ": " + close_levels(worst.error) +
          ", claimed " + close_levels(worst.claimed.estimate) + rest;

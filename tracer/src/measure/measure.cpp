@@ -112,7 +112,7 @@ std::size_t MeasurementRun::reference_of(Accuracy::Model model) const {
 bool MeasurementRun::needs_comparison() const { return references_.size() > 1 && comparison_ == nullptr; }
 
 std::size_t MeasurementRun::next_setting() const {
-  const auto missing = std::find_if(points_.begin(), points_.end(), [](const auto& point) { return !point; });
+  const auto missing = std::ranges::find_if(points_, [](const auto& point) { return !point; });
   return static_cast<std::size_t>(missing - points_.begin());
 }
 
@@ -159,8 +159,8 @@ std::size_t MeasurementRun::rounds_done() const {
 }
 
 std::size_t MeasurementRun::steps_done() const {
-  const auto measured = static_cast<std::size_t>(
-      std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); }));
+  const auto measured =
+      static_cast<std::size_t>(std::ranges::count_if(points_, [](const auto& point) { return point.has_value(); }));
   std::size_t done = measured + (references_.size() > 1 && !needs_comparison() ? 1 : 0);
   for (const Reference& each : references_)
     done += each.complete ? options_.reference_samples / each.image_samples : each.images;

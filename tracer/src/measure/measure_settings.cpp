@@ -63,8 +63,8 @@ class SettingList {
  private:
   /// Adds the baseline if a setting varies it.
   void add_baseline() {
-    const bool from_baseline = std::any_of(settings_.begin(), settings_.end(),
-                                           [](const Setting& setting) { return is_change(setting.parameter); });
+    const bool from_baseline =
+        std::ranges::any_of(settings_, [](const Setting& setting) { return is_change(setting.parameter); });
     if (from_baseline && !has(baseline_)) vary("samples", &Accuracy::samples, {baseline_samples});
   }
 
@@ -73,8 +73,8 @@ class SettingList {
   }
 
   [[nodiscard]] bool has(const Accuracy& accuracy) const {
-    return std::any_of(settings_.begin(), settings_.end(),
-                       [&](const Setting& setting) { return setting.model.empty() && setting.accuracy == accuracy; });
+    return std::ranges::any_of(
+        settings_, [&](const Setting& setting) { return setting.model.empty() && setting.accuracy == accuracy; });
   }
 
   /// The accuracy of the document with this target error.
@@ -87,7 +87,7 @@ class SettingList {
   void targets() {
     std::vector<double> selected{8, 4, 2, 1, 0.5, 0.25};
     for (const auto& [name, preset] : words<Preset>) selected.push_back(target_error_of(preset));
-    std::sort(selected.begin(), selected.end(), std::greater<>());
+    std::ranges::sort(selected, std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
       Setting setting{"target_error", shortest(target), with_target(target)};
@@ -157,9 +157,8 @@ class SettingList {
     if (needs_.global_light)
       for (const auto& [name, by] : words<A::Interreflection>)
         approximate("interreflection: " + std::string(name), &A::interreflection, by);
-    const auto somewhere = std::count_if(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
-      return !std::holds_alternative<DirectionalLight>(light.source);
-    });
+    const auto somewhere = std::ranges::count_if(
+        scene_.lights, [](const Light& light) { return !std::holds_alternative<DirectionalLight>(light.source); });
     for (const std::uint32_t count : {1u, 4u, 16u, 64u})
       if (std::cmp_less(count, somewhere))
         approximate("lights: nearest-" + std::to_string(count), &A::nearest_lights, count);
@@ -185,7 +184,7 @@ std::vector<Setting> settings(const Scene& scene, std::span<const std::string> s
   const bool all_have_model = scene.accuracy.model == Accuracy::Model::global;
   for (const std::string_view parameter : parameters)
     if ((selected.empty() && (parameter != "model" || all_have_model)) ||
-        std::find(selected.begin(), selected.end(), parameter) != selected.end())
+        std::ranges::find(selected, parameter) != selected.end())
       list.add(parameter);
   return list.take();
 }

@@ -54,8 +54,7 @@ bool saves_no_time(std::span<const MeasuredPoint> points, const MeasuredPoint& a
 std::vector<std::size_t> unranked_points(std::span<const MeasuredPoint> points) {
   std::vector<std::size_t> by_time(points.size());
   std::iota(by_time.begin(), by_time.end(), std::size_t{0});
-  std::stable_sort(by_time.begin(), by_time.end(),
-                   [&](std::size_t one, std::size_t other) { return points[one].seconds < points[other].seconds; });
+  std::ranges::stable_sort(by_time, {}, [&](std::size_t i) { return points[i].seconds; });
   std::vector<bool> unranked(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) unranked[i] = points[i].runs.size() < 2;
   for (std::size_t i = 1; i < by_time.size(); ++i) {

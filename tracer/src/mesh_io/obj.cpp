@@ -168,8 +168,7 @@ bool is_obj(Bytes bytes) {
   Tokenizer tokens(bytes);
   do {
     const std::string_view word = tokens.next_token();
-    if (!word.empty() && !word.starts_with('#'))
-      return std::find(std::begin(keywords), std::end(keywords), word) != std::end(keywords);
+    if (!word.empty() && !word.starts_with('#')) return std::ranges::find(keywords, word) != std::end(keywords);
   } while (tokens.next_line());
   return false;
 }

@@ -107,7 +107,7 @@ class PlyReader {
 
   /// Stored until all positions are read: faces may come first.
   void read_faces(const Element& element) {
-    const auto corner_lists = std::count_if(element.properties.begin(), element.properties.end(), is_corner_list);
+    const auto corner_lists = std::ranges::count_if(element.properties, is_corner_list);
     if (corner_lists != 1) throw MeshError("the element \"face\" must have one list vertex_indices");
     faces_.reserve(element.count);
     for (std::uint64_t face = 0; face < element.count; ++face)
@@ -197,7 +197,7 @@ class PlyReader {
     std::vector<bool> used(mesh_.positions.size());
     for (const auto& triangle : mesh_.triangles)
       for (const std::uint32_t corner : triangle) used[corner] = true;
-    if (std::find(used.begin(), used.end(), false) == used.end()) return;
+    if (std::ranges::find(used, false) == used.end()) return;
     std::vector<std::uint32_t> renamed(used.size());
     std::uint32_t kept = 0;
     for (std::uint32_t i = 0; i < used.size(); ++i)

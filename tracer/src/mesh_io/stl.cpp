@@ -136,7 +136,7 @@ Mesh read_binary_stl(Bytes bytes, const Limits& limits) {
 /// Text contains no NUL; headers of binary files that begin with "solid" do.
 bool is_ascii_stl(Bytes bytes) {
   const Bytes beginning = bytes.first(std::min(bytes.size(), first_triangle));
-  return std::find(beginning.begin(), beginning.end(), 0) == beginning.end() &&
+  return std::ranges::find(beginning, 0) == beginning.end() &&
          lower(Tokenizer(bytes).next_token_on_any_line()) == "solid";
 }
 

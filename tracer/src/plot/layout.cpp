@@ -79,8 +79,8 @@ std::vector<Words> point_labels(const std::vector<PointToLabel>& points, const B
       const Place at{point.at.x + attempt.offset.x, point.at.y + attempt.offset.y};
       Words words{.at = at, .text = point.label, .size = point_label_size, .anchor = attempt.anchor, .haloed = true};
       const Bounds box = box_of(words);
-      const bool free = within(box, inside) && std::none_of(taken.begin(), taken.end(),
-                                                            [&](const Bounds& other) { return overlap(box, other); });
+      const bool free =
+          within(box, inside) && std::ranges::none_of(taken, [&](const Bounds& other) { return overlap(box, other); });
       if (!free) continue;
       taken.push_back(box);
       placed.push_back(std::move(words));

@@ -140,8 +140,8 @@ Ticks ticks(const Scale& scale, const std::function<double(const std::string&)>&
   if (decade < 6) return found;  // pixels; denser lines are illegible
   for (const Tick& tick : decade < 30 ? in_decades(scale, {1}, 1) : in_decades(scale, {2, 3, 4, 5, 6, 7, 8, 9}, 1)) {
     const double value = tick.value();
-    const bool labelled = std::any_of(found.labelled.begin(), found.labelled.end(),
-                                      [value](const Tick& other) { return other.value() == value; });
+    const bool labelled =
+        std::ranges::any_of(found.labelled, [value](const Tick& other) { return other.value() == value; });
     if (!labelled) found.minor.push_back(value);
   }
   return found;

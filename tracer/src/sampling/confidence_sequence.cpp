@@ -44,7 +44,7 @@ ConfidenceSequence::LogWealth ConfidenceSequence::log_wealth(double mean) const 
   std::array<double, bets.size()> logs{};
   for (std::size_t i = 0; i < bets.size(); ++i)
     logs[i] = std::log(bets[i].weight) + log_products_[i] - count * std::log1p(-bets[i].fraction * mean);
-  const double greatest = *std::max_element(logs.begin(), logs.end());
+  const double greatest = *std::ranges::max_element(logs);
   double sum = 0, slope = 0;
   for (std::size_t i = 0; i < bets.size(); ++i) {
     const double share = std::exp(logs[i] - greatest);

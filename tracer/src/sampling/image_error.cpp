@@ -288,7 +288,7 @@ PixelFeatures features_of_pixels(std::span<const SubpixelFeature> features, std:
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
   const bool needed = scene.output.overflow == Output::Overflow::scale || !radiance_bound(scene);
-  return needed && !rgb.empty() ? *std::max_element(rgb.begin(), rgb.end()) : 0;
+  return needed && !rgb.empty() ? *std::ranges::max_element(rgb) : 0;
 }
 
 ErrorContext error_context(const CompiledScene& scene, std::span<const float> rgb) {

@@ -17,7 +17,7 @@ std::vector<Look> draw_looks(std::span<const float> bounds, std::size_t count, s
   std::vector<double> positions(count);
   const std::uint64_t key = mix(mix(seed) ^ mix(~std::uint64_t{0}));
   for (std::size_t i = 0; i < count; ++i) positions[i] = sequence_point(static_cast<std::uint32_t>(first + i), key).x;
-  std::sort(positions.begin(), positions.end());
+  std::ranges::sort(positions);
   double end = 0;
   std::size_t next = 0;
   for (std::size_t place = 0; place < bounds.size() && next < count; ++place) {

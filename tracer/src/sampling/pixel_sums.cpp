@@ -22,9 +22,7 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   const std::size_t pixels = window.pixels();
   image.rgb.resize(3 * pixels);
   if (output.alpha) image.alpha.resize(pixels);
-  const auto requested = [&](Layer layer) {
-    return std::find(output.layers.begin(), output.layers.end(), layer) != output.layers.end();
-  };
+  const auto requested = [&](Layer layer) { return std::ranges::find(output.layers, layer) != output.layers.end(); };
   if (requested(Layer::depth)) image.layers.depth.resize(pixels);
   if (requested(Layer::normal)) image.layers.normal.resize(3 * pixels);
   if (requested(Layer::albedo)) image.layers.albedo.resize(3 * pixels);

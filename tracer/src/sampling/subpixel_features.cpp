@@ -27,7 +27,7 @@ Capsule bounding_capsule(const Quadric& quadric) {
   const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
   std::array<Vec3, 3> half{m.x * extent.x, m.y * extent.y, m.z * extent.z};
   const Vec3 center = quadric.origin + m.x * middle.x + m.y * middle.y + m.z * middle.z;
-  std::sort(half.begin(), half.end(), [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
+  std::ranges::sort(half, [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
   return {center, half[0], length(half[1])};
 }
 
@@ -229,7 +229,7 @@ class ConnectedTriangles {
   void each_small_set(const Use& use) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> by_set;
     for (std::uint32_t i = 0; i < corners_.size(); ++i) by_set.emplace_back(root(i), i);
-    std::sort(by_set.begin(), by_set.end());
+    std::ranges::sort(by_set);
     std::vector<Vec3> corners;
     for (std::size_t first = 0, last = 0; first < by_set.size(); first = last) {
       corners.clear();
@@ -250,7 +250,7 @@ class ConnectedTriangles {
         key = mix(key ^ std::bit_cast<std::uint64_t>(value));
       keys.emplace_back(key, i);
     }
-    std::sort(keys.begin(), keys.end());
+    std::ranges::sort(keys);
     for (std::size_t i = 1; i < keys.size(); ++i)
       if (keys[i].first == keys[i - 1].first) parent_[root(keys[i].second)] = root(keys[i - 1].second);
   }

@@ -122,7 +122,7 @@ bool flattens(const Scene& scene, const Object& object, const Linear& world_from
   const auto* instance = std::get_if<Instance>(&object.shape);
   if (instance == nullptr) return false;
   const std::vector<Object>& placed = scene.prototypes[instance->of.index].objects;
-  return std::any_of(placed.begin(), placed.end(), [&](const Object& inner) { return flattens(scene, inner, m); });
+  return std::ranges::any_of(placed, [&](const Object& inner) { return flattens(scene, inner, m); });
 }
 
 class Counting {
