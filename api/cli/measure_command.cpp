@@ -230,7 +230,7 @@ void print_table(const tracer::Measurement& measurement) {
     for (const std::size_t index : tracer::model_front(measurement, model)) front.push_back(index);
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const tracer::MeasuredPoint& point = measurement.points[i];
-    const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
+    const bool in_front = std::ranges::find(front, i) != front.end();
     print_point(point, in_front ? '*' : tracer::is_broken(measurement, point) ? '!' : ' ');
   }
   if (measurement.not_measured)

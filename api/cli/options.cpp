@@ -96,7 +96,7 @@ std::vector<RenderOptions::Output> outputs_of(const std::vector<std::string>& pa
   for (const std::string& path : paths) {
     const auto format = format_of(path);
     if (!format) reject("-o", path + ": the name must end in " + extensions());
-    if (std::count(paths.begin(), paths.end(), path) > 1) reject("-o", path + " is given twice");
+    if (std::ranges::count(paths, path) > 1) reject("-o", path + " is given twice");
     outputs.push_back({path, *format});
   }
   return outputs;
@@ -248,7 +248,7 @@ tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> ar
   MeasureOptions measure;
   const CLI::App* commands[] = {add_render(app, render), add_import(app, import), add_check(app, check),
                                 add_diff(app, diff), add_measure(app, measure)};
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+  std::ranges::reverse(arguments);  // as CLI11 takes them
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::CallForHelp&) {

@@ -44,7 +44,7 @@ constexpr std::array<std::string_view, 5> content_members{"textures", "materials
 
 template <std::size_t size>
 bool contains(const std::array<std::string_view, size>& names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return std::ranges::find(names, name) != names.end();
 }
 
 /// False if the patch does not apply. Of JSON patches only the operations of Axis are known.
@@ -110,8 +110,7 @@ class Documents {
 
  private:
   static bool changes_content(const Variation& variation) {
-    return std::any_of(variation.members.begin(), variation.members.end(),
-                       [](const std::string& name) { return contains(content_members, name); });
+    return std::ranges::any_of(variation.members, [](const auto& name) { return contains(content_members, name); });
   }
 
   /// The text to read: the whole document, or its small members and those that are changed.

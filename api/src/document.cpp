@@ -93,7 +93,7 @@ class ReportedIssues {
  public:
   explicit ReportedIssues(const std::vector<tracer::Issue>& issues) {
     for (const tracer::Issue& issue : issues) pointers_.push_back(issue.pointer);
-    std::sort(pointers_.begin(), pointers_.end());
+    std::ranges::sort(pointers_);
   }
 
   /// True if the issue concerns a value with an issue, a part of one, or a value with such a part (except limits: a
@@ -105,7 +105,7 @@ class ReportedIssues {
 
  private:
   [[nodiscard]] bool has_at_or_around(std::string pointer) const {
-    while (!std::binary_search(pointers_.begin(), pointers_.end(), pointer)) {
+    while (!std::ranges::binary_search(pointers_, pointer)) {
       if (pointer.empty()) return false;
       pointer.resize(pointer.rfind('/'));
     }
@@ -114,7 +114,7 @@ class ReportedIssues {
 
   [[nodiscard]] bool has_inside(const std::string& pointer) const {
     const std::string inside = pointer + "/";
-    const auto first = std::lower_bound(pointers_.begin(), pointers_.end(), inside);
+    const auto first = std::ranges::lower_bound(pointers_, inside);
     return first != pointers_.end() && first->starts_with(inside);
   }
 
@@ -141,7 +141,7 @@ std::vector<tracer::Issue> validated(Reading& reading) {
 
 void append_string(std::string& text, std::string_view value) {
   const auto is_escaped = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '"' || c == '\\'; };
-  if (std::any_of(value.begin(), value.end(), is_escaped)) {
+  if (std::ranges::any_of(value, is_escaped)) {
     text += Json(value).dump();
   } else {
     text.append("\"").append(value).append("\"");
@@ -164,8 +164,7 @@ void append_object(std::string& text, json::Tape& tape, json::Node* node) {
   std::vector<json::Node*> keys;
   json::Node* key = node + 1;
   for (std::uint32_t i = 0; i < node->size; ++i, key = tape.next(key + 1)) keys.push_back(key);
-  std::stable_sort(keys.begin(), keys.end(),
-                   [](const json::Node* a, const json::Node* b) { return a->string() < b->string(); });
+  std::ranges::stable_sort(keys, {}, &json::Node::string);
   text += '{';
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (i > 0) text += ',';

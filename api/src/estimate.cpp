@@ -110,9 +110,8 @@ bool compares_models(const MeasureRequest& request) {
 
 SceneContent content_of(const tracer::Scene& scene) {
   const Counts counts(scene);
-  const bool named_files = std::any_of(scene.assets.begin(), scene.assets.end(), [](const tracer::Asset& asset) {
-    return !asset.name.starts_with(upload_prefix);
-  });
+  const bool named_files = std::ranges::any_of(
+      scene.assets, [](const tracer::Asset& asset) { return !asset.name.starts_with(upload_prefix); });
   return {counts.objects * object_bytes + counts.triangles * triangle_bytes, counts.mesh_files, named_files,
           rays_per_sample(scene), counts.objects + counts.triangles};
 }

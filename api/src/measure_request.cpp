@@ -17,9 +17,9 @@ namespace {
 void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
     const std::string_view name = element.node->kind == json::Kind::string ? element.node->string() : "";
-    if (std::find(std::begin(tracer::parameters), std::end(tracer::parameters), name) == std::end(tracer::parameters)) {
+    if (std::ranges::find(tracer::parameters, name) == std::end(tracer::parameters)) {
       add_unknown_word(reading, element, tracer::parameters);
-    } else if (std::find(parameters.begin(), parameters.end(), name) != parameters.end()) {
+    } else if (std::ranges::find(parameters, name) != parameters.end()) {
       add_issue(reading, element, "duplicate_value", quoted(name) + " is written twice");
     } else {
       parameters.emplace_back(name);

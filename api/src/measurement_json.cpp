@@ -167,7 +167,7 @@ std::string write_measurement_csv(const tracer::Measurement& measurement) {
       "approximation,tone,samples_mean,camera,shadow,reflection,refraction,diffuse,pareto_front,reference_error,broken,"
       "runs,model,model_error,total_error,upper_limits\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
-    const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
+    const bool in_front = std::ranges::find(front, i) != front.end();
     text += csv_line(measurement, measurement.points[i], in_front);
   }
   return text;

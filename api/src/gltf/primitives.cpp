@@ -210,7 +210,7 @@ void append_primitive(const Primitive& primitive, const Placement& placement, co
   std::vector<std::uint32_t> used;
   used.reserve(3 * triangles.size());
   for (const Corners& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
-  std::sort(used.begin(), used.end());
+  std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
   if (!triangles.empty()) tracer::begin_part(mesh, primitive.material);
@@ -227,7 +227,7 @@ void append_primitive(const Primitive& primitive, const Placement& placement, co
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
   for (Corners triangle : triangles) {
     for (std::uint32_t& corner : triangle) {
-      const auto found = std::lower_bound(used.begin(), used.end(), corner) - used.begin();
+      const auto found = std::ranges::lower_bound(used, corner) - used.begin();
       corner = static_cast<std::uint32_t>(first + static_cast<std::size_t>(found));
     }
     if (rigid.mirrors()) std::swap(triangle[1], triangle[2]);

@@ -80,8 +80,7 @@ void sort_by_position(std::vector<tracer::Issue>& issues, json::Tape& tape, json
   find_positions(tokens, root, tape, positions);
   std::vector<std::size_t> order(issues.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return positions[a] < positions[b]; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return positions[i]; });
   std::vector<tracer::Issue> sorted;
   for (const std::size_t i : order) sorted.push_back(std::move(issues[i]));
   issues = std::move(sorted);

@@ -154,8 +154,7 @@ bool read(Reading& reading, const Cursor& at, tracer::Vec3& value) {
 
 /// Names are written to logs and terminals.
 bool has_control_characters(std::string_view text) {
-  return std::any_of(text.begin(), text.end(),
-                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+  return std::ranges::any_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
 }
 
 bool read(Reading& reading, const Cursor& at, std::string& name) {

@@ -44,7 +44,7 @@ void Fields::finish() {
   }
   for_each_member(reading_, at_, [&](const Cursor& member) {
     if (member.node[-1].used || !reading_.can_add_issue()) return;
-    const bool is_duplicate = std::find(known.begin(), known.end(), member.key) != known.end();
+    const bool is_duplicate = std::ranges::find(known, member.key) != known.end();
     std::string detail = quoted(member.key);
     if (is_duplicate) {
       detail += " is written twice";

@@ -126,7 +126,7 @@ std::string suggestion(std::string_view word, std::string_view kind, std::string
   if (form.empty() && group != kind) {
     form = form_of_foreign_word(group, word);
     const auto is_first_name = [&](std::string_view name) { return form.starts_with(quoted(name)); };
-    if (std::none_of(names.begin(), names.end(), is_first_name) && !form.ends_with("in the document")) form = {};
+    if (std::ranges::none_of(names, is_first_name) && !form.ends_with("in the document")) form = {};
   }
   return form.empty() ? did_you_mean(word, names) : "; write " + std::string(form);
 }

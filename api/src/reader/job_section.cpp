@@ -24,7 +24,7 @@ bool is_web_address(std::string_view url) {
   const std::string_view authority = rest.substr(0, rest.find_first_of("/?#"));
   return !authority.empty() && authority.find('@') == std::string_view::npos &&
          rest.find('#') == std::string_view::npos &&
-         std::all_of(rest.begin(), rest.end(), [](char c) { return c > ' ' && c < '\x7f' && c != '\\'; });
+         std::ranges::all_of(rest, [](char c) { return c > ' ' && c < '\x7f' && c != '\\'; });
 }
 
 bool read_url(Reading& reading, const Cursor& at, std::string& url) {
@@ -43,7 +43,7 @@ void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& e
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
     std::string_view event;
     if (!read(reading, element, OneOf<std::string_view>{event, states})) return;
-    if (std::find(events.begin(), events.end(), event) != events.end()) {
+    if (std::ranges::find(events, event) != events.end()) {
       add_issue(reading, element, "duplicate_value", quoted(event) + " is written twice");
     } else {
       events.emplace_back(event);

@@ -180,7 +180,7 @@ template <tracer::HasFields Shape>
 void read_shape(Reading& /*reading*/, Fields& fields, Shape& shape,
                 std::initializer_list<std::string_view> without = {}) {
   tracer::for_each_field<Shape>([&](const auto& field) {
-    if (std::find(without.begin(), without.end(), field.name) != without.end()) return;
+    if (std::ranges::find(without, field.name) != without.end()) return;
     if constexpr (std::is_same_v<std::decay_t<decltype(shape.*field.member)>, Vec3>)
       if (field.name == "center" || field.name == "point" || field.name == "base") {
         read_anchor(fields, field.name, shape.*field.member);

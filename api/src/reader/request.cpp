@@ -27,7 +27,7 @@ tracer::Result<json::Tape, Refusal> parse_json(std::string_view bytes, const Doc
   Refusal refusal;
   refusal.kind = tape.error().limit ? Refusal::Kind::too_large : Refusal::Kind::not_json;
   refusal.detail = std::move(tape.error().detail);
-  refusal.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
+  refusal.line = 1 + static_cast<std::size_t>(std::ranges::count(before, '\n'));
   refusal.column = 1 + before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
   return refusal;
 }
