@@ -113,7 +113,7 @@ std::vector<std::string> prepare(const CLI::App& app, const std::vector<std::str
       if (equals < word.size()) prepared.push_back(word.substr(equals + 1));
     }
   }
-  std::reverse(prepared.begin(), prepared.end());
+  std::ranges::reverse(prepared);
   return prepared;
 }
 
@@ -138,9 +138,7 @@ void parse(const std::vector<std::string>& words, Arguments& arguments) {
 void read_environment(const Environment& environment, Settings& settings, std::vector<std::string>& unknown) {
   const auto all = options();
   for (const auto& [name, value] : environment) {
-    const auto found = std::find_if(all.begin(), all.end(), [&variable = name](const Option& option) {
-      return variable_of(option.name) == variable;
-    });
+    const auto found = std::ranges::find(all, name, [](const Option& option) { return variable_of(option.name); });
     if (found == all.end()) {
       unknown.push_back(name);
     } else {
@@ -159,8 +157,7 @@ void read_line(std::string_view line, const std::string& where, Settings& settin
   }
   const std::string name(support::trimmed(content.substr(0, equals)));
   const Option* const option = find_option(name);
-  const bool duplicate =
-      std::any_of(settings.begin(), settings.end(), [&](const Setting& setting) { return setting.option == option; });
+  const bool duplicate = std::ranges::find(settings, option, &Setting::option) != settings.end();
   if (option == nullptr) {
     errors.push_back({where, "\"" + name + "\" " + unknown_option});
   } else if (duplicate) {

@@ -222,8 +222,7 @@ std::string Option::assign(std::string_view text, Config& config) const {
 std::span<const Option> options() { return table; }
 
 const Option* find_option(std::string_view name) {
-  const auto found =
-      std::find_if(table.begin(), table.end(), [&](const Option& option) { return option.name == name; });
+  const auto found = std::ranges::find(table, name, &Option::name);
   return found == table.end() ? nullptr : &*found;
 }
 

@@ -59,8 +59,7 @@ Problem problem_of(const queue::StoreFailure& failure) {
 std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   std::string unknown, known;
   for (const auto& [name, value] : query) {
-    const bool is_known =
-        std::find(route.rules.query.begin(), route.rules.query.end(), name) != route.rules.query.end();
+    const bool is_known = std::ranges::find(route.rules.query, name) != route.rules.query.end();
     if (!is_known) unknown += (unknown.empty() ? "\"" : ", \"") + name + '"';
   }
   const std::string repeated(repeated_name(query));
@@ -114,7 +113,7 @@ void apply_precondition(const RequestHead& head, Reply& reply) {
   const auto is_known = [&](const auto& header) {
     return header.first == "ETag" && none_match_names(known, header.second);
   };
-  if (std::none_of(reply.headers.begin(), reply.headers.end(), is_known)) return;
+  if (std::ranges::none_of(reply.headers, is_known)) return;
   reply.status = 304;
   reply.content_type.clear();
   std::erase_if(reply.headers, [](const auto& header) { return header.first == "Content-Encoding"; });

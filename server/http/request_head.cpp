@@ -18,7 +18,7 @@ bool is_token_char(char c) {
   const bool alphanumeric = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
   return alphanumeric || (c != '\0' && std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos);
 }
-bool is_token(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), is_token_char); }
+bool is_token(std::string_view text) { return !text.empty() && std::ranges::all_of(text, is_token_char); }
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
 
@@ -65,13 +65,13 @@ Refusal read_target(std::string_view target, const HeadLimits& limits, RequestHe
                                                   " bytes, the limit is " + std::to_string(limits.target_bytes)};
   }
   if (!target.starts_with('/')) return bad("the target must be an absolute path");
-  const bool plain = std::all_of(target.begin(), target.end(), [](char c) { return c > 0x20 && c < 0x7f && c != '#'; });
+  const bool plain = std::ranges::all_of(target, [](char c) { return c > 0x20 && c < 0x7f && c != '#'; });
   if (!plain) return bad("the target must be printable ASCII without a fragment; escape other bytes as %XX");
   const std::string_view path = target.substr(0, target.find('?'));
   if (path.find('\\') != std::string_view::npos) return bad("the path must not contain a backslash");
   const auto decoded = percent_decoded(path);
   if (!decoded) return bad("the path has a bad percent escape");
-  if (std::count(decoded->begin(), decoded->end(), '/') != std::count(path.begin(), path.end(), '/')) {
+  if (std::ranges::count(*decoded, '/') != std::ranges::count(path, '/')) {
     return bad("the path must not contain an escaped slash");
   }
   head.path = path;
@@ -88,7 +88,7 @@ Refusal read_request_line(std::string_view line, const HeadLimits& limits, Reque
   if (!is_token(method)) return bad("the method must be a token");
   if (auto refused = read_version(line.substr(last + 1), head)) return refused;
   constexpr std::array<std::string_view, 7> known{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
-  if (std::find(known.begin(), known.end(), method) == known.end()) {
+  if (std::ranges::find(known, method) == known.end()) {
     return Problem{failures::not_implemented, std::string(method.substr(0, 32)) + " is not supported"};
   }
   head.method = method;
@@ -102,7 +102,7 @@ Refusal read_header_line(std::string_view line, RequestHead& head) {
     return bad("a header line must be NAME: VALUE");
   }
   const std::string_view value = trimmed(line.substr(colon + 1));
-  if (std::any_of(value.begin(), value.end(), [](char c) { return is_control(c) && c != '\t'; })) {
+  if (std::ranges::any_of(value, [](char c) { return is_control(c) && c != '\t'; })) {
     return bad("a header value must not contain control characters");
   }
   head.headers.emplace_back(lowered(line.substr(0, colon)), value);
@@ -110,7 +110,7 @@ Refusal read_header_line(std::string_view line, RequestHead& head) {
 }
 
 Refusal read_content_length(std::string_view text, const HeadLimits& limits, RequestHead& head) {
-  if (text.empty() || !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+  if (text.empty() || !std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; })) {
     return bad("Content-Length must be one decimal number");
   }
   const bool is_upload = head.method == "PUT";
@@ -141,7 +141,7 @@ void read_connection(RequestHead& head) {
 
 /// A name or address with an optional port, without characters of other headers, paths or user information.
 bool is_host(std::string_view text) {
-  return !text.empty() && text.size() <= 255 && std::all_of(text.begin(), text.end(), [](char c) {
+  return !text.empty() && text.size() <= 255 && std::ranges::all_of(text, [](char c) {
     return (c >= '0' && c <= '9') || (lowered(c) >= 'a' && lowered(c) <= 'z') ||
            (c != '\0' && std::string_view("-._:[]%~").find(c) != std::string_view::npos);
   });
@@ -150,7 +150,7 @@ bool is_host(std::string_view text) {
 /// Checks the headers together: framing of the body, and persistence of the connection.
 Refusal check_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head) {
   const auto count = [&](std::string_view name) {
-    return std::count_if(head.headers.begin(), head.headers.end(), [&](const auto& h) { return h.first == name; });
+    return std::ranges::count(head.headers, name, &Pairs::value_type::first);
   };
   for (const std::string_view single : {"host", "content-length", "content-type", "authorization", "range", "expect"}) {
     if (count(single) > 1) return bad("the header " + std::string(single) + " is given more than once");
@@ -209,7 +209,7 @@ std::string_view repeated_name(const Pairs& pairs) {
 }
 
 std::optional<std::string_view> RequestHead::header(std::string_view name) const {
-  const auto found = std::find_if(headers.begin(), headers.end(), [&](const auto& h) { return h.first == name; });
+  const auto found = std::ranges::find(headers, name, &Pairs::value_type::first);
   if (found == headers.end()) return std::nullopt;
   return found->second;
 }

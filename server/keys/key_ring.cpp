@@ -72,16 +72,15 @@ std::string random_hex() {
 }  // namespace
 
 std::string_view name_of(Scope scope) {
-  return std::find_if(scope_names.begin(), scope_names.end(), [&](const auto& entry) { return entry.first == scope; })
-      ->second;
+  return std::ranges::find_if(scope_names, [&](const auto& entry) { return entry.first == scope; })->second;
 }
 
 bool Key::allows(Scope scope) const {
-  return std::any_of(scopes.begin(), scopes.end(), [&](Scope own) { return own == scope || own == Scope::admin; });
+  return std::ranges::any_of(scopes, [&](Scope own) { return own == scope || own == Scope::admin; });
 }
 
 bool is_name(std::string_view text) {
-  return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), [](char c) {
+  return !text.empty() && text.size() <= 64 && std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' ||
            c == '-';
   });
@@ -91,8 +90,7 @@ std::optional<std::vector<Scope>> parse_scopes(std::string_view text) {
   std::vector<Scope> scopes;
   for (;;) {
     const std::string_view name = text.substr(0, text.find(','));
-    const auto found =
-        std::find_if(scope_names.begin(), scope_names.end(), [&](const auto& entry) { return entry.second == name; });
+    const auto found = std::ranges::find_if(scope_names, [&](const auto& entry) { return entry.second == name; });
     if (found == scope_names.end()) return std::nullopt;
     scopes.push_back(found->first);
     if (name.size() == text.size()) return scopes;

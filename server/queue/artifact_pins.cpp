@@ -66,8 +66,7 @@ bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
 }
 
 bool ArtifactPins::Pinned::hold(const std::vector<Artifact>& artifacts, bool sync) {
-  return std::all_of(artifacts.begin(), artifacts.end(),
-                     [&](const Artifact& artifact) { return hold(artifact, sync); });
+  return std::ranges::all_of(artifacts, [&](const Artifact& artifact) { return hold(artifact, sync); });
 }
 
 bool ArtifactPins::Pinned::pin(const std::string& sha256) {

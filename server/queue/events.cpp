@@ -176,9 +176,7 @@ std::unique_ptr<Events::Listener> Events::listen(const std::string& topic, std::
   auto listener = std::make_unique<Listener>(*this, topic, complete ? *after : last_, after && !complete);
   listeners_.emplace(topic, listener.get());
   if (!complete) return listener;
-  const auto first = std::upper_bound(kept_.begin(), kept_.end(), *after, [](std::int64_t number, const auto& event) {
-    return number < event->event.number;
-  });
+  const auto first = std::ranges::upper_bound(kept_, *after, {}, [](const auto& kept) { return kept->event.number; });
   for (auto event = first; event != kept_.end(); ++event) {
     if (!listener->is_for((*event)->event.job)) continue;
     ++listener->untaken_max_;  // missed events do not count as slowness
@@ -201,7 +199,7 @@ bool Events::has_listener(const std::string& topic) const {
 bool Events::ended_by(const std::string& job_id, std::int64_t number) const {
   const std::lock_guard lock(mutex_);
   if (number > last_) return false;
-  return std::any_of(kept_.begin(), kept_.end(), [&](const auto& kept) {
+  return std::ranges::any_of(kept_, [&](const auto& kept) {
     return kept->event.number <= number && kept->event.kind == JobEvent::Kind::done && kept->event.job.id == job_id;
   });
 }

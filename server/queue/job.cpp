@@ -13,7 +13,7 @@ constexpr std::array<const char*, all_job_kinds.size()> kind_names = {"render", 
 
 template <class Values>
 std::optional<typename Values::value_type> find_named(const Values& values, const std::string& name) {
-  const auto found = std::find_if(values.begin(), values.end(), [&](auto value) { return name == name_of(value); });
+  const auto found = std::ranges::find_if(values, [&](auto value) { return name == name_of(value); });
   if (found == values.end()) return std::nullopt;
   return *found;
 }

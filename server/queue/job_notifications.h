@@ -46,8 +46,7 @@ class RunningJobs {
   /// The jobs that follow this one, which has ended or returns to the queue. Later ones do not follow it.
   Followers take_followers(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    const auto leader =
-        std::find_if(leaders_.begin(), leaders_.end(), [&](const auto& l) { return l.second.id == id; });
+    const auto leader = std::ranges::find_if(leaders_, [&](const auto& l) { return l.second.id == id; });
     if (leader == leaders_.end()) return {};
     Followers followers{leader->first, std::move(leader->second.followers)};
     leaders_.erase(leader);

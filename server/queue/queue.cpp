@@ -45,7 +45,7 @@ void JobLifecycle::seed_throughput_estimate() {
   JobFilter filter;
   filter.state = JobState::succeeded;
   JobPage page = context_.stores.jobs.list(filter, {}, ThroughputEstimate::jobs_max);
-  std::reverse(page.items.begin(), page.items.end());
+  std::ranges::reverse(page.items);
   for (const Job& job : page.items) {
     if (job.attempt == 0 || job.work == 0 || *job.ended_at <= *job.started_at) continue;
     const double seconds = static_cast<double>(*job.ended_at - *job.started_at) / 1000;
@@ -209,8 +209,7 @@ void JobLifecycle::collect(const std::vector<Artifact>& artifacts) {
 }
 
 bool JobLifecycle::has_all_images(const Job& job) {
-  return std::all_of(job.artifacts.begin(), job.artifacts.end(),
-                     [&](const Artifact& artifact) { return context_.pins.is_intact(artifact); });
+  return std::ranges::all_of(job.artifacts, [&](const auto& artifact) { return context_.pins.is_intact(artifact); });
 }
 
 RetryOutcome JobLifecycle::retry(const std::string& id, bool durable) {

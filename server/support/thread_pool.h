@@ -74,9 +74,7 @@ class ThreadPool {
   void run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      const auto all_taken = [&] {
-        return std::all_of(lanes_.begin(), lanes_.end(), [](const auto& lane) { return lane.empty(); });
-      };
+      const auto all_taken = [&] { return std::ranges::all_of(lanes_, [](const auto& lane) { return lane.empty(); }); };
       std::optional<Lane> next;
       changed_.wait(lock, [&] {
         for (const Lane lane : {ordinary, slow, one_at_a_time})  // the last that may run is chosen

@@ -4,6 +4,7 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -71,10 +72,8 @@ spdlog::level::level_enum spdlog_level(Level level) { return spdlog_levels[stati
 std::string_view name_of(Level level) { return level_names[static_cast<std::size_t>(level)]; }
 
 std::optional<Level> level_named(std::string_view name) {
-  for (const Level candidate : {Level::debug, Level::info, Level::warning, Level::error}) {
-    if (name_of(candidate) == name) return candidate;
-  }
-  return std::nullopt;
+  const auto found = std::ranges::find(level_names, name);
+  return found == level_names.end() ? std::nullopt : std::optional(static_cast<Level>(found - level_names.begin()));
 }
 
 std::string json_line(std::int64_t unix_ms, Level level, std::string_view event, std::span<const Field> fields) {

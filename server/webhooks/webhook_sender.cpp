@@ -171,8 +171,7 @@ std::string text_of(const Address& address) {
 bool is_public(const Address& address) {
   const bool is_v4 = contains({v4_mapped, v4_prefix_bits}, address);
   if (!is_v4 && !is_in(global_unicast, address)) return false;
-  return std::none_of(std::begin(special), std::end(special),
-                      [&](const char* network) { return is_in(network, address); });
+  return std::ranges::none_of(special, [&](const char* network) { return is_in(network, address); });
 }
 
 tracer::Result<Networks, std::string> Networks::parse(const std::string& text) {
@@ -190,8 +189,8 @@ tracer::Result<Networks, std::string> Networks::parse(const std::string& text) {
 }
 
 bool Networks::allow(const Address& address) const {
-  return is_public(address) || std::any_of(networks_.begin(), networks_.end(),
-                                           [&](const Network& network) { return contains(network, address); });
+  return is_public(address) ||
+         std::ranges::any_of(networks_, [&](const Network& network) { return contains(network, address); });
 }
 
 WebhookSender::WebhookSender(SenderSettings settings) : settings_(std::move(settings)) {

@@ -199,8 +199,7 @@ void Webhooks::create_delivery(const std::string& id) {
   if (view && !queue::ended(view->job.state)) return;
   const auto subscription = store_.subscription(id);
   const std::string state = view ? queue::name_of(view->job.state) : "";
-  const bool subscribed = subscription && std::find(subscription->events.begin(), subscription->events.end(), state) !=
-                                              subscription->events.end();
+  const bool subscribed = subscription && std::ranges::find(subscription->events, state) != subscription->events.end();
   if (subscribed) {
     const std::int64_t now = clock_();
     const std::string event = "job." + state;

@@ -58,8 +58,7 @@ class Animation {
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
   std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
-    const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), offset,
-                                        [](std::uint64_t at, const Piece& piece) { return at < piece.begin; });
+    const auto after = std::ranges::upper_bound(pieces_, offset, {}, &Piece::begin);
     const Piece& piece = *std::prev(after);
     const std::uint64_t within = offset - piece.begin;
     if (piece.bytes == 0) return piece.text.copy(into, size, within);

@@ -154,8 +154,7 @@ std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& cont
     }
     cursor = page.next_cursor;
   } while (!cursor.empty());
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const TarEntry& a, const TarEntry& b) { return a.name < b.name; });
+  std::ranges::stable_sort(entries, {}, &TarEntry::name);
   return entries;
 }
 

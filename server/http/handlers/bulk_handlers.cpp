@@ -73,7 +73,7 @@ Problem invalid(const std::string& detail) { return {failures::invalid_request, 
 tracer::Result<std::vector<std::string>, Problem> selected_jobs(const Pairs& filter, const ApiContext& context) {
   constexpr std::array known{"state", "label", "batch", "kind", "owner", "created_after", "created_before", "q"};
   for (const auto& [name, value] : filter) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) return invalid("the filter has no " + name);
+    if (std::ranges::find(known, name) == known.end()) return invalid("the filter has no " + name);
     if (value.empty() && name != "owner") return invalid(name + " of the filter is empty");
   }
   if (const std::string repeated(repeated_name(filter)); !repeated.empty())

@@ -67,7 +67,7 @@ void choose_formats(std::array<NamedImage, 2>& images) {
     for (const tracer::Format format : tracer::all_formats) {
       const std::string name = tracer::file_name(format);
       const auto has = [&](const NamedImage& image) { return image.job && find_artifact(*image.job, name) != nullptr; };
-      const bool both = std::all_of(images.begin(), images.end(), [&](const auto& i) { return !is_open(i) || has(i); });
+      const bool both = std::ranges::all_of(images, [&](const auto& i) { return !is_open(i) || has(i); });
       for (NamedImage& image : images)
         if (is_open(image) && has(image) && (both || !common)) image.name = name;
     }

@@ -43,7 +43,7 @@ std::optional<tracer::Format> accepted_format(const Request& request, const trac
   std::vector<tracer::Format> formats = scene.output.formats;
   for (const tracer::Format format : tracer::all_formats) {
     const bool holds_image = std::max(window.width(), window.height()) <= tracer::row(format).side_max;
-    if (holds_image && std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
+    if (holds_image && std::ranges::find(formats, format) == formats.end()) formats.push_back(format);
   }
   std::vector<std::string_view> types;
   for (const tracer::Format format : formats) types.push_back(tracer::row(format).media_type);
@@ -54,7 +54,7 @@ std::optional<tracer::Format> accepted_format(const Request& request, const trac
 /// Adds an accepted format to the outputs of the document.
 void add_format(Scene& scene, tracer::Format format) {
   auto& formats = scene.parsed.scene.output.formats;
-  if (std::find(formats.begin(), formats.end(), format) != formats.end()) return;
+  if (std::ranges::find(formats, format) != formats.end()) return;
   scene.document = api::with_format(scene.document, format);
   formats.push_back(format);
 }
@@ -140,8 +140,7 @@ std::optional<std::uint32_t> read_side(const Pairs& query) {
 }
 
 const queue::Artifact* png_of(const queue::Job& job) {
-  const auto png = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                [](const queue::Artifact& artifact) { return artifact.media_type == "image/png"; });
+  const auto png = std::ranges::find(job.artifacts, "image/png", &queue::Artifact::media_type);
   return png == job.artifacts.end() ? nullptr : &*png;
 }
 

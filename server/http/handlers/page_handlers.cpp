@@ -16,7 +16,7 @@ constexpr const char* content_security_policy =
 
 const web::File* find_file(std::string_view name) {
   const auto files = web::files();
-  const auto found = std::find_if(files.begin(), files.end(), [&](const web::File& file) { return file.name == name; });
+  const auto found = std::ranges::find(files, name, &web::File::name);
   return found == files.end() ? nullptr : &*found;
 }
 

@@ -14,8 +14,7 @@
 
 namespace http::handlers {
 const queue::Artifact* find_artifact(const queue::Job& job, std::string_view name) {
-  const auto found = std::find_if(job.artifacts.begin(), job.artifacts.end(),
-                                  [&](const queue::Artifact& artifact) { return artifact.name == name; });
+  const auto found = std::ranges::find(job.artifacts, name, &queue::Artifact::name);
   return found == job.artifacts.end() ? nullptr : &*found;
 }
 

@@ -16,7 +16,7 @@ bool is_this_machine(std::string_view host) {
   if (!host.empty() && host.front() == '[') return host.substr(0, host.find(']') + 1) == "[::1]";
   host = host.substr(0, host.find(':'));
   if (host.starts_with("127.")) {  // 127.0.0.0/8; a name with this prefix has letters
-    return std::all_of(host.begin(), host.end(), [](char c) { return c == '.' || (c >= '0' && c <= '9'); });
+    return std::ranges::all_of(host, [](char c) { return c == '.' || (c >= '0' && c <= '9'); });
   }
   return lowered(host) == "localhost";
 }

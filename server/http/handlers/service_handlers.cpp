@@ -80,7 +80,7 @@ Answer get_nodes(Request&, const ApiContext& context) {
 void read_ticket(api::Reading& reading, std::string& path) {
   api::Fields fields(reading, reading.root, "the request");
   if (const auto at = fields.take_required("path"); at && read(reading, *at, path)) {
-    const bool is_plain = std::all_of(path.begin(), path.end(), [](char c) { return c > ' ' && c <= '~' && c != '#'; });
+    const bool is_plain = std::ranges::all_of(path, [](char c) { return c > ' ' && c <= '~' && c != '#'; });
     if (!is_plain || !path.starts_with("/v1/")) add_issue(reading, *at, "malformed", "must be a path below /v1/");
   }
   fields.finish();

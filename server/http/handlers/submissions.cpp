@@ -17,7 +17,7 @@ namespace http::handlers {
 namespace {
 
 bool is_idempotency_key(std::string_view text) {
-  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7F; });
+  const bool printable = std::ranges::all_of(text, [](char c) { return c > 0x20 && c < 0x7F; });
   return printable && !text.empty() && text.size() <= 255;
 }
 

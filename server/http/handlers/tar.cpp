@@ -57,7 +57,7 @@ class Archive {
 
   /// Reads the rest of a header, of an artifact or of its padding.
   std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
-    const auto after = std::upper_bound(begins_.begin(), begins_.end(), offset);
+    const auto after = std::ranges::upper_bound(begins_, offset);
     if (after == begins_.begin()) return zeros(into, size, size_ - offset);
     const auto index = static_cast<std::size_t>(after - begins_.begin()) - 1;
     const TarEntry& entry = entries_[index];

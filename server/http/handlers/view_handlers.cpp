@@ -58,7 +58,7 @@ class Parameters {
 
   std::string read_layer(const std::string& text) {
     const auto& names = tracer::viewed_layer_names;
-    const auto found = std::find(std::begin(names), std::end(names), text);
+    const auto found = std::ranges::find(names, text);
     work_.layer = static_cast<std::uint8_t>(found - std::begin(names));
     return found != std::end(names) ? "" : "layer must be color, depth, normal, albedo, object_id, samples or error";
   }

@@ -82,8 +82,8 @@ void add(const Value& value, tracer::Sha256& hash) {
 }  // namespace
 
 int page_rows_of(const Table& table) {
-  const bool has_blobs = std::any_of(table.columns.begin(), table.columns.end(),
-                                     [](const Column& column) { return column.type == sql::ColumnType::blob; });
+  const bool has_blobs =
+      std::ranges::any_of(table.columns, [](const Column& column) { return column.type == sql::ColumnType::blob; });
   return has_blobs || table.name == "reports" ? 16 : 1000;
 }
 

@@ -189,7 +189,7 @@ std::vector<NamedFile> files_of_part(const std::string& directory, int part) {
     if (!tracer::is_sha256(name)) return;
     if (auto file = find_file(directory, name)) files.push_back(*std::move(file));
   });
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.sha256 < b.sha256; });
+  std::ranges::sort(files, {}, &NamedFile::sha256);
   return files;
 }
 

@@ -61,7 +61,7 @@ bool AssetCache::fetch(const std::string& sha256) {
 /// Deletes the files that were used least recently, until a tenth of the space is free; the newest one stays.
 void AssetCache::make_room() {
   std::vector<files::NamedFile> files = cached_files(directory_);
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.modified < b.modified; });
+  std::ranges::sort(files, {}, &files::NamedFile::modified);
   bytes_ = 0;
   for (const files::NamedFile& file : files) bytes_ += file.bytes;  // two fetches of one asset have counted it twice
   for (std::size_t i = 0; i + 1 < files.size() && bytes_ > bytes_max_ / 10 * 9; ++i) {

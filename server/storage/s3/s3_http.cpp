@@ -86,7 +86,7 @@ std::string percent_encoded(const std::string& text) {
 }
 
 std::string query_of(Parameters parameters) {
-  std::sort(parameters.begin(), parameters.end());
+  std::ranges::sort(parameters);
   std::string query;
   for (const auto& [name, value] : parameters) {
     if (!query.empty()) query += '&';

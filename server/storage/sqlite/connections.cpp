@@ -50,8 +50,8 @@ void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
   bool alive = true;
   try {
     health_.check();  // again: the last group may have failed meanwhile
-    database_->sync_commits(std::any_of(
-        group.begin(), group.end(), [](const Operation* operation) { return operation->synced == sql::Synced::now; }));
+    database_->sync_commits(
+        std::ranges::any_of(group, [](const Operation* operation) { return operation->synced == sql::Synced::now; }));
     database_->change("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;
@@ -68,8 +68,8 @@ void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
     for (Operation* operation : group) operation->failure = std::current_exception();
   }
   if (alive) return;
-  const auto broken = std::find_if(group.begin(), group.end(),
-                                   [](const Operation* operation) { return is_broken(operation->failure); });
+  const auto broken =
+      std::ranges::find_if(group, [](const Operation* operation) { return is_broken(operation->failure); });
   if (broken != group.end()) {
     for (Operation* operation : group) operation->failure = (*broken)->failure;
     database_->keep_log();

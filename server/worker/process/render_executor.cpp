@@ -37,7 +37,7 @@ std::optional<tracer::Image> snapshot(JobControl& control, std::uint32_t side) {
 /// Empty without any pixel or memory.
 std::string preview_png(const JobControl& control, const std::optional<tracer::Image>& image) {
   try {
-    if (!image || std::find(image->alpha.begin(), image->alpha.end(), 1.0f) == image->alpha.end()) return {};
+    if (!image || std::ranges::find(image->alpha, 1.0f) == image->alpha.end()) return {};
     const auto png = tracer::encode(*image, tracer::Format::png, control.display_output);
     return png ? std::string(png->bytes.begin(), png->bytes.end()) : std::string();
   } catch (const std::bad_alloc&) {

@@ -31,8 +31,7 @@ TaskTraced TaskTracer::trace(const TraceTask& task) noexcept {
 
 std::shared_ptr<TaskTracer::Scene> TaskTracer::scene_of(const std::string& document) {
   const std::lock_guard lock(mutex_);
-  auto found = std::find_if(scenes_.begin(), scenes_.end(),
-                            [&](const std::shared_ptr<Scene>& scene) { return scene->document == document; });
+  auto found = std::ranges::find_if(scenes_, [&](const auto& scene) { return scene->document == document; });
   if (found == scenes_.end()) {
     scenes_.push_front(std::make_shared<Scene>());
     scenes_.front()->document = document;

@@ -29,7 +29,7 @@ CrashDecision decide(const queue::Job& job, std::size_t jobs, const std::string&
 
 std::optional<std::chrono::milliseconds> retry_pause(const std::string& code, int attempt, int max_attempts,
                                                      const RetrySettings& settings) {
-  const bool transient = std::find(transient_codes.begin(), transient_codes.end(), code) != transient_codes.end();
+  const bool transient = std::ranges::find(transient_codes, code) != transient_codes.end();
   if (!transient || attempt >= max_attempts) return std::nullopt;
   std::chrono::milliseconds pause = settings.pause;
   for (int i = 1; i < attempt && pause < settings.pause_max; ++i) pause *= 4;

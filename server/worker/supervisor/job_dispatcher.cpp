@@ -95,9 +95,9 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
   --claims_.count;
   if (result.kind == ClaimKind::any) --claims_.large_count;
   // If an excluded owner is below its limit again, its jobs may still be waiting.
-  const bool none_left = (!result.claim || result.claim->is_last) &&
-                         std::all_of(result.busy_owners.begin(), result.busy_owners.end(),
-                                     [&](const std::string& owner) { return slots_.is_busy(owner); });
+  const bool none_left =
+      (!result.claim || result.claim->is_last) &&
+      std::ranges::all_of(result.busy_owners, [&](const std::string& owner) { return slots_.is_busy(owner); });
   if (result.failed) {
     claims_paused_until_ = Time::clock::now() + settings_.store_pause;
   } else {

@@ -32,7 +32,7 @@ Time JobSlots::next_deadline(bool worker_ready) const {
 
 std::size_t JobSlots::count_large() const {
   return static_cast<std::size_t>(
-      std::count_if(running.begin(), running.end(), [](const auto& entry) { return entry.second.job.large; }));
+      std::ranges::count_if(running, [](const auto& entry) { return entry.second.job.large; }));
 }
 
 bool JobSlots::has_slot_for_large(std::size_t claims) const {
@@ -40,8 +40,8 @@ bool JobSlots::has_slot_for_large(std::size_t claims) const {
 }
 
 bool JobSlots::is_busy(const std::string& owner) const {
-  return std::count_if(running.begin(), running.end(),
-                       [&](const auto& entry) { return entry.second.job.owner == owner; }) >= settings_.owner_slots;
+  return std::ranges::count_if(running, [&](const auto& entry) { return entry.second.job.owner == owner; }) >=
+         settings_.owner_slots;
 }
 
 std::vector<std::string> JobSlots::busy_owners() const {

@@ -24,14 +24,14 @@ constexpr std::size_t problem_bytes_max = 1u << 20;
 constexpr std::size_t issues_max = 1000;
 
 bool is_short_text(const std::string& text) {
-  return text.size() <= 256 && std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return text.size() <= 256 && std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 std::string violation_of(const queue::Problem& problem) {
   std::size_t bytes = problem.detail.size();
   for (const tracer::Issue& issue : problem.errors)
     bytes += issue.pointer.size() + issue.code.size() + issue.detail.size();
-  const bool known = std::find(failure_codes.begin(), failure_codes.end(), problem.code) != failure_codes.end();
+  const bool known = std::ranges::find(failure_codes, problem.code) != failure_codes.end();
   if (!known) return "sent a failure with an unknown code";
   if (bytes > problem_bytes_max || problem.errors.size() > issues_max) return "sent a failure that is too long";
   return {};
