@@ -38,8 +38,7 @@ class SceneCache {
   /// compiled scenes still hold are not counted. 0: nothing is stored or shared.
   explicit SceneCache(std::uint64_t bytes_max);
   ~SceneCache();
-  SceneCache(const SceneCache&) = delete;
-  SceneCache& operator=(const SceneCache&) = delete;
+  SceneCache(SceneCache&&) = delete;
 
   /// Evicts everything; parts under construction are stored later.
   void clear();

@@ -178,8 +178,7 @@ class Accelerator {
   /// Owns the geometry. Fails with `cancelled`, `out_of_memory` or, where Embree fails, `internal`.
   static Result<std::shared_ptr<const Accelerator>, Failure> build(GeometrySet geometry, RenderControl& control);
   ~Accelerator();
-  Accelerator(const Accelerator&) = delete;
-  Accelerator& operator=(const Accelerator&) = delete;
+  Accelerator(Accelerator&&) = delete;
 
   /// The nearest hit of every ray. Of hits at equal distance the lowest (geometry, primitive) wins, so the image does
   /// not depend on how the BVH was built.

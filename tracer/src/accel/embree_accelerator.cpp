@@ -197,8 +197,7 @@ struct Accelerator::Embree {
     if (all.scene != nullptr) rtcReleaseScene(all.scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
-  Embree(const Embree&) = delete;
-  Embree& operator=(const Embree&) = delete;
+  Embree(Embree&&) = delete;
 
   [[nodiscard]] bool own_transmissive() const { return transmissive.scene != all.scene; }
   [[nodiscard]] const Tree& tree_for(GeometryMask mask) const {

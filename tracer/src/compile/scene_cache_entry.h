@@ -41,7 +41,6 @@ class LruCache : public std::enable_shared_from_this<LruCache> {
   class BuildTicket {
    public:
     BuildTicket(BuildTicket&& other) noexcept = default;
-    BuildTicket& operator=(BuildTicket&&) = delete;
     ~BuildTicket();
     [[nodiscard]] const Value& found() const { return found_; }  ///< null: the caller builds the value
     /// Precondition: nothing was found or stored before. Evicts least recently used values as needed; a value larger

@@ -138,8 +138,7 @@ class UniformVariance {
  public:
   /// `display` must outlive it.
   UniformVariance(const UniformPixels& pixels, const DisplayTransform& display);
-  UniformVariance(const UniformVariance&) = delete;
-  UniformVariance& operator=(const UniformVariance&) = delete;
+  UniformVariance(UniformVariance&&) = delete;
 
   /// Variances of row y; valid until the next call.
   std::span<const float> row(std::size_t y);

@@ -144,8 +144,7 @@ class PreviewTiles {
   /// `preview` may be null. It and `tiles` must outlive this.
   PreviewTiles(Preview* preview, const Tiles& tiles, const PixelWindow& window, Mean mean);
   ~PreviewTiles();
-  PreviewTiles(const PreviewTiles&) = delete;
-  PreviewTiles& operator=(const PreviewTiles&) = delete;
+  PreviewTiles(PreviewTiles&&) = delete;
 
   /// Publishes the tiles: while it lives, they are written under their locks only. To be created and destroyed on the
   /// thread of the constructor.
@@ -157,8 +156,7 @@ class PreviewTiles {
     ~Open() {
       if (tiles_.preview_ != nullptr) tiles_.closed_.lock();
     }
-    Open(const Open&) = delete;
-    Open& operator=(const Open&) = delete;
+    Open(Open&&) = delete;
 
    private:
     PreviewTiles& tiles_;

@@ -186,8 +186,7 @@ class Wavefront : public Tracer {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
       : state_(scene, control, approximations), textures_(state_), lighting_(state_), secondary_(state_) {}
-  Wavefront(const Wavefront&) = delete;
-  Wavefront& operator=(const Wavefront&) = delete;
+  Wavefront(Wavefront&&) = delete;
 
   [[nodiscard]] Batch& batch() override { return state_.batch; }
   bool trace() override;
