@@ -27,9 +27,6 @@ class PendingFile {
  public:
   explicit PendingFile(std::string path);
   PendingFile(PendingFile&& other) noexcept;
-  PendingFile(const PendingFile&) = delete;
-  PendingFile& operator=(PendingFile&&) = delete;
-  PendingFile& operator=(const PendingFile&) = delete;
   ~PendingFile();
 
   /// Writes and synchronizes to disk, so that a full disk fails here. After a failure the old file is unchanged.

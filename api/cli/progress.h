@@ -15,8 +15,7 @@ namespace cli {
 class ProgressBar {
  public:
   ProgressBar(const tracer::RenderControl& control, bool enabled, std::string label = "");
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
+  ProgressBar(ProgressBar&&) = delete;
   ~ProgressBar();
 
  private:
@@ -32,8 +31,7 @@ class ProgressBar {
 class CancelOnSignal {
  public:
   explicit CancelOnSignal(tracer::RenderControl& control);
-  CancelOnSignal(const CancelOnSignal&) = delete;
-  CancelOnSignal& operator=(const CancelOnSignal&) = delete;
+  CancelOnSignal(CancelOnSignal&&) = delete;
   ~CancelOnSignal();
 
  private:

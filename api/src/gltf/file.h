@@ -70,8 +70,7 @@ class File {
  public:
   /// `external`: contents of the buffers that are files of their own, in order. `bytes` and `external` must outlive it.
   File(Bytes bytes, std::span<const Bytes> external);
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
+  File(File&&) = delete;
 
   void open();  ///< reads the buffers
 
