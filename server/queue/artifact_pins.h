@@ -40,8 +40,7 @@ class ArtifactPins {
    public:
     explicit Pinned(ArtifactPins& pins) : pins_(pins) {}
     ~Pinned();
-    Pinned(const Pinned&) = delete;
-    Pinned& operator=(const Pinned&) = delete;
+    Pinned(Pinned&&) = delete;
 
     /// See ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
     ArtifactStore::Stored put(int fd, bool durable);

@@ -129,8 +129,7 @@ class Events::Listener {
         missed_(missed),
         untaken_max_(events.settings_.untaken_max) {}
   ~Listener() { events_.remove(*this); }
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
+  Listener(Listener&&) = delete;
 
   /// `wake` is called when the queue is no longer empty, at once if it is not now. Must be quick and not throw.
   void on_news(std::function<void()> wake);

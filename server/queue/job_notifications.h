@@ -267,8 +267,7 @@ class JobNotifications {
       const std::lock_guard lock(notifications_.mutex_);
       for (const std::string& id : ids_) notifications_.pending_.erase(id);
     }
-    PendingAnnouncement(const PendingAnnouncement&) = delete;
-    PendingAnnouncement& operator=(const PendingAnnouncement&) = delete;
+    PendingAnnouncement(PendingAnnouncement&&) = delete;
 
    private:
     JobNotifications& notifications_;

@@ -62,8 +62,7 @@ class JobSubmission::QuotaReservation {
     const auto found = submission_.reserved_.find(owner_);
     if ((found->second -= jobs_) == 0) submission_.reserved_.erase(found);
   }
-  QuotaReservation(const QuotaReservation&) = delete;
-  QuotaReservation& operator=(const QuotaReservation&) = delete;
+  QuotaReservation(QuotaReservation&&) = delete;
   [[nodiscard]] const std::optional<Rejection>& rejection() const { return rejection_; }
 
  private:

@@ -42,8 +42,7 @@ class NodeLink final : public JobObserver {
   /// All references must outlive it.
   NodeLink(Queue& queue, Events& events, ClusterStore& store, Wakeups& wakeups, Log log);
   ~NodeLink() override;
-  NodeLink(const NodeLink&) = delete;
-  NodeLink& operator=(const NodeLink&) = delete;
+  NodeLink(NodeLink&&) = delete;
 
   void start(NodeLinkSettings settings);  ///< once
   /// Ends the exchange and removes the node. Call it when no job runs here any more.

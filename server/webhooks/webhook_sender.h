@@ -64,8 +64,7 @@ class WebhookSender {
  public:
   explicit WebhookSender(SenderSettings settings);
   ~WebhookSender();
-  WebhookSender(const WebhookSender&) = delete;
-  WebhookSender& operator=(const WebhookSender&) = delete;
+  WebhookSender(WebhookSender&&) = delete;
 
   using Headers = std::vector<std::pair<std::string, std::string>>;
   /// `url` is http or https. Connects to the address that was checked, even if the name resolves to another one later.

@@ -77,8 +77,7 @@ class Webhooks final : public queue::CompletionListener {
   Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::Clock clock, queue::IdSource& ids,
            queue::Log log, WebhookSettings settings);
   ~Webhooks() override;  ///< interrupts requests; they do not count as attempts
-  Webhooks(const Webhooks&) = delete;
-  Webhooks& operator=(const Webhooks&) = delete;
+  Webhooks(Webhooks&&) = delete;
 
   /// Sends a delivery of the job again, with the same id and content; its pauses continue after its last attempt. False
   /// if there is none. Throws StoreFailure, as the next.

@@ -36,8 +36,7 @@ class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& directory);
   ~TemporaryFile();
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  TemporaryFile(TemporaryFile&&) = delete;
 
   queue::ArtifactStore::Stored copy(const ReadAt& read);
   void set_time(std::int64_t unix_ms);  ///< the modification time

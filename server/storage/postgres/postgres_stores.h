@@ -38,8 +38,7 @@ class PostgresStores {
   /// `dsn`: a connection URI (postgres://user@host/database) or a key-value string of libpq. Creates the tables in an
   /// empty database. Throws StoreFailure. No call may be in progress at the destruction.
   explicit PostgresStores(const std::string& dsn, const PostgresSettings& settings = {});
-  PostgresStores(const PostgresStores&) = delete;
-  PostgresStores& operator=(const PostgresStores&) = delete;
+  PostgresStores(PostgresStores&&) = delete;
 
   [[nodiscard]] queue::Stores all() const { return jobs_->all(); }
   [[nodiscard]] queue::DeliveryStore& deliveries() const { return *deliveries_; }

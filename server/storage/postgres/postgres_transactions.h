@@ -23,8 +23,7 @@ class ConnectionPool {
    public:
     explicit PooledConnection(ConnectionPool& pool) : pool_(pool), database_(pool.take()) {}
     ~PooledConnection() { pool_.release(std::move(database_)); }
-    PooledConnection(const PooledConnection&) = delete;
-    PooledConnection& operator=(const PooledConnection&) = delete;
+    PooledConnection(PooledConnection&&) = delete;
     PostgresDatabase& operator*() const { return *database_; }
     PostgresDatabase* operator->() const { return database_.get(); }
 

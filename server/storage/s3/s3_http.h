@@ -50,8 +50,7 @@ class SignedHttp {
  public:
   explicit SignedHttp(HttpSettings settings) : settings_(std::move(settings)) {}
   ~SignedHttp();
-  SignedHttp(const SignedHttp&) = delete;
-  SignedHttp& operator=(const SignedHttp&) = delete;
+  SignedHttp(SignedHttp&&) = delete;
 
   /// Sends once. Never throws but bad_alloc.
   HttpAnswer send(const HttpRequest& request, const Credentials& credentials);

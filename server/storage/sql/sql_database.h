@@ -64,8 +64,7 @@ class Query {
     (bind(++position, values), ...);
   }
   ~Query() { statement_.reset(); }
-  Query(const Query&) = delete;
-  Query& operator=(const Query&) = delete;
+  Query(Query&&) = delete;
 
   template <class T>
   void bind(int position, const T& value) {
@@ -137,8 +136,7 @@ class Database {
  public:
   Database() = default;
   virtual ~Database() = default;
-  Database(const Database&) = delete;
-  Database& operator=(const Database&) = delete;
+  Database(Database&&) = delete;
 
   /// Each text is prepared once and kept, so the texts must be few. Two queries of the same text must not overlap.
   template <class... Values>

@@ -92,8 +92,7 @@ class ReadPool {
       pool.idle_.push_back(std::move(database));
       pool.returned_.notify_one();
     }
-    Loan(const Loan&) = delete;
-    Loan& operator=(const Loan&) = delete;
+    Loan(Loan&&) = delete;
     ReadPool& pool;
     std::unique_ptr<SqliteDatabase> database;
   };

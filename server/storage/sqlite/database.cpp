@@ -33,8 +33,7 @@ class SqliteStatement final : public sql::Statement {
     check(sqlite3_prepare_v3(connection, sql.c_str(), -1, SQLITE_PREPARE_PERSISTENT, &statement_, nullptr));
   }
   ~SqliteStatement() override { sqlite3_finalize(statement_); }
-  SqliteStatement(const SqliteStatement&) = delete;
-  SqliteStatement& operator=(const SqliteStatement&) = delete;
+  SqliteStatement(SqliteStatement&&) = delete;
 
   void bind(int position, std::int64_t value) override { check(sqlite3_bind_int64(statement_, position, value)); }
   void bind(int position, const std::string& value) override {

@@ -32,8 +32,7 @@ class SqliteStores {
   /// the reason: the directory is in use by another process, a file has another schema, no permission, disk full, ...
   explicit SqliteStores(const std::string& directory, SqliteSettings settings = {});
   ~SqliteStores();  ///< no call may be in progress
-  SqliteStores(const SqliteStores&) = delete;
-  SqliteStores& operator=(const SqliteStores&) = delete;
+  SqliteStores(SqliteStores&&) = delete;
 
   [[nodiscard]] queue::Stores all() const { return stores_->all(); }
   [[nodiscard]] queue::DeliveryStore& deliveries() const { return *deliveries_; }

@@ -54,8 +54,7 @@ class LowPriorityObserver : public oneapi::tbb::task_scheduler_observer {
     observe(true);
   }
   ~LowPriorityObserver() override { observe(false); }
-  LowPriorityObserver(const LowPriorityObserver&) = delete;
-  LowPriorityObserver& operator=(const LowPriorityObserver&) = delete;
+  LowPriorityObserver(LowPriorityObserver&&) = delete;
   void on_scheduler_entry(bool) override { setpriority(PRIO_PROCESS, 0, nice_); }
 
  private:

@@ -59,8 +59,7 @@ class ChildProcess {
   /// daemon decides about its end. Throws std::system_error.
   explicit ChildProcess(const std::string& executable);
   ~ChildProcess();
-  ChildProcess(const ChildProcess&) = delete;
-  ChildProcess& operator=(const ChildProcess&) = delete;
+  ChildProcess(ChildProcess&&) = delete;
 
   [[nodiscard]] int pid() const { return pid_; }
   /// To be polled: POLLIN always, POLLOUT while has_unsent().

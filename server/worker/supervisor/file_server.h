@@ -16,8 +16,7 @@ class FileServer {
   /// `socket` blocks. `open_upload`: see SceneFiles. Throws std::system_error without a thread.
   FileServer(Descriptor socket, FileSettings settings, OpenUpload open_upload = {});
   ~FileServer();  ///< closes the connection and waits for the thread
-  FileServer(const FileServer&) = delete;
-  FileServer& operator=(const FileServer&) = delete;
+  FileServer(FileServer&&) = delete;
 
  private:
   void serve();

@@ -25,8 +25,7 @@ class ResultBacklog {
   /// `on_change` is called by any thread when `size` has decreased.
   ResultBacklog(const SupervisorSettings& settings, Store store, std::function<void()> on_change, queue::Log log);
   ~ResultBacklog();  ///< as stop
-  ResultBacklog(const ResultBacklog&) = delete;
-  ResultBacklog& operator=(const ResultBacklog&) = delete;
+  ResultBacklog(ResultBacklog&&) = delete;
 
   void add(Finished result);
   /// Drops the results: their jobs are rendered again when the leases have ended, and the attempts do not count.
