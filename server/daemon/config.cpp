@@ -217,6 +217,12 @@ void check_new_key(Command& command, Errors& errors) {
   if (command.config.keys.empty()) errors.push_back({"--new-key", "needs --keys, the file to which the key is added"});
 }
 
+/// A connection URI or string of libpq, for people.
+std::string without_password(const std::string& text) {
+  static const std::regex of_user("(://[^@/?:]*:)[^@/?]*@"), word("password=('[^']*|[^ &]*)");
+  return std::regex_replace(std::regex_replace(text, of_user, "$1***@"), word, "password=***");
+}
+
 }  // namespace
 
 tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& words,
@@ -269,16 +275,6 @@ std::string help_text() {
   define(app, arguments);
   return app.help();
 }
-
-namespace {
-
-/// A connection URI or string of libpq, for people.
-std::string without_password(const std::string& text) {
-  static const std::regex of_user("(://[^@/?:]*:)[^@/?]*@"), word("password=('[^']*|[^ &]*)");
-  return std::regex_replace(std::regex_replace(text, of_user, "$1***@"), word, "password=***");
-}
-
-}  // namespace
 
 std::vector<std::pair<std::string, std::string>> effective_settings(const Config& config) {
   std::vector<std::pair<std::string, std::string>> all;

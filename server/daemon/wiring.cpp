@@ -99,6 +99,25 @@ std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::
   });
 }
 
+/// All nodes; without a shared database this one.
+std::vector<queue::Node> nodes(Storage& storage, const worker::Supervisor& supervisor, queue::Node own) {
+  if (storage.postgres) return storage.postgres->cluster().nodes();
+  own.slots = supervisor.slots();
+  own.running = supervisor.running();
+  own.seen_at = storage.clock();
+  return {own};
+}
+
+/// By role, those that were seen lately.
+std::vector<std::pair<std::string, std::int64_t>> count_nodes(Storage& storage) {
+  constexpr std::int64_t lately_ms = 10'000;
+  if (!storage.postgres) return {{"all", 1}};
+  std::map<std::string, std::int64_t> counts{{"all", 0}, {"api", 0}, {"worker", 0}};
+  for (const queue::Node& node : storage.postgres->cluster().nodes())
+    if (storage.clock() - node.seen_at < lately_ms) ++counts[node.role];
+  return {counts.begin(), counts.end()};
+}
+
 }  // namespace
 
 tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Config& config) {
@@ -251,19 +270,6 @@ http::HttpServerSettings health_server_settings(const Config& config, const Stor
   return settings;
 }
 
-namespace {
-
-/// All nodes; without a shared database this one.
-std::vector<queue::Node> nodes(Storage& storage, const worker::Supervisor& supervisor, queue::Node own) {
-  if (storage.postgres) return storage.postgres->cluster().nodes();
-  own.slots = supervisor.slots();
-  own.running = supervisor.running();
-  own.seen_at = storage.clock();
-  return {own};
-}
-
-}  // namespace
-
 http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
                              const worker::Supervisor& supervisor, webhooks::Webhooks* webhooks,
                              const keys::KeyRing* keys, http::Readiness& readiness, const queue::Node& node) {
@@ -298,20 +304,6 @@ http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& j
   }
   return context;
 }
-
-namespace {
-
-/// By role, those that were seen lately.
-std::vector<std::pair<std::string, std::int64_t>> count_nodes(Storage& storage) {
-  constexpr std::int64_t lately_ms = 10'000;
-  if (!storage.postgres) return {{"all", 1}};
-  std::map<std::string, std::int64_t> counts{{"all", 0}, {"api", 0}, {"worker", 0}};
-  for (const queue::Node& node : storage.postgres->cluster().nodes())
-    if (storage.clock() - node.seen_at < lately_ms) ++counts[node.role];
-  return {counts.begin(), counts.end()};
-}
-
-}  // namespace
 
 telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,
                                     std::size_t connections) {

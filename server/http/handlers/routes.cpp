@@ -86,25 +86,6 @@ std::optional<Problem> cross_site_problem(const RequestHead& head, std::string_v
                  "without keys, requests of pages of other sites are refused; Origin is " + std::string(*origin)};
 }
 
-}  // namespace
-
-tracer::Result<std::optional<keys::Key>, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring) {
-  if (ring == nullptr) {
-    const std::string host(head.header("host").value_or(""));
-    // HTTP/1.0 has no Host; browsers do not use it.
-    if (!host.empty() && !is_this_machine(host))
-      return Problem{failures::misdirected_request,
-                     "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
-    if (auto problem = cross_site_problem(head, host)) return *std::move(problem);
-    return std::optional<keys::Key>();
-  }
-  std::optional<keys::Key> key = find_key(head, *ring);
-  if (!key && !is_open(head.path)) return unauthenticated(head);
-  return key;
-}
-
-namespace {
-
 using Context = std::shared_ptr<const ApiContext>;
 
 Handler bound(ContextHandler* handler, const Context& context) {
@@ -131,6 +112,21 @@ Handler bound(BatchHandler* handler, const Context& context) {
 }
 
 }  // namespace
+
+tracer::Result<std::optional<keys::Key>, Problem> access_of(const RequestHead& head, const keys::KeyRing* ring) {
+  if (ring == nullptr) {
+    const std::string host(head.header("host").value_or(""));
+    // HTTP/1.0 has no Host; browsers do not use it.
+    if (!host.empty() && !is_this_machine(host))
+      return Problem{failures::misdirected_request,
+                     "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
+    if (auto problem = cross_site_problem(head, host)) return *std::move(problem);
+    return std::optional<keys::Key>();
+  }
+  std::optional<keys::Key> key = find_key(head, *ring);
+  if (!key && !is_open(head.path)) return unauthenticated(head);
+  return key;
+}
 
 std::vector<Route> client_routes(const ApiContext& api_context) {
   const auto context = std::make_shared<const ApiContext>(api_context);

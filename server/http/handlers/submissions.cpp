@@ -32,24 +32,6 @@ std::string content_key_of(const Scene& scene) {
   return tracer::sha256_hex(text);
 }
 
-}  // namespace
-
-tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what, std::string_view other_type,
-                                               std::string_view named_type) {
-  if (!request.head.content_length) {
-    return Problem{failures::length_required, "send " + std::string(what) + " with its Content-Length"};
-  }
-  const auto type = request.head.header("content-type");
-  if (type && (is_json(*type) || (!other_type.empty() && is_json(*type, other_type)))) return request.body.take();
-  const std::string value = type ? "it is \"" + std::string(*type) + "\"" : "it is missing";
-  if (named_type.empty()) named_type = other_type;
-  const std::string alternative = named_type.empty() ? "" : " or " + std::string(named_type);
-  return Problem{failures::unsupported_media_type,
-                 "Content-Type must be application/json" + alternative + ", " + value};
-}
-
-namespace {
-
 bool has_model(const Request& request) {
   const auto type = request.head.header("content-type");
   return type && type->substr(0, type->find(';')) == model_type;
@@ -67,6 +49,20 @@ tracer::Result<std::string, Problem> take_model(Request& request, const ApiConte
 }
 
 }  // namespace
+
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what, std::string_view other_type,
+                                               std::string_view named_type) {
+  if (!request.head.content_length) {
+    return Problem{failures::length_required, "send " + std::string(what) + " with its Content-Length"};
+  }
+  const auto type = request.head.header("content-type");
+  if (type && (is_json(*type) || (!other_type.empty() && is_json(*type, other_type)))) return request.body.take();
+  const std::string value = type ? "it is \"" + std::string(*type) + "\"" : "it is missing";
+  if (named_type.empty()) named_type = other_type;
+  const std::string alternative = named_type.empty() ? "" : " or " + std::string(named_type);
+  return Problem{failures::unsupported_media_type,
+                 "Content-Type must be application/json" + alternative + ", " + value};
+}
 
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context) {
   auto body = has_model(request) && request.head.content_length

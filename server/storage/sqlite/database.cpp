@@ -76,6 +76,29 @@ class SqliteStatement final : public sql::Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
+constexpr std::int64_t application_id = 0x57687474;  // "Whtt"
+
+std::int64_t pragma(SqliteDatabase& database, const std::string& name) {
+  sql::Query query = database.query("PRAGMA " + name);
+  query.row();
+  return query.integer(0);
+}
+
+/// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`, or for the file of
+/// another program.
+std::int64_t read_version(SqliteDatabase& database, const std::string& path, std::int64_t version) {
+  if (!is_new(database) && pragma(database, "application_id") != application_id) {
+    throw queue::StoreFailure(path + " is a database of another program, or of a version without application_id");
+  }
+  const std::int64_t found = pragma(database, "user_version");
+  if (found != 0 && found != version) {
+    throw queue::StoreFailure(path + " was written by " + (found > version ? "a newer" : "an older") +
+                              " program: its schema has version " + std::to_string(found) +
+                              ", this program supports version " + std::to_string(version) + " only");
+  }
+  return found;
+}
+
 }  // namespace
 
 // ---- SqliteDatabase
@@ -142,33 +165,6 @@ sql::Statement& SqliteDatabase::prepared(const std::string& sql) {
 bool SqliteDatabase::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
 
 // ---- schemas
-
-namespace {
-
-constexpr std::int64_t application_id = 0x57687474;  // "Whtt"
-
-std::int64_t pragma(SqliteDatabase& database, const std::string& name) {
-  sql::Query query = database.query("PRAGMA " + name);
-  query.row();
-  return query.integer(0);
-}
-
-/// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`, or for the file of
-/// another program.
-std::int64_t read_version(SqliteDatabase& database, const std::string& path, std::int64_t version) {
-  if (!is_new(database) && pragma(database, "application_id") != application_id) {
-    throw queue::StoreFailure(path + " is a database of another program, or of a version without application_id");
-  }
-  const std::int64_t found = pragma(database, "user_version");
-  if (found != 0 && found != version) {
-    throw queue::StoreFailure(path + " was written by " + (found > version ? "a newer" : "an older") +
-                              " program: its schema has version " + std::to_string(found) +
-                              ", this program supports version " + std::to_string(version) + " only");
-  }
-  return found;
-}
-
-}  // namespace
 
 bool is_new(SqliteDatabase& database) { return pragma(database, "schema_version") == 0; }
 
