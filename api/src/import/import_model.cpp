@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numbers>
 #include <utility>
 
 #include "api/src/gltf/gltf.h"
 #include "api/src/import/model.h"
+#include "tracer/validate.h"
 
 namespace api {
 namespace {
@@ -116,11 +116,7 @@ std::vector<tracer::Issue> bad_model(const std::string& name, const std::string&
 
 }  // namespace
 
-double rounded(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return std::strtod(text.data(), nullptr);
-}
+double rounded(double value) { return std::strtod(tracer::text_of(value, 9).c_str(), nullptr); }
 
 Json vector_json(const Vec3& v) { return {rounded(v.x), rounded(v.y), rounded(v.z)}; }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 namespace api {
@@ -93,9 +92,7 @@ std::string describe(const json::Node& node) {
 }
 
 std::string number_text(double value) {
-  if (std::isinf(value)) return "a number too large for a double";
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+  return std::isinf(value) ? "a number too large for a double" : tracer::text_of(value);
 }
 
 std::string list_of(std::span<const std::string_view> words) {

@@ -25,4 +25,8 @@ struct Issue {
 std::vector<Issue> validate(const Scene& scene, const Limits& limits,
                             const std::function<bool(const Issue&)>& is_reported = {});
 
+/// The number in a sentence, with at most `digits` significant digits; 0: the shortest text that reads back as the same
+/// number.
+std::string text_of(double value, int digits = 0);
+
 }  // namespace tracer

@@ -3,9 +3,7 @@
 /// back, and the specular terms of the local illumination models.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,6 +12,7 @@
 #include "tracer/src/materials/principled.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
+#include "tracer/validate.h"
 
 namespace tracer {
 
@@ -196,19 +195,14 @@ std::optional<std::string> excess_of_light(const Material& material, const Bound
   const Color share = returned_share(material, bound_of);
   const double most = max_component(share);
   if (!(most > 1 + rounding)) return std::nullopt;
-  const auto text = [](double value) {
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%.4g", value);
-    return std::string(buffer.data());
-  };
   std::string parts;
   for (const auto& [name, factor] :
        {std::pair{"diffuse ", material.diffuse * opaque_share(material)},
         std::pair{"diffuse_transmission ", material.diffuse_transmission},
         std::pair{"reflection ", material.reflection}, std::pair{"transmission ", material.transmission}})
-    if (factor > 0) parts += (parts.empty() ? "" : " + ") + (name + text(factor));
+    if (factor > 0) parts += (parts.empty() ? "" : " + ") + (name + text_of(factor, 4));
   const char* const channel = most == share.r ? "red" : most == share.g ? "green" : "blue";
-  return "gives back " + text(most) + " of the light that it receives (" + parts + ", " + channel +
+  return "gives back " + text_of(most, 4) + " of the light that it receives (" + parts + ", " + channel +
          "): must be <= 1 where /accuracy/model is global";
 }
 

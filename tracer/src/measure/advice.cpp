@@ -1,13 +1,13 @@
 // Conclusions from a measurement: the Pareto front, sentences, and a chart.
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <iterator>
 #include <optional>
 
 #include "tracer/measurement.h"
 #include "tracer/src/measure/model_advice.h"
 #include "tracer/src/measure/time_ranking.h"
+#include "tracer/validate.h"
 
 namespace tracer {
 namespace {
@@ -20,11 +20,7 @@ struct Goal {
 constexpr std::array goals{Goal{4, "4 levels"}, Goal{1, "1 level"}, Goal{0.5, "0.5 levels"}};
 
 /// Three digits, for errors that differ little.
-std::string close_levels(double error) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.3g levels", error);
-  return buffer.data();
-}
+std::string close_levels(double error) { return text_of(error, 3) + " levels"; }
 
 std::string seconds(double time) { return text_of_number(time) + " s"; }
 
@@ -145,10 +141,8 @@ std::string capitalized(std::string sentence) {
 }
 
 std::string reference_text(const Measurement& measurement) {
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "reference: %u samples, standard error %.2g levels",
-                measurement.reference_samples, measurement.reference_error);
-  return text.data();
+  return "reference: " + std::to_string(measurement.reference_samples) + " samples, standard error " +
+         text_of(measurement.reference_error, 2) + " levels";
 }
 
 constexpr std::uint32_t red = 0xc00000;

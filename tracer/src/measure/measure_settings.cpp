@@ -1,7 +1,5 @@
 // Settings that a measurement of a scene covers.
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <functional>
 #include <utility>
 
@@ -12,12 +10,6 @@
 
 namespace tracer {
 namespace {
-
-std::string shortest(double number) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", number);
-  return buffer.data();
-}
 
 /// The same accuracy with fixed samples (no `adaptive`) or adaptive ones.
 Accuracy with_sampling(Accuracy accuracy, const std::optional<Adaptive>& adaptive) {
@@ -90,7 +82,7 @@ class SettingList {
     std::ranges::sort(selected, std::greater<>());
     selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
     for (const double target : selected) {
-      Setting setting{"target_error", shortest(target), with_target(target)};
+      Setting setting{"target_error", text_of(target, 6), with_target(target)};
       for (const auto& [name, preset] : words<Preset>)
         if (target_error_of(preset) == target) setting.preset = name;
       settings_.push_back(std::move(setting));
@@ -101,7 +93,7 @@ class SettingList {
   template <class Member, class Value>
   void vary(std::string_view parameter, Member Accuracy::*member, std::initializer_list<Value> values) {
     for (const Value value : values) {
-      settings_.push_back({std::string(parameter), shortest(value), baseline_});
+      settings_.push_back({std::string(parameter), text_of(value, 6), baseline_});
       settings_.back().accuracy.*member = value;
     }
   }
@@ -125,7 +117,7 @@ class SettingList {
         settings_.push_back({"model", std::move(label), accuracy, {}, name});
       };
       add(std::to_string(baseline_samples) + " samples", baseline_);
-      for (const double target : {4.0, 1.0, 0.5}) add("target " + shortest(target), with_target(target));
+      for (const double target : {4.0, 1.0, 0.5}) add("target " + text_of(target, 6), with_target(target));
     }
   }
 

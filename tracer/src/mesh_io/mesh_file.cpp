@@ -9,6 +9,7 @@
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
 #include "tracer/triangulate.h"
+#include "tracer/validate.h"
 
 namespace tracer {
 namespace mesh_io {
@@ -16,11 +17,6 @@ namespace {
 
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
-
-std::string text_of(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
 
 void check_number(double number, double most, const char* limit) {
   if (std::abs(number) <= most) return;

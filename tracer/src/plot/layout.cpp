@@ -4,6 +4,7 @@
 #include "tracer/src/plot/drawing.h"
 #include "tracer/src/plot/scale.h"
 #include "tracer/src/plot/text.h"
+#include "tracer/validate.h"
 
 namespace tracer::plotting {
 namespace {
@@ -266,7 +267,7 @@ class Layout {
       labelled_.push_back({place(point), series.mark != PlotMark::none, label});
       if (series.mark == PlotMark::none) continue;
       std::string hint = label.empty() ? drawable(series.name) : label;
-      hint += (hint.empty() ? "" : ": ") + brief(point.x) + ", " + brief(point.y);
+      hint += (hint.empty() ? "" : ": ") + text_of(point.x, 4) + ", " + text_of(point.y, 4);
       drawing_.items.emplace_back(Marker{place(point), series.mark, color_of(plot_, index), std::move(hint)});
     }
   }
@@ -280,7 +281,8 @@ class Layout {
       const PlotPoint &first = drawable_[i].front(), &last = drawable_[i].back();
       text.append(" ").append(name).append(": ");
       text += std::to_string(drawable_[i].size()) + (drawable_[i].size() == 1 ? " point" : " points");
-      text += ", from (" + brief(first.x) + ", " + brief(first.y) + ") to (" + brief(last.x) + ", " + brief(last.y);
+      text += ", from (" + text_of(first.x, 4) + ", " + text_of(first.y, 4) + ") to (" + text_of(last.x, 4) + ", " +
+              text_of(last.y, 4);
       text += ").";
     }
     if (!plot_.note.empty()) text += " " + drawable(plot_.note);

@@ -2,7 +2,6 @@
 /// Text utilities of plots: sanitizing, estimated width, cutting and wrapping, without fonts.
 
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -102,13 +101,6 @@ inline std::vector<std::string> wrapped(std::string_view text, double size, doub
   }
   if (!text.empty()) lines.push_back(cut(text, size, width));
   return lines;
-}
-
-/// Four significant digits, for tooltips and descriptions: "0.01235", "1.2e-07".
-inline std::string brief(double value) {
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 4);
-  return {digits.data(), end.ptr};
 }
 
 }  // namespace tracer::plotting

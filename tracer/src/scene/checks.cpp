@@ -29,9 +29,12 @@ std::string DocumentPath::pointer() const {
   return parent->pointer() + "/" + (name.empty() ? std::to_string(index) : std::string(name));
 }
 
-std::string text_of(double value) {
+std::string text_of(double value, int digits) {
   char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+  char* const end = text + sizeof text;
+  return {text, (digits == 0 ? std::to_chars(text, end, value)
+                             : std::to_chars(text, end, value, std::chars_format::general, digits))
+                    .ptr};
 }
 
 bool Checks::add_issue(const DocumentPath& where, std::string_view code, const std::string& detail) {

@@ -36,9 +36,6 @@ struct DocumentPath {
   [[nodiscard]] std::string pointer() const;
 };
 
-/// Shortest text that reads back as the same number.
-std::string text_of(double value);
-
 /// Each check reports a violation and returns true if there is none, so that rules between values are checked only for
 /// values that are valid themselves.
 class Checks {

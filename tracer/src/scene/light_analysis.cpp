@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <set>
 #include <string>
@@ -45,12 +44,6 @@ void add(const Scene& scene, const Material& material, SurfaceLight& found) {
   found.colors.insert({{diffuse.r, diffuse.g, diffuse.b}, texture == nullptr ? 0 : texture->index + 1});
   found.diffuse = std::max(found.diffuse, max_component(diffuse));
   found.returned = std::max(found.returned, max_component(returned_share(material, bound_of)));
-}
-
-std::string text(double number) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.2g", number);
-  return buffer.data();
 }
 
 /// Half of the first step of an 8-bit code, in linear light (IEC 61966-2-1).
@@ -191,15 +184,15 @@ std::string global_light_summary(const Scene& scene) {
   if (found.excess) return "not possible: " + *found.excess;
   if (found.colors.empty()) return "adds nothing: no surface reflects light diffusely";
   std::string sentence = "adds light between surfaces of " + std::to_string(found.colors.size()) + " diffuse color" +
-                         (found.colors.size() == 1 ? "" : "s") + " that reflect up to " + text(found.diffuse);
+                         (found.colors.size() == 1 ? "" : "s") + " that reflect up to " + text_of(found.diffuse, 2);
   const Enclosure enclosure = enclosure_of_camera(scene);
   if (enclosure != Enclosure::none)
     sentence += enclosure == Enclosure::closed ? " in a closed room" : " in a room with an open side";
   sentence += ", ";
   // A mirror or glass without a diffuse part passes on light of other surfaces, which is counted there.
-  sentence += found.returned < 1
-                  ? "at most " + text(found.diffuse / (1 - found.returned)) + " times the brightest light without it"
-                  : "without an upper bound";
+  sentence += found.returned < 1 ? "at most " + text_of(found.diffuse / (1 - found.returned), 2) +
+                                       " times the brightest light without it"
+                                 : "without an upper bound";
   if (found.emitter) sentence += "; glowing surfaces light others (" + *found.emitter + ")";
   const Background& background = scene.background;
   if (max_component(background.color) > 0 || background.gradient || background.environment || background.cube)
