@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <set>
 
 #include "server/http/header_text.h"
@@ -21,13 +22,6 @@ bool is_token_char(char c) {
 bool is_token(std::string_view text) { return !text.empty() && std::ranges::all_of(text, is_token_char); }
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
-
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 Refusal read_version(std::string_view text, RequestHead& head) {
   const auto digit = [&](std::size_t i) { return text[i] >= '0' && text[i] <= '9'; };
@@ -222,12 +216,11 @@ std::optional<std::string> percent_decoded(std::string_view text) {
       result += text[i];
       continue;
     }
-    const int high = i + 2 < text.size() ? hex_value(text[i + 1]) : -1;
-    const int low = i + 2 < text.size() ? hex_value(text[i + 2]) : -1;
-    if (high < 0 || low < 0) return std::nullopt;
-    const char decoded = static_cast<char>(high * 16 + low);
-    if (is_control(decoded)) return std::nullopt;
-    result += decoded;
+    const char* const digits = text.data() + i + 1;
+    unsigned decoded = 0;
+    if (i + 2 >= text.size() || std::from_chars(digits, digits + 2, decoded, 16).ptr != digits + 2) return std::nullopt;
+    result += static_cast<char>(decoded);
+    if (is_control(result.back())) return std::nullopt;
     i += 2;
   }
   return result;

@@ -1,3 +1,4 @@
+#include <charconv>
 #include <cmath>
 #include <new>
 #include <numbers>
@@ -25,15 +26,11 @@ double degrees(double radians) { return rounded(radians * 180 / std::numbers::pi
 std::string percent_decoded(std::string_view uri) {
   std::string path;
   for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto digit = [&](std::size_t at) {
-      const std::size_t found = at < uri.size()
-                                    ? std::string_view("0123456789abcdef")
-                                          .find(static_cast<char>(std::tolower(static_cast<unsigned char>(uri[at]))))
-                                    : std::string_view::npos;
-      return found == std::string_view::npos ? -1 : static_cast<int>(found);
-    };
-    const bool escaped = uri[i] == '%' && digit(i + 1) >= 0 && digit(i + 2) >= 0;
-    path += escaped ? static_cast<char>(digit(i + 1) * 16 + digit(i + 2)) : uri[i];
+    const char* const digits = uri.data() + i + 1;
+    unsigned byte = 0;
+    const bool escaped =
+        uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    path += escaped ? static_cast<char>(byte) : uri[i];
     i += escaped ? 2 : 0;
   }
   return path;
