@@ -160,12 +160,6 @@ class RunningJobs {
     if (!durable) not_durable_.insert(id);
   }
 
-  void erase(const std::string& id) {
-    const std::lock_guard lock(mutex_);
-    running_.erase(id);
-    not_durable_.erase(id);
-  }
-
  private:
   struct Running {
     double progress = 0;
@@ -280,9 +274,8 @@ class JobNotifications {
     for (JobObserver* const observer : observers_) (observer->*call)(arguments...);
   }
   void finish(const std::string& id) {
-    running_.erase(id);
-    waiters_.on_ended(id);
-    if (CompletionListener* const listener = listener_) listener->on_ended(id);
+    running_.clear_progress(id);
+    on_ended(id);
   }
 
   RunningJobs& running_;
