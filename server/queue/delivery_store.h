@@ -2,7 +2,6 @@
 /// Durable storage of webhook subscriptions, deliveries and attempts. A call that returns is durable. Thread-safe.
 /// Fails with StoreFailure; then the call had no effect. Times are milliseconds since 1970 UTC.
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "server/storage/sql/sql_database.h"
+#include "server/support/text_values.h"
 
 namespace queue {
 
@@ -56,10 +56,7 @@ struct Delivery {
 inline std::string host_of(const std::string& url) {
   const std::size_t scheme_end = url.find("://");
   const std::size_t begin = scheme_end == std::string::npos ? 0 : scheme_end + 3;
-  std::string receiver = url.substr(begin, url.find_first_of("/?#", begin) - begin);
-  std::transform(receiver.begin(), receiver.end(), receiver.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return receiver;
+  return support::lowered(url.substr(begin, url.find_first_of("/?#", begin) - begin));
 }
 
 class DeliveryStore {
