@@ -78,11 +78,7 @@ class SqliteStatement final : public sql::Statement {
 
 constexpr std::int64_t application_id = 0x57687474;  // "Whtt"
 
-std::int64_t pragma(SqliteDatabase& database, const std::string& name) {
-  sql::Query query = database.query("PRAGMA " + name);
-  query.row();
-  return query.integer(0);
-}
+std::int64_t pragma(SqliteDatabase& database, const std::string& name) { return database.number("PRAGMA " + name); }
 
 /// The version of the file, 0 of an empty one. Throws StoreFailure for another than `version`, or for the file of
 /// another program.
