@@ -49,10 +49,8 @@ void append_text(std::string& line, std::string_view text) {
     } else if (first == '"' || first == '\\') {
       line += '\\';
       line += text[0];
-    } else if (first < 0x20 || first == 0x7f) {
-      line += fmt::format("\\u{:04x}", first);
-    } else if (c1) {
-      line += fmt::format("\\u{:04x}", static_cast<unsigned char>(text[1]));
+    } else if (first < 0x20 || first == 0x7f || c1) {
+      line += fmt::format("\\u{:04x}", static_cast<unsigned char>(text[c1 ? 1 : 0]));
     } else {
       line += text.substr(0, length);
     }
