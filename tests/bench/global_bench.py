@@ -2,13 +2,13 @@
 """Time to an image of the rendering equation with a given error: Whittle by paths, by radiosity and by gathering, Blender's
 Cycles, and POV-Ray with its radiosity.
 
-    tests/bench/global_bench.py [PROGRAM ...] [--size 512x512] [--rounds 1]
+    tests/bench/global_bench.py [PROGRAM ...] [--scene cornell_box] [--size 512x512] [--error 1] [--rounds 1]
 
-The scene is scenes/cornell_box.json. The error of every image is its distance to the rendering equation: the root of the
+The scene is one of scenes/ or of peers/interiors.py; all points reach down to the error. The error of every image is its distance to the rendering equation: the root of the
 mean of (image - a)(image - b) for two independent images a and b by paths (peers/sweeps.py). Cycles solves the same
 equation: the distance of its limit to theirs is printed, found from two independent images likewise. POV-Ray's radiosity has
 a limit of its own, which is part of its error. Every program uses all processors. Seconds are those of the process without
-those of an image of 16 x 12 pixels, which has no patches: these are part of the time.
+those of an image of 16 x 12 pixels, which has no patches: these are part of the time. POV-Ray renders no interior.
 PROGRAM is a word of the names in the table, such as `radiosity` or `cycles`; by default all of them run. Programs that are
 not installed are left out.
 """
@@ -24,10 +24,9 @@ import tempfile
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from tests.bench.peers import equal_error, povray_radiosity, programs, sweeps  # pylint: disable=wrong-import-position
+from tests.bench.peers import equal_error, interiors, povray_radiosity, programs, sweeps  # pylint: disable=wrong-import-position
 from tests.support.sources import SOURCE  # pylint: disable=wrong-import-position
 
-SCENE = SOURCE / "scenes/cornell_box.json"
 TARGETS = (4, 2, 1)  # levels
 
 COUNTS = (4, 16, 64, 256, 1024, 4096)
@@ -47,6 +46,9 @@ class Program(sweeps.Contender):
     def __init__(self, name, program, curves, idle_setting, scene, directory, references, rounds):
         places = [directory / name.replace(" ", "_"), directory / name.replace(" ", "_") / "few_pixels"]
         places[1].mkdir(parents=True)
+        for place in places:
+            for sky in directory.glob("sky.hdr"):
+                shutil.copy(sky, place)
         few = {**scene, "image": dict(zip(("width", "height"), sweeps.FEW_PIXELS))}
         self.name, self.reached = name, []
         super().__init__(curves, program(scene, places[0]).run, lambda: program(few, places[1]).run(idle_setting), references,
@@ -63,15 +65,23 @@ def independent_images(run, setting):
     return [sweeps.levels(run({**setting, "seed": seed})) for seed in (101, 102)]
 
 
-def programs_to_run(words, *arguments):
+def document(name, directory):
+    """The document of an interior, with its sky in the directory; else that of scenes/."""
+    if name not in interiors.INTERIORS:
+        return json.loads((SOURCE / f"scenes/{name}.json").read_text())
+    interiors.write_sky(directory / "sky.hdr")
+    return interiors.INTERIORS[name]()
+
+
+def programs_to_run(words, scene, *arguments):
     known = [("whittle paths", programs.Whittle, EXACT, EXACT[0][0])]
     known += [(f"whittle {by}", programs.Whittle, curves, EXACT[0][0]) for by, curves in BY_PATCHES.items()]
     if shutil.which("blender"):
         known.append(("cycles", programs.Cycles, CYCLES, CYCLES[0][0]))
-    if shutil.which("povray"):
+    if shutil.which("povray") and "background" not in scene:
         settings = povray_radiosity.SETTINGS
         known.append(("povray radiosity", programs.PovRayRadiosity, [[setting] for setting in settings], settings[0]))
-    return [Program(*each, *arguments) for each in known if not words or set(words) & set(each[0].split())]
+    return [Program(*each, scene, *arguments) for each in known if not words or set(words) & set(each[0].split())]
 
 
 def table(found):
@@ -90,14 +100,16 @@ def distance_of_limits(a, b):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("programs", nargs="*", metavar="PROGRAM")
+    parser.add_argument("--scene", default="cornell_box")
     parser.add_argument("--size", default="512x512")
+    parser.add_argument("--error", type=float, default=min(TARGETS))
     parser.add_argument("--rounds", type=int, default=1)
     options = parser.parse_args()
     width, height = map(int, options.size.split("x"))
-    scene = {**json.loads(SCENE.read_text()), "image": {"width": width, "height": height}}
-    print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; {SCENE.stem}, {width} x {height} pixels")
+    print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; {options.scene}, {width} x {height} pixels")
     with tempfile.TemporaryDirectory() as temporary:
         directory = pathlib.Path(temporary).resolve()
+        scene = {**document(options.scene, directory), "image": {"width": width, "height": height}}
         references = independent_images(programs.Whittle(scene, directory).run, {**GLOBAL, "samples": [512, 512]})
         found = programs_to_run(options.programs, scene, directory, references, options.rounds)
         for program in found:
@@ -106,7 +118,7 @@ def main():
                 print(f"distance between the limits of Cycles and Whittle: {distance_of_limits(theirs, references):.2f} levels")
         print(f"{'':20} {'wall s':>8} {'cpu s':>8} {'error':>8}  setting")
         for program in found:
-            program.reached = program.points(min(TARGETS))
+            program.reached = program.points(options.error)
         table(found)
 
 

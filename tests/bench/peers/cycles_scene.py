@@ -5,6 +5,7 @@
 SETTINGS is a JSON object: `samples`, `seed`, `threshold` (noise of adaptive sampling, 0 without), `threads`. The image is a
 linear 16-bit PPM. Prints `render SECONDS`, without Blender's start.
 
+- The background is a color, a gradient along `up`, or an environment in a file, with the z axis as `up`.
 - A material is Lambert's, a diffuse closure of the reflectance `color` with roughness 0, or an emission closure whose
   strength 1 is the radiance `emission`. Both sides of a lamp shine, as Whittle's do.
 - The film is a box of one pixel, as Whittle's is by default.
@@ -12,11 +13,42 @@ linear 16-bit PPM. Prints `render SECONDS`, without Blender's start.
 import array
 import json
 import math
+import os
 import sys
 import time
 
 import bpy
 from mathutils import Matrix, Vector
+
+
+def color(value):
+    return [*value, 1] if isinstance(value, list) else [value, value, value, 1]
+
+
+def sky(document):
+    """The world's background; `Incoming` points from the sky to the eye."""
+    world, background = bpy.data.worlds.new("world"), document.get("background", 0)
+    world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    result = nodes["Background"].inputs["Color"]
+    if not isinstance(background, dict):
+        result.default_value = color(background)
+    elif "environment" in background:
+        image = nodes.new("ShaderNodeTexEnvironment")
+        image.image = bpy.data.images.load(os.path.abspath(document["textures"][background["environment"]]["file"]))
+        links.new(image.outputs["Color"], result)
+    else:
+        geometry, up = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeVectorMath")
+        half, mixed = nodes.new("ShaderNodeMath"), nodes.new("ShaderNodeMixRGB")
+        up.operation, half.operation = "DOT_PRODUCT", "MULTIPLY_ADD"
+        up.inputs[1].default_value = background["up"]
+        half.inputs[1].default_value, half.inputs[2].default_value = -0.5, 0.5
+        mixed.inputs[1].default_value, mixed.inputs[2].default_value = color(background["nadir"]), color(background["zenith"])
+        links.new(geometry.outputs["Incoming"], up.inputs[0])
+        links.new(up.outputs["Value"], half.inputs[0])
+        links.new(half.outputs[0], mixed.inputs[0])
+        links.new(mixed.outputs[0], result)
+    return world
 
 
 def material(name, value):
@@ -30,7 +62,7 @@ def material(name, value):
     else:
         closure = nodes.new("ShaderNodeBsdfDiffuse")
         closure.inputs["Roughness"].default_value = 0
-    closure.inputs["Color"].default_value = [*value.get("emission", value.get("color")), 1]
+    closure.inputs["Color"].default_value = color(value.get("emission", value.get("color")))
     links.new(closure.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return made
 
@@ -59,9 +91,7 @@ def build(document):
         scene.collection.objects.link(bpy.data.objects.new(str(i), mesh))
     scene.camera = camera(document["camera"])
     scene.collection.objects.link(scene.camera)
-    scene.world = bpy.data.worlds.new("world")
-    scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = 0, 0, 0, 1
+    scene.world = sky(document)
     return scene
 
 
