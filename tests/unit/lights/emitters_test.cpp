@@ -151,18 +151,20 @@ TEST(Emitters, IncludeASkyWithADensityThatIntegratesToTheWholeSphere) {
   EXPECT_NEAR(power, truth, 0.02 * truth);
 }
 
-TEST(Emitters, ShareTheirSamplesWithTheSky) {
+TEST(Emitters, ShareTheirSamplesWithTheSkyByTheLightOfBoth) {
   Scene scene = under_checkered_sky();
-  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({1, 1, 1}));
-  EXPECT_NEAR(share_of(*compiled(scene), {0, 0}), 0.5, 0.01);
+  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({20, 1, 1}));
+  const double sphere = 20 * 4 * pi / 4, sky = 4 * pi * 5;  // power over squared distance; mean radiance of all sides
+  const auto made = compiled(scene);
+  EXPECT_NEAR(share_of(*made, {0, 0}, made->frame.render_from_world(Vec3{})), sphere / (sphere + sky), 0.01);
   expect_solid_angle(scene, {0, 0, 0}, 2 * pi * (1 - std::sqrt(0.75)), "sphere before a sky");
 }
 
 TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
   Scene scene = under_checkered_sky();
-  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({1, 1, 1}));
-  scenes::add(scene, Disc{{3, 1, 4}, {0, 1, 1}, 2, 0, {}}, scenes::glowing({1, 2, 1}));
-  scenes::add(scene, Triangle{{{{-3, 0, 1}, {-3, 2, 1}, {-2, 1, 5}}}, {}, {}}, scenes::glowing({5, 1, 1}));
+  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({30, 1, 1}));
+  scenes::add(scene, Disc{{3, 1, 4}, {0, 1, 1}, 2, 0, {}}, scenes::glowing({1, 30, 1}));
+  scenes::add(scene, Triangle{{{{-3, 0, 1}, {-3, 2, 1}, {-2, 1, 5}}}, {}, {}}, scenes::glowing({90, 1, 1}));
   const auto made = compiled(scene);
   const Emitters& emitters = made->objects.emitters;
   std::set<std::uint32_t> geometries;
@@ -190,6 +192,28 @@ TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
     });
   }
   EXPECT_EQ(geometries.size(), 4u) << "sphere, disc, triangle and sky";
+}
+
+TEST(Emitters, HaveNoDensityTowardOpeningsFromOutsideOfARoom) {
+  Scene scene = scenes::empty(64);
+  scene.camera = {{1, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90};
+  scene.background.color = {1, 1, 1};
+  scenes::add(scene, Cylinder{{0, 0, 0}, {0, 0, 3}, 2, false, {}}, scenes::matte({0.5, 0.5, 0.5}));
+  for (const double z : {0.0, 3.0})
+    scenes::add(scene, Disc{{0, 0, z}, {0, 0, 1}, 2, z == 0 ? 0 : 0.5, {}}, scenes::matte({0.5, 0.5, 0.5}));
+  for (const bool lamp : {false, true}) {
+    if (lamp) scenes::add(scene, Sphere{{0, 1, 1}, 0.2}, scenes::glowing({1, 1, 1}));
+    const auto made = compiled(scene);
+    const Vec3 inside = made->frame.render_from_world({0, 0, 1}), outside = made->frame.render_from_world({9, 0, 1});
+    const Vec3 up{0, 0, 1};
+    EXPECT_GT(made->objects.emitters.density_of_sky(inside, up), 0);
+    EXPECT_EQ(made->objects.emitters.density_of_sky(outside, up), 0);
+    for (std::uint32_t i = 0; i < 64; ++i) {
+      const Emitters::Sample sample = made->objects.emitters.sample(outside, sequence_point(i, mix(8)));
+      EXPECT_EQ(sample.density > 0, lamp);
+      EXPECT_EQ(sample.primitive.hit(), lamp);
+    }
+  }
 }
 
 TEST(Emitters, AreEmptyUnderABlackOrInfiniteSkyAndWithoutGlobalLight) {

@@ -184,22 +184,12 @@ std::optional<Failure> find_excess_of_light(const CompiledScene& scene) {
 }
 
 /// Precondition: the accelerator and the background are set.
-Emitters emitters_of(const CompiledScene& scene) {
+Emitters emitters_of(const CompiledScene& scene, SkyOpenings openings = {}) {
   std::vector<float> radiance;
   radiance.reserve(scene.objects.material.size());
   for (const std::uint32_t material : scene.objects.material)
     radiance.push_back(static_cast<float>(max_component(color_bound(scene, scene.materials[material].emission))));
-  return {scene.geometry(), radiance, SkyTable(*scene.background)};
-}
-
-/// Paths sample the openings of a plain sky as they sample surfaces that glow. Light of patches includes such a sky.
-void sample_sky_openings(CompiledScene& scene, const RenderControl& control) {
-  if (!scene.exact.needs.global_light) return;
-  SkyOpenings openings = find_sky_openings(scene, control);
-  if (openings.empty()) return;
-  if (!scene.exact.needs.emitters) scene.objects.emitters = emitters_of(scene);
-  scene.objects.emitters.add_openings(std::move(openings));
-  for (Requirements* needs : {&scene.needs, &scene.exact.needs}) needs->emitters = needs->global_light;
+  return {scene.geometry(), radiance, SkyTable(*scene.background), std::move(openings)};
 }
 
 template <class T>
@@ -241,7 +231,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     if (scene.accuracy.uses_patches() && compiled->needs.global_light)
       if (auto failure = solve_radiosity(*compiled, bounds, {control, cache_entry, elapsed_ms}))
         return *std::move(failure);
-    if (!scene.accuracy.uses_patches()) sample_sky_openings(*compiled, control);
+    if (!scene.accuracy.uses_patches() && compiled->exact.needs.global_light)
+      sample_sky_openings(*compiled, find_sky_openings(*compiled, points_in_view(*compiled, control), control));
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
@@ -262,6 +253,12 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scen
                                                                             SceneCacheEntry* cache_entry,
                                                                             const std::function<double()>& elapsed_ms) {
   return compile(scene, &scene.objects, control, assets, cache_entry, elapsed_ms);
+}
+
+void sample_sky_openings(CompiledScene& scene, const SkyOpenings& openings) {
+  if (openings.empty()) return;
+  scene.objects.emitters = emitters_of(scene, openings);
+  for (Requirements* needs : {&scene.needs, &scene.exact.needs}) needs->emitters = needs->global_light;
 }
 
 CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }

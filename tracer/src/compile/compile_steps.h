@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tracer/compile.h"
+#include "tracer/src/compile/patch_points.h"
 #include "tracer/src/compiled/compiled_scene.h"
 
 namespace tracer {
@@ -34,10 +35,16 @@ void drop_duplicates(GeometrySet& geometry);
 std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Bounds& finite,
                                           const RenderControl& control);
 
-/// Finds the parts of a sky without textures that are seen from diffuse surfaces, in the view or a few bounces away.
-/// None if they see most of it, or nothing. Runs on the calling thread's oneTBB arena; incomplete after cancellation.
-/// Throws std::bad_alloc.
-SkyOpenings find_sky_openings(const CompiledScene& scene, const RenderControl& control);
+/// Points on diffuse surfaces, in the view or a few bounces away. Runs on the calling thread's oneTBB arena; incomplete
+/// after cancellation. Throws std::bad_alloc.
+std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderControl& control);
+
+/// Finds the parts of the sky that are seen from the points. None if they see most of it, or nothing. Runs on the
+/// calling thread's oneTBB arena; incomplete after cancellation. Throws std::bad_alloc.
+SkyOpenings find_sky_openings(const CompiledScene& scene, std::vector<PatchPoint> points, const RenderControl& control);
+
+/// From now on rays toward emitters meet the openings, too. Precondition: the accelerator and the background are set.
+void sample_sky_openings(CompiledScene& scene, const SkyOpenings& openings);
 
 /// Divides the surfaces that reflect diffusely into patches, and solves for the light that arrives at each
 /// (Approximations::Interreflection), with more patches and rays until paths at some points show that the error is

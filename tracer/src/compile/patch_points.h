@@ -2,6 +2,8 @@
 /// Points at which light arrives on surfaces. They lie on random lines, so that they are uniform over the area of all
 /// surfaces, whatever their shapes (Sbert 1993, "An Integral Geometry Based Method for Fast Form-Factor Computation").
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -44,6 +46,10 @@ class PatchPoints {
   /// under a block that stands on it, and those within `gap` of another surface: they would darken the visible part of
   /// their patch. Lines of other streams are independent.
   [[nodiscard]] std::vector<PatchPoint> on_lines(std::uint32_t lines, double gap, std::uint64_t stream = 0) const;
+  /// The same on as many lines as bring about so many points, or on 2^22. Precondition: per_line() is positive.
+  [[nodiscard]] std::vector<PatchPoint> points(double count, double gap, std::uint64_t stream = 0) const {
+    return on_lines(static_cast<std::uint32_t>(std::min(std::ceil(count / per_line_), 0x1p22)), gap, stream);
+  }
 
  private:
   struct LineHit {

@@ -25,10 +25,8 @@ Approximations without_patches(Approximations approximate) {
 /// One ray for each look: from a point that light reaches at what lies in a random direction, or at the point itself
 /// from outside. No view decides, so that all views of a scene have the same patches.
 RayQueue draw_looks(const CompiledScene& scene, const PatchPoints& surfaces) {
-  constexpr double lines_max = 1u << 22;
   const std::size_t wanted = path_looks(std::size_t{scene.image.width} * scene.image.height);
-  const double lines = std::min(std::ceil(2 * static_cast<double>(wanted) / surfaces.per_line()), lines_max);
-  const std::vector<PatchPoint> points = surfaces.on_lines(static_cast<std::uint32_t>(lines), 0, audit_key);
+  const std::vector<PatchPoint> points = surfaces.points(2 * static_cast<double>(wanted), 0, audit_key);
   RayQueue rays, looks;
   for (std::uint32_t i = 0; i < std::min(wanted, points.size()); ++i) {
     const PatchPoint& at = points[i];

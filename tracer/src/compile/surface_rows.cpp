@@ -78,15 +78,14 @@ void trace_some_rows(const CompiledScene& scene, const std::vector<std::vector<P
 
 SurfacePatches divide_surfaces(const PatchPoints& surfaces, double wanted, std::uint32_t patches_max,
                                const RenderControl& control) {
-  constexpr double points_per_patch = 16, lines_max = 1u << 22;
+  constexpr double points_per_patch = 16;
   constexpr int attempts_max = 4;
   SurfacePatches patches;
   patches.limited = wanted > patches_max;
   if (!(surfaces.per_line() > 0)) return patches;
   const double cells = std::min<double>(wanted, patches_max);
   double side = std::sqrt(surfaces.per_line() * 4 * std::numbers::pi / cells) * surfaces.region().radius;
-  const double lines = std::min(std::ceil(cells * points_per_patch / surfaces.per_line()), lines_max);
-  const std::vector<PatchPoint> points = surfaces.on_lines(static_cast<std::uint32_t>(lines), side * 0x1p-6);
+  const std::vector<PatchPoint> points = surfaces.points(cells * points_per_patch, side * 0x1p-6);
   for (int attempt = 1; attempt <= attempts_max; ++attempt, side *= 1.25) {
     patches.grid = PatchGrid(side);
     patches.points.clear();

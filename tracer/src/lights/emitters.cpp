@@ -119,8 +119,8 @@ Vec2 FlatShape::coordinates(const Vec2& xi) const {
   return {root * at.x, root * at.y};
 }
 
-Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky)
-    : geometry_(&geometry), sky_(std::move(sky)) {
+Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky, SkyOpenings openings)
+    : geometry_(&geometry), sky_(std::move(sky)), openings_(std::move(openings)) {
   Lamps lamps;
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
     for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
@@ -128,6 +128,11 @@ Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radian
       if (of_primitive > 0) add({number, i}, of_primitive, lamps);
     }
   tree_ = LightTree(lamps);
+  if (openings_.empty()) return;
+  lamp_of_openings_ = LightTree(std::span(&openings_.lamp(), 1));
+  area_ += openings_.area();
+  bounds_.include(openings_.lamp().bounds.low);
+  bounds_.include(openings_.lamp().bounds.high);
 }
 
 void Emitters::add(const PrimitiveRef& primitive, double radiance, Lamps& lamps) {
@@ -168,13 +173,14 @@ Emitters::Sample Emitters::sample(const Vec3& from, const Vec2& xi) const {
 void Emitters::sample(const VecLanes& from, const double* x, const double* y, LaneMask wanted, SamplePacket& to) const {
   FlatPacket flat = {};
   LaneMask other = 0;
-  const double sky_share = this->sky_share();
+  double sky_share[lanes];
   Selected selected[lanes];
   for_each_lane(wanted, [&](int i) {
     other |= lane_bit(i);
-    if (x[i] < sky_share) return;
+    sky_share[i] = this->sky_share(from[i]);
+    if (x[i] < sky_share[i]) return;
     // The position of the number among those that select the emitter is uniform: it serves twice.
-    selected[i] = tree_.select(from[i], (x[i] - sky_share) / (1 - sky_share));
+    selected[i] = tree_.select(from[i], (x[i] - sky_share[i]) / (1 - sky_share[i]));
     const Emitter& emitter = emitters_[selected[i].index];
     to.primitive[i] = emitter.primitive;
     if (!emitter.flat) return;
@@ -184,41 +190,52 @@ void Emitters::sample(const VecLanes& from, const double* x, const double* y, La
     flat.v.set(i, emitter.flat->v);
     flat.normal.set(i, emitter.flat->normal);
     flat.normal_length[i] = emitter.flat->normal_length;
-    flat.share[i] = (1 - sky_share) * selected[i].probability / emitter.area;
+    flat.share[i] = (1 - sky_share[i]) * selected[i].probability / emitter.area;
     const Vec2 at = emitter.flat->coordinates({selected[i].position, y[i]});
     flat.at_u[i] = at.x;
     flat.at_v[i] = at.y;
   });
   if (other != wanted) aim_at_flat(flat, from, to);
   for_each_lane(other, [&](int i) {
-    if (x[i] < sky_share) {
-      const Vec2 xi{x[i] / sky_share, y[i]};
-      const auto select = [&](const Vec3& direction, double density) {
-        to.primitive[i] = {};
-        to.direction.set(i, direction);
-        to.density[i] = sky_share * density;
-      };
-      if (openings_.empty()) {
-        const SkyTable::Sample sky = sky_.sample(xi);
-        select(sky.direction, sky.density);
-      } else {
-        const SkyOpenings::Sample sky = openings_.sample(from[i], xi);
-        select(sky.direction, sky.density);
-      }
+    if (x[i] < sky_share[i]) {
+      const Sample sky = sample_sky(from[i], {x[i] / sky_share[i], y[i]});
+      to.primitive[i] = {};
+      to.direction.set(i, sky.direction);
+      to.density[i] = sky_share[i] * sky.density;
       return;
     }
     const BoundingSphere sphere = bounding_sphere(*geometry_, to.primitive[i]);
     const DirectionCone cone(sphere, from[i]);
     to.direction.set(i, cone.direction({selected[i].position, y[i]}));
-    to.density[i] = (1 - sky_share) * selected[i].probability * cone.density();
+    to.density[i] = (1 - sky_share[i]) * selected[i].probability * cone.density();
   });
+}
+
+double Emitters::sky_share(const Vec3& from) const {
+  if (sky_.empty() && openings_.empty()) return 0;
+  if (emitters_.empty()) return 1;
+  const double of_openings = share_of_openings(from);
+  if (sky_.empty() && !openings_.contains(from)) return 0;
+  return share_of(of_openings > 0 ? lamp_of_openings_.irradiance(from) : sky_.irradiance(), tree_.irradiance(from));
+}
+
+Emitters::Sample Emitters::sample_sky(const Vec3& from, Vec2 xi) const {
+  const double of_openings = share_of_openings(from);
+  const bool in_opening = xi.x < of_openings;
+  xi.x = in_opening ? xi.x / of_openings : (xi.x - of_openings) / (1 - of_openings);
+  const auto mixed = [&](const auto& sample) -> Sample {
+    if (!(of_openings > 0 && of_openings < 1)) return {{}, sample.direction, sample.density};
+    const double other = in_opening ? sky_.density(sample.direction) : openings_.density(from, sample.direction);
+    return {{}, sample.direction, (sample.density + other) / 2};
+  };
+  return in_opening ? mixed(openings_.sample(from, xi)) : mixed(sky_.sample(xi));
 }
 
 double Emitters::density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const {
   const Emitter* const emitter = find(primitive);
   if (emitter == nullptr) return 0;
   const double share =
-      (1 - sky_share()) * tree_.probability(from, static_cast<std::size_t>(emitter - emitters_.data()));
+      (1 - sky_share(from)) * tree_.probability(from, static_cast<std::size_t>(emitter - emitters_.data()));
   if (const auto& flat = emitter->flat) {
     const double rate = dot(flat->normal, direction), distance = dot(flat->normal, flat->origin - from) / rate;
     return share / emitter->area * distance * distance * flat->normal_length / std::abs(rate);

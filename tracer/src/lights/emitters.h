@@ -1,9 +1,9 @@
 #pragma once
-/// Sampling of glowing surfaces and of a sky with textures or behind openings, as directions from a point. The sky is
-/// selected in half of the cases, or always if nothing else glows; a surface is in proportion to its area times its
-/// radiance. Triangles and discs are sampled uniformly over their area; of any other shape the cone around its bounding
-/// sphere is, which for a sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman 1996, "Monte Carlo
-/// Techniques for Direct Lighting Calculations"). Infinite planes are never selected.
+/// Sampling of glowing surfaces and of a sky with textures or behind openings, as directions from a point. The sky and
+/// each surface are selected by their power over the squared distance; of a sky with textures behind openings either is
+/// sampled in half of the cases. Triangles and discs are sampled uniformly over their area; of any other shape the cone
+/// around its bounding sphere is, which for a sphere is exactly the directions that meet it (Shirley, Wang, Zimmerman
+/// 1996, "Monte Carlo Techniques for Direct Lighting Calculations"). Infinite planes are never selected.
 
 #include <cstdint>
 #include <optional>
@@ -36,12 +36,9 @@ class Emitters {
   Emitters() = default;
   /// `radiance`: by object, any measure of what it emits; 0 if it does not glow. The geometry must outlive it. Throws
   /// std::bad_alloc.
-  Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky);
+  Emitters(const GeometrySet& geometry, const std::vector<float>& radiance, SkyTable sky, SkyOpenings openings);
 
-  /// From now on samples the openings of a sky without textures, too.
-  void add_openings(SkyOpenings openings) { openings_ = std::move(openings); }
-
-  [[nodiscard]] bool empty() const { return emitters_.empty() && sky_share() == 0; }
+  [[nodiscard]] bool empty() const { return emitters_.empty() && sky_.empty() && openings_.empty(); }
 
   struct Sample {
     PrimitiveRef primitive;  ///< no hit: the sky
@@ -60,15 +57,18 @@ class Emitters {
   /// Density, per solid angle, with which sample() selects this primitive and the unit direction; 0 if it never does.
   [[nodiscard]] double density(const PrimitiveRef& primitive, const Vec3& from, const Vec3& direction) const;
 
-  /// Probability with which a diffuse ray from a point should search surfaces that glow, beside a sample of them. It is
-  /// 1 near surfaces that are large for their distance, of whose samples few count. Elsewhere it is their area over
-  /// that of a disc with the distance as radius, so that a sample brings no more than their mean radiance over it.
+  /// Probability with which a diffuse ray from a point should search surfaces that glow and openings, beside a sample
+  /// of them. It is 1 near surfaces that are large for their distance, of whose samples few count. Elsewhere it is
+  /// their area over that of a disc with the distance as radius, so that a sample brings no more than their mean
+  /// radiance over it.
   [[nodiscard]] double search_probability(const Vec3& from) const;
 
   /// The same as density() of a direction to the sky.
   [[nodiscard]] double density_of_sky(const Vec3& from, const Vec3& direction) const {
-    if (!openings_.empty()) return sky_share() * openings_.density(from, direction);
-    return sky_.empty() ? 0 : sky_share() * sky_.density(direction);
+    const double of_openings = share_of_openings(from);
+    double density = of_openings > 0 ? of_openings * openings_.density(from, direction) : 0;
+    if (!sky_.empty()) density += (1 - of_openings) * sky_.density(direction);
+    return density > 0 ? sky_share(from) * density : 0;
   }
 
   [[nodiscard]] std::uint64_t memory_bytes() const;
@@ -84,15 +84,22 @@ class Emitters {
   void add(const PrimitiveRef& primitive, double radiance, Lamps& lamps);
   [[nodiscard]] const Emitter* find(const PrimitiveRef& primitive) const;
   /// Probability that the sky is selected.
-  [[nodiscard]] double sky_share() const { return sky_.empty() && openings_.empty() ? 0 : emitters_.empty() ? 1 : 0.5; }
+  [[nodiscard]] double sky_share(const Vec3& from) const;
+  /// Probability that its openings are, if the sky is.
+  [[nodiscard]] double share_of_openings(const Vec3& from) const {
+    return openings_.empty() ? 0 : sky_.empty() ? 1 : openings_.contains(from) ? 0.5 : 0;
+  }
+  /// A direction to the sky and its density. Precondition: sky_share() is positive.
+  [[nodiscard]] Sample sample_sky(const Vec3& from, Vec2 xi) const;
 
   const GeometrySet* geometry_ = nullptr;
   std::vector<Emitter> emitters_;  ///< ascending by primitive
   LightTree tree_;                 ///< selects emitters
   double area_ = 0;
   Bounds bounds_;
-  SkyTable sky_;  ///< one of the two is empty
+  SkyTable sky_;
   SkyOpenings openings_;
+  LightTree lamp_of_openings_;
 };
 
 }  // namespace tracer

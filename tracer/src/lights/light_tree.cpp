@@ -49,14 +49,18 @@ std::uint32_t LightTree::add(std::span<const Lamp> lamps, std::span<std::uint32_
   return node;
 }
 
+double LightTree::irradiance(const Node& node, const Vec3& from) {
+  const Vec3 offset = node.center - from;
+  return node.power / std::max(dot(offset, offset), node.squared_radius);
+}
+
+double share_of(double power, double other) {
+  const double share = power / (power + other);
+  return share > 0 && share < 1 ? share : 0.5;
+}
+
 double LightTree::share_of_first(const Node& node, const Vec3& from) const {
-  const auto importance = [&](const Node& child) {
-    const Vec3 offset = child.center - from;
-    return child.power / std::max(dot(offset, offset), child.squared_radius);
-  };
-  const double first = importance(*(&node + 1)), second = importance(nodes_[node.second]);
-  const double share = first / (first + second);
-  return share > 0 && share < 1 ? share : 0.5;  // powers of very different size, or one of no extent at the point
+  return share_of(irradiance(*(&node + 1), from), irradiance(nodes_[node.second], from));
 }
 
 Selected LightTree::select(const Vec3& from, double xi) const {

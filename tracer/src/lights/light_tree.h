@@ -14,6 +14,10 @@
 
 namespace tracer {
 
+/// Probability in proportion to a power beside another; half if they are of very different size, or one of no extent at
+/// the point.
+double share_of(double power, double other);
+
 class LightTree {
  public:
   struct Lamp {
@@ -25,6 +29,8 @@ class LightTree {
   explicit LightTree(std::span<const Lamp> lamps);
 
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
+  /// Power of all lamps over the squared distance. Precondition: it is not empty.
+  [[nodiscard]] double irradiance(const Vec3& from) const { return irradiance(nodes_.front(), from); }
 
   /// A lamp for `xi` uniform in [0,1), and its probability at the point. Precondition: it is not empty.
   [[nodiscard]] Selected select(const Vec3& from, double xi) const;
@@ -45,6 +51,7 @@ class LightTree {
     std::uint32_t parent = 0;
   };
   std::uint32_t add(std::span<const Lamp> lamps, std::span<std::uint32_t> numbers, std::uint32_t parent);
+  static double irradiance(const Node& node, const Vec3& from);
   /// Probability of the first child.
   [[nodiscard]] double share_of_first(const Node& node, const Vec3& from) const;
 

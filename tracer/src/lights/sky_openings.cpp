@@ -47,18 +47,29 @@ void smooth(std::span<double> power) {
 
 SkyOpenings::SkyOpenings(const Bounds& box, std::span<const SkySighting> sightings) : box_(box) {
   std::vector<double> power(faces * cells_of_face);
-  for (const SkySighting& sighting : sightings)
-    if (contains(sighting.from)) power[exit(sighting.from, sighting.direction).cell] += sighting.power;
-  double sum = 0;
+  double weight = 0, radiance = 0, sum = 0;
+  for (const SkySighting& sighting : sightings) {
+    if (!contains(sighting.from)) continue;
+    power[exit(sighting.from, sighting.direction).cell] += sighting.radiance * sighting.weight;
+    radiance += sighting.radiance * sighting.weight;
+    weight += sighting.weight;
+  }
   for (std::size_t face = 0; face < faces; ++face)
     smooth(std::span(power).subspan(face * cells_of_face, cells_of_face));
   std::vector<double> row_ends;
   for (std::size_t cell = 0; cell < power.size(); ++cell) {
-    const double of_row = cell % cells_of_side == 0 ? 0 : power[cell - 1];
-    power[cell] += of_row;
-    if (cell % cells_of_side == cells_of_side - 1) row_ends.push_back(sum += power[cell]);
+    const std::size_t face = cell / cells_of_face, row = cell / cells_of_side % cells_of_side,
+                      column = cell % cells_of_side;
+    if (power[cell] > 0) {
+      area_ += cell_area(face);
+      for (const double end : {0.0, 1.0})
+        lamp_.bounds.include(point_of(face, static_cast<double>(column) + end, static_cast<double>(row) + end));
+    }
+    power[cell] += column == 0 ? 0 : power[cell - 1];
+    if (column == cells_of_side - 1) row_ends.push_back(sum += power[cell]);
   }
   if (!(sum > 0 && std::isfinite(sum))) return;
+  lamp_.power = radiance / weight * area_;
   row_ends_ = std::move(row_ends);
   column_ends_ = std::move(power);
 }
@@ -69,20 +80,23 @@ SkyOpenings::Sample SkyOpenings::sample(const Vec3& from, const Vec2& xi) const 
   const Selected column =
       select_interval(std::span(column_ends_).subspan(row.index * cells_of_side, cells_of_side), xi.x);
   const std::size_t face = row.index / cells_of_side;
-  const auto [u, v] = along(face);
-  const std::array<double, 3> low = components(box_.low), high = components(box_.high);
-  std::array<double, 3> to{};
-  to[face / 2] = face % 2 == 0 ? low[face / 2] : high[face / 2];
-  const auto place = [&](std::size_t axis, std::size_t number, double position) {
-    to[axis] = low[axis] + (high[axis] - low[axis]) * (static_cast<double>(number) + position) / cells_of_side;
-  };
-  place(u, column.index, column.position);
-  place(v, row.index % cells_of_side, row.position);
-  const Vec3 offset = Vec3{to[0], to[1], to[2]} - from;
+  const Vec3 offset = point_of(face, static_cast<double>(column.index) + column.position,
+                               static_cast<double>(row.index % cells_of_side) + row.position) -
+                      from;
   const double distance = length(offset);
   const Vec3 direction = offset / distance;
   const double cosine = std::abs(components(direction)[face / 2]);
   return {direction, row.probability * column.probability * distance * distance / (cosine * cell_area(face))};
+}
+
+Vec3 SkyOpenings::point_of(std::size_t face, double column, double row) const {
+  const std::array<double, 3> low = components(box_.low), high = components(box_.high);
+  std::array<double, 3> at{};
+  at[face / 2] = face % 2 == 0 ? low[face / 2] : high[face / 2];
+  const auto [u, v] = along(face);
+  at[u] = low[u] + (high[u] - low[u]) * column / cells_of_side;
+  at[v] = low[v] + (high[v] - low[v]) * row / cells_of_side;
+  return {at[0], at[1], at[2]};
 }
 
 double SkyOpenings::density(const Vec3& from, const Vec3& direction) const {
@@ -105,7 +119,7 @@ SkyOpenings::Exit SkyOpenings::exit(const Vec3& from, const Vec3& direction) con
   double distance = std::numeric_limits<double>::infinity();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double to_face = ((d[axis] > 0 ? high[axis] : low[axis]) - o[axis]) / d[axis];
-    if (!(to_face < distance)) continue;
+    if (d[axis] == 0 || !(to_face < distance)) continue;
     distance = to_face;
     face = 2 * axis + (d[axis] > 0 ? 1 : 0);
   }

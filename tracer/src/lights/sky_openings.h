@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "tracer/src/lights/light_tree.h"
 #include "tracer/src/math/affine.h"
 #include "tracer/src/math/vec.h"
 
@@ -17,7 +18,7 @@ namespace tracer {
 /// A ray from a surface that met the sky, and its share of the light that comes from there.
 struct SkySighting {
   Vec3 from, direction;
-  double power = 0;
+  double radiance = 0, weight = 0;  ///< their product is its power
 };
 
 class SkyOpenings {
@@ -27,6 +28,11 @@ class SkyOpenings {
   SkyOpenings(const Bounds& box, std::span<const SkySighting> sightings);
 
   [[nodiscard]] bool empty() const { return row_ends_.empty(); }
+  /// False where sample() finds nothing.
+  [[nodiscard]] bool contains(const Vec3& p) const;
+  /// A lamp of the size of all openings, with the mean radiance of the sky in them.
+  [[nodiscard]] const LightTree::Lamp& lamp() const { return lamp_; }
+  [[nodiscard]] double area() const { return area_; }
 
   struct Sample {
     Vec3 direction;      ///< unit
@@ -48,11 +54,14 @@ class SkyOpenings {
     std::size_t cell = 0;
     double distance = 0, cosine = 0;  ///< to the point, and at the face
   };
-  [[nodiscard]] bool contains(const Vec3& p) const;
   [[nodiscard]] Exit exit(const Vec3& from, const Vec3& direction) const;
   [[nodiscard]] double cell_area(std::size_t face) const;
+  /// A point of a face, in cells along its axes.
+  [[nodiscard]] Vec3 point_of(std::size_t face, double column, double row) const;
 
   Bounds box_;
+  LightTree::Lamp lamp_;
+  double area_ = 0;                  ///< total, in squared units of render space
   std::vector<double> row_ends_;     ///< sums of the powers of rows of cells, face by face
   std::vector<double> column_ends_;  ///< sums of the powers of the cells of each row
 };

@@ -57,6 +57,7 @@ SkyTable::SkyTable(const CompiledBackground& background) : grid_(background.grid
     for (std::size_t x = 0; x < columns; ++x) column_ends_.push_back(of_row += smooth[row * columns + x]);
     row_ends_.push_back(sum += of_row * cell_angle(row));
   }
+  irradiance_ = sum / static_cast<double>(across.texels * along.texels);
   if (!(sum > 0 && std::isfinite(sum))) *this = {};
 }
 
