@@ -54,21 +54,35 @@ TEST(GlobalLight, BetweenInfinitePlanesIsThatOfTheSeries) {
   }
 }
 
-/// The floor of a round room with a sky behind the hole in its ceiling, or a lamp in it.
-Mean under_window(const Color& light, bool is_lamp) {
+enum class Window { lamp, sky, environment };
+using Interreflection = Approximations::Interreflection;
+
+/// The floor of a round room with a lamp in the hole in its ceiling, or a sky behind it.
+Mean under(Window window, Interreflection by) {
+  const Color light{3, 2, 1};
   Scene scene = view_of({-1, 1, 0}, {1, -1, 1.5}, 64);
+  scene.accuracy.approximate.interreflection = by;
   scenes::add(scene, Cylinder{{0, 0, 0}, {0, 0, 3}, 2, false, {}}, surface(0.6));
   for (const double z : {0.0, 3.0})
     scenes::add(scene, Disc{{0, 0, z}, {0, 0, 1}, 2, z == 0 ? 0 : 0.8, {}}, surface(0.6));
-  if (is_lamp) scenes::add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 0.8, 0, {}}, scenes::glowing(light));
-  if (!is_lamp) scene.background.color = light;
+  if (window == Window::lamp) scenes::add(scene, Disc{{0, 0, 3}, {0, 0, 1}, 0.8, 0, {}}, scenes::glowing(light));
+  if (window == Window::sky) scene.background.color = light;
+  if (window == Window::environment) {
+    scene.textures = {Texture{CheckerTexture{{light, light}}, {8, 6}, {}, "/background/environment"}};
+    scene.background.environment = Environment{{}, 1};
+  }
   return radiance(scene);
 }
 
 TEST(GlobalLight, OfASkyBehindAWindowIsThatOfALampOfItsSize) {
-  const Mean sky = under_window({3, 2, 1}, false), lamp = under_window({3, 2, 1}, true);
-  EXPECT_NEAR(sky.value, lamp.value, 4 * std::hypot(sky.error, lamp.error));
-  EXPECT_LT(sky.error, 2 * lamp.error) << "and takes as many samples";
+  const Mean lamp = under(Window::lamp, Interreflection::exact);
+  for (const Window window : {Window::sky, Window::environment}) {
+    const Mean sky = under(window, Interreflection::exact);
+    EXPECT_NEAR(sky.value, lamp.value, 4 * std::hypot(sky.error, lamp.error));
+    EXPECT_LT(sky.error, 2 * lamp.error) << "and takes about as many samples";
+    for (const Interreflection by : {Interreflection::radiosity, Interreflection::gather})
+      EXPECT_NEAR(under(window, by).value, lamp.value, 0.01 * lamp.value) << "of patches without it";
+  }
 }
 
 TEST(GlobalLight, OfAGlowingSphereOverAPlaneHasAClosedForm) {

@@ -13,6 +13,7 @@
 #include "tracer/src/compile/scene_cache_entry.h"
 #include "tracer/src/compile/surface_rows.h"
 #include "tracer/src/parallel/parallel_for.h"
+#include "tracer/src/radiosity/smoothing.h"
 #include "tracer/src/sampling/pixel_sums.h"
 
 namespace tracer {
@@ -57,6 +58,21 @@ Stage next_stage(Stage stage, const AuditedError& error, double squared_share) {
   return stage;
 }
 
+PatchNeighbors neighbors_of(const PatchGrid& grid, const std::vector<std::vector<PatchPoint>>& points) {
+  constexpr std::array<std::array<int, 2>, 4> directions{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  PatchNeighbors neighbors(points.size());
+  for (std::uint32_t patch = 0; patch < neighbors.size(); ++patch) {
+    const PatchPoint& at = points[patch].front();
+    const Vec3 origin = offset_origin(at.point, at.outward, at.outward);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const auto [a, b] = directions[i];
+      neighbors[patch][i] = {grid.beside(at.object, origin, at.normal, a, b),
+                             grid.beside(at.object, origin, at.normal, -a, -b)};
+    }
+  }
+  return neighbors;
+}
+
 using Solved = Result<std::shared_ptr<const Radiosity>, Failure>;
 
 /// The light of patches that the cache has under the name, or that `build` returns as a Solved.
@@ -92,6 +108,10 @@ class RadiosityRefinement {
   Solved run() {
     std::shared_ptr<Radiosity> radiosity;
     if (!(surfaces_.per_line() > 0)) return Solved(radiosity);
+    constexpr double points = 8192;
+    const SkyOpenings openings =
+        find_sky_openings(scene_, surfaces_.points(points, 0, openings_stream), context_.control);
+    sample_sky_openings(scene_, openings);
     RadiosityAudit audit(scene_, surfaces_, squared_share_, context_.control);
     constexpr double unknown = std::numeric_limits<double>::infinity();
     std::array<double, 2> before{unknown, unknown};  // squared errors of the last two stages
@@ -117,7 +137,10 @@ class RadiosityRefinement {
       before = {before[1], error.squared};
       stage = next;
     }
-    if (radiosity) radiosity->figures = figures_;
+    if (radiosity) {
+      radiosity->figures = figures_;
+      radiosity->openings = openings;
+    }
     return Solved(radiosity);
   }
 
@@ -128,6 +151,7 @@ class RadiosityRefinement {
   static constexpr double stage_rays_min = 1 << 21;
   /// Part of a time budget for all stages.
   static constexpr double budget_share = 0.25;
+  static constexpr std::uint64_t openings_stream = 0x736b79;
 
   [[nodiscard]] double pixels() const { return static_cast<double>(scene_.image.width) * scene_.image.height; }
   [[nodiscard]] bool has_budget() const {
@@ -165,6 +189,8 @@ class RadiosityRefinement {
       figures.bound = std::max(figures.bound, solutions[half].bound);
       radiosity->by_half_the_rays[half] = std::move(solutions[half].values);
     }
+    if (!context_.control.cancelled())
+      smooth(radiosity->by_half_the_rays, neighbors_of(radiosity->patches, patches.points));
     const auto& [first, second] = radiosity->by_half_the_rays;
     for (std::size_t patch = 0; patch < std::min(first.size(), second.size()); ++patch)  // equal unless cancelled
       radiosity->arriving.push_back((first[patch] + second[patch]) * 0.5);
@@ -195,7 +221,11 @@ std::optional<Failure> solve_radiosity(CompiledScene& scene, const Bounds& finit
       cached(context, name_of_view(scene), [&] { return RadiosityRefinement(scene, region, context).run(); });
   if (!refined) return refined.error();
   scene.objects.radiosity = *refined;
-  if (*refined == nullptr) scene.cache_hits.radiosity = false;
+  if (*refined == nullptr) {
+    scene.cache_hits.radiosity = false;
+  } else if (scene.cache_hits.radiosity) {
+    sample_sky_openings(scene, (*refined)->openings);
+  }
   return std::nullopt;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tracer/compile.h"
+#include "tracer/src/lights/sky_openings.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/math/vec.h"
 
@@ -46,6 +47,12 @@ class PatchGrid {
     for (const Vec3& at : {position, moved(position, normal, 0.5 - xi.x, 0.5 - xi.y)})
       if (const std::uint32_t patch = find(key(object, at, normal)); patch != none) return patch;
     return none;
+  }
+
+  /// Patch of a place so many cells beside this one in the tangent plane; `none` where none is.
+  [[nodiscard]] std::uint32_t beside(std::uint32_t object, const Vec3& position, const Vec3& normal, int cells_a,
+                                     int cells_b) const {
+    return find(key(object, moved(position, normal, cells_a, cells_b), normal));
   }
 
   [[nodiscard]] std::size_t size() const { return patches_.size(); }
@@ -105,9 +112,10 @@ struct Radiosity {
   PatchGrid patches;
   std::vector<Color> arriving;                         ///< by patch
   std::array<std::vector<Color>, 2> by_half_the_rays;  ///< two independent solutions, of which this is the mean
+  SkyOpenings openings;                                ///< through them the sky is sampled, too
   RadiosityFigures figures;                            ///< in the cache of stages, rays of this stage alone
   [[nodiscard]] std::uint64_t memory_bytes() const {
-    return patches.memory_bytes() + 3 * arriving.capacity() * sizeof(Color);
+    return patches.memory_bytes() + openings.memory_bytes() + 3 * arriving.capacity() * sizeof(Color);
   }
 };
 
