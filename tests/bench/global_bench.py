@@ -46,9 +46,6 @@ class Program(sweeps.Contender):
     def __init__(self, name, program, curves, idle_setting, scene, directory, references, rounds):
         places = [directory / name.replace(" ", "_"), directory / name.replace(" ", "_") / "few_pixels"]
         places[1].mkdir(parents=True)
-        for place in places:
-            for sky in directory.glob("sky.hdr"):
-                shutil.copy(sky, place)
         few = {**scene, "image": dict(zip(("width", "height"), sweeps.FEW_PIXELS))}
         self.name, self.reached = name, []
         super().__init__(curves, program(scene, places[0]).run, lambda: program(few, places[1]).run(idle_setting), references,
@@ -66,11 +63,11 @@ def independent_images(run, setting):
 
 
 def document(name, directory):
-    """The document of an interior, with its sky in the directory; else that of scenes/."""
+    """The document of an interior, whose sky is written into the directory; else that of scenes/."""
     if name not in interiors.INTERIORS:
         return json.loads((SOURCE / f"scenes/{name}.json").read_text())
     interiors.write_sky(directory / "sky.hdr")
-    return interiors.INTERIORS[name]()
+    return {**interiors.INTERIORS[name](), "textures": {"sky": {"file": str(directory / "sky.hdr")}}}
 
 
 def programs_to_run(words, scene, *arguments):

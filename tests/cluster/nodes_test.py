@@ -64,7 +64,7 @@ class RolesTest(unittest.TestCase):
             with Stream(node, f"/v1/jobs/{job}/events", seen[0]["id"]) as stream:
                 rest = [(event["id"], event["data"]["state"]) for event in stream.events() if event["event"] != "progress"]
             self.assertEqual([state for _, state in rest], ["running", "succeeded"][-len(rest):])
-        with Stream(self.other, "/v1/events", seen[0]["id"]) as stream:  # a job that has ended may be told before its event
+        with Stream(self.other, "/v1/events", seen[0]["id"]) as stream:  # the stream of an ended job may precede its event
             end = stream.until(lambda event: event["data"].get("id") == job and event["event"] == "done")[-1]["id"]
         after = self.one.submit(SMALL)
         self.one.wait_for_end(after)

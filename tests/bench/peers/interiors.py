@@ -1,6 +1,6 @@
 """Interiors of triangles with Lambert's reflection, lit by windows and lamps: what Cycles renders as well (cycles_scene.py).
 
-The z axis points up and a unit is a meter. An environment is written beside the scene, as a file of Radiance's format.
+The z axis points up and a unit is a meter.
 """
 import math
 
@@ -93,9 +93,8 @@ def attic():
 
 
 def sunny_room():
-    made = living_room({"environment": "sky", "up": [0, 0, 1]})
-    made["textures"] = {"sky": {"file": "sky.hdr"}}
-    return made
+    """The texture `sky` is that of write_sky()."""
+    return living_room({"environment": "sky", "up": [0, 0, 1]})
 
 
 INTERIORS = {"window": living_room, "living_room": lambda: living_room(1, ball("lamp", [1, 3.4, 1.6], 0.12)), "hall": hall,

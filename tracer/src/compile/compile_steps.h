@@ -41,7 +41,8 @@ std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderC
 
 /// Finds the parts of the sky that are seen from the points. None if they see most of it, or nothing. Runs on the
 /// calling thread's oneTBB arena; incomplete after cancellation. Throws std::bad_alloc.
-SkyOpenings find_sky_openings(const CompiledScene& scene, std::vector<PatchPoint> points, const RenderControl& control);
+SkyOpenings find_sky_openings(const CompiledScene& scene, const std::vector<PatchPoint>& points,
+                              const RenderControl& control);
 
 /// From now on rays toward emitters meet the openings, too. Precondition: the accelerator and the background are set.
 void sample_sky_openings(CompiledScene& scene, const SkyOpenings& openings);

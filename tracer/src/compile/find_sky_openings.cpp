@@ -1,6 +1,7 @@
 // The openings through which surfaces see the sky.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -63,24 +64,14 @@ std::vector<PatchPoint> points_on_paths(const CompiledScene& scene, RayQueue& ra
   return points;
 }
 
-/// The values of `make(number)` for all numbers below `count`, one after another. None after cancellation.
-template <class T, class Make>
-std::vector<T> joined(std::size_t count, const RenderControl& control, const Make& make) {
-  std::vector<std::vector<T>> parts(count);
-  for_each_tile(count, 0, [&](std::uint64_t number) {
-    if (!control.cancelled()) parts[number] = make(number);
-  });
-  std::vector<T> all;
-  for (const std::vector<T>& part : parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
 /// The rays from the points that meet the sky. `direction_of(point, xi)` aims them.
 template <class DirectionOf>
 std::vector<Sighting> look_out(const CompiledScene& scene, const std::vector<PatchPoint>& points, std::uint64_t key,
                                const RenderControl& control, const DirectionOf& direction_of) {
   const std::size_t blocks = (points.size() + block_of_points - 1) / block_of_points;
-  return joined<Sighting>(blocks, control, [&](std::uint64_t block) {
+  return values_of_tiles<Sighting>(blocks, [&](std::uint64_t block) {
+    std::vector<Sighting> seen;
+    if (control.cancelled()) return seen;
     RayQueue rays;
     const std::size_t first = block * block_of_points;
     for (std::size_t i = first; i < std::min(first + block_of_points, points.size()); ++i)
@@ -91,26 +82,10 @@ std::vector<Sighting> look_out(const CompiledScene& scene, const std::vector<Pat
       }
     Hits hits;
     scene.accelerator->intersect(rays.span(), hits.resize_to_fit(rays.size()), Coherence::incoherent);
-    std::vector<Sighting> seen;
     for (std::size_t i = 0; i < rays.size(); ++i)
       if (!hits.primitive[i].hit()) seen.push_back({rays.sample(i), rays.direction(i)});
     return seen;
   });
-}
-
-/// Leaves out the points outside, and what is seen from there.
-void keep_inside(std::vector<PatchPoint>& points, std::vector<Sighting>& sightings) {
-  std::vector<std::uint32_t> seen(points.size()), number(points.size());
-  for (const Sighting& sighting : sightings) ++seen[sighting.point];
-  const auto outside = [&](const Sighting& sighting) { return seen[sighting.point] > seen_outside * rays_of_point; };
-  std::erase_if(sightings, outside);
-  std::uint32_t kept = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    number[i] = kept;
-    if (seen[i] <= seen_outside * rays_of_point) points[kept++] = points[i];
-  }
-  points.resize(kept);
-  for (Sighting& sighting : sightings) sighting.point = number[sighting.point];
 }
 
 /// Openings at which the sightings have the power of their radiance, weighted by the balance heuristic between rays
@@ -137,9 +112,9 @@ std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderC
       static_cast<std::uint32_t>(std::clamp(std::sqrt(pixels) / 8, 1.0 * view_side_min, 1.0 * view_side_max));
   const auto across = static_cast<double>(scene.image.width) / side,
              down = static_cast<double>(scene.image.height) / side;
-  return joined<PatchPoint>(side, control, [&](std::uint64_t row) {
+  return values_of_tiles<PatchPoint>(side, [&](std::uint64_t row) {
     RayQueue rays;
-    for (std::uint32_t x = 0; x < side; ++x) {
+    for (std::uint32_t x = 0; x < side && !control.cancelled(); ++x) {
       const CompiledCamera::CameraRay ray =
           scene.camera.generate_ray((x + 0.5) * across, (static_cast<double>(row) + 0.5) * down);
       rays.push(ray.origin, ray.direction, {}, static_cast<std::uint32_t>(row) * side + x, {}, 0, 0);
@@ -148,19 +123,27 @@ std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderC
   });
 }
 
-SkyOpenings find_sky_openings(const CompiledScene& scene, std::vector<PatchPoint> points,
+SkyOpenings find_sky_openings(const CompiledScene& scene, const std::vector<PatchPoint>& points,
                               const RenderControl& control) {
-  const Color* const plain = scene.background->plain();
-  if (plain != nullptr && is_black(*plain)) return {};
+  if (const Color* const plain = scene.background->plain(); plain != nullptr && is_black(*plain)) return {};
   const std::uint64_t key = mix(scene.accuracy.seed ^ ~openings_key);
   std::vector<Sighting> seen = look_out(scene, points, key, control, [](const PatchPoint& at, const Vec2& xi) {
     return diffuse_direction(at.normal, xi);
   });
-  keep_inside(points, seen);
-  const double share = static_cast<double>(seen.size()) / (static_cast<double>(points.size()) * rays_of_point);
-  if (control.cancelled() || !(share > 0 && share < seen_inside)) return {};
+  std::vector<std::uint32_t> counts(points.size());
+  for (const Sighting& sighting : seen) ++counts[sighting.point];
+  const auto is_outside = [&](std::uint32_t point) { return counts[point] > seen_outside * rays_of_point; };
+  const auto from_outside = [&](const Sighting& sighting) { return is_outside(sighting.point); };
+  std::erase_if(seen, from_outside);
   Bounds box;
-  for (const PatchPoint& at : points) box.include(origin_at(at));
+  std::size_t inside = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (is_outside(i)) continue;
+    ++inside;
+    box.include(origin_at(points[i]));
+  }
+  const double share = static_cast<double>(seen.size()) / (static_cast<double>(inside) * rays_of_point);
+  if (control.cancelled() || !(share > 0 && share < seen_inside)) return {};
   const Vec3 margin = (box.high - box.low) * 0x1p-10;  // points on a wall are within the box
   box = {box.low - margin, box.high + margin};
   const SkyOpenings first = openings_at(scene, box, points, seen, {});
@@ -168,7 +151,7 @@ SkyOpenings find_sky_openings(const CompiledScene& scene, std::vector<PatchPoint
   const auto more = look_out(scene, points, ~key, control, [&](const PatchPoint& at, const Vec2& xi) {
     return first.sample(origin_at(at), xi).direction;
   });
-  seen.insert(seen.end(), more.begin(), more.end());
+  std::ranges::remove_copy_if(more, std::back_inserter(seen), from_outside);
   return openings_at(scene, box, points, seen, first);
 }
 

@@ -56,11 +56,12 @@ template <class T, class Select>
 std::vector<T> PatchPoints::from_lines(std::uint32_t lines, std::uint64_t stream, const Select& select) const {
   constexpr int hits_of_line_max = 64;
   const std::uint64_t key = mix(scene_.accuracy.seed ^ stream ^ 0x7261646961746573u);
-  std::vector<std::vector<T>> selected((lines + block_of_rays - 1) / block_of_rays);
+  const std::uint64_t blocks = (lines + block_of_rays - 1) / block_of_rays;
   std::atomic<std::size_t> done{0};
   control_.begin_build_step();
-  for_each_tile(selected.size(), 0, [&](std::uint64_t number) {
-    if (control_.cancelled()) return;
+  return values_of_tiles<T>(blocks, [&](std::uint64_t number) {
+    std::vector<T> selected;
+    if (control_.cancelled()) return selected;
     std::vector<LineHit> found;
     RayQueue rays, next;
     const auto first = static_cast<std::uint32_t>(number * block_of_rays);
@@ -86,19 +87,10 @@ std::vector<T> PatchPoints::from_lines(std::uint32_t lines, std::uint64_t stream
       std::swap(rays, next);
     }
     std::stable_sort(found.begin(), found.end(), [](const LineHit& a, const LineHit& b) { return a.line < b.line; });
-    selected[number] = select(found);
-    control_.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(selected.size()));
+    selected = select(found);
+    control_.reach_in_build_step(static_cast<double>(++done) / static_cast<double>(blocks));
+    return selected;
   });
-  std::size_t count = 0;
-  for (const std::vector<T>& some : selected) count += some.size();
-  std::vector<T> all;
-  all.reserve(count);
-  for (std::vector<T>& some : selected) {
-    if (control_.cancelled()) break;
-    all.insert(all.end(), some.begin(), some.end());
-    some = {};
-  }
-  return all;
 }
 
 std::vector<PatchPoints::Walker> PatchPoints::light_sources(const std::vector<LineHit>& hits) {

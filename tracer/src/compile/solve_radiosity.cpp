@@ -59,16 +59,13 @@ Stage next_stage(Stage stage, const AuditedError& error, double squared_share) {
 }
 
 PatchNeighbors neighbors_of(const PatchGrid& grid, const std::vector<std::vector<PatchPoint>>& points) {
-  constexpr std::array<std::array<int, 2>, 4> directions{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  PatchNeighbors neighbors(points.size());
-  for (std::uint32_t patch = 0; patch < neighbors.size(); ++patch) {
-    const PatchPoint& at = points[patch].front();
+  PatchNeighbors neighbors;
+  for (const std::vector<PatchPoint>& of_patch : points) {
+    const PatchPoint& at = of_patch.front();
     const Vec3 origin = offset_origin(at.point, at.outward, at.outward);
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-      const auto [a, b] = directions[i];
-      neighbors[patch][i] = {grid.beside(at.object, origin, at.normal, a, b),
-                             grid.beside(at.object, origin, at.normal, -a, -b)};
-    }
+    const auto beside = [&](int a, int b) { return grid.beside(at.object, origin, at.normal, a, b); };
+    const auto pair = [&](int a, int b) { return std::array{beside(a, b), beside(-a, -b)}; };
+    neighbors.push_back({pair(1, 0), pair(0, 1), pair(1, 1), pair(1, -1)});
   }
   return neighbors;
 }
@@ -108,9 +105,7 @@ class RadiosityRefinement {
   Solved run() {
     std::shared_ptr<Radiosity> radiosity;
     if (!(surfaces_.per_line() > 0)) return Solved(radiosity);
-    constexpr double points = 8192;
-    const SkyOpenings openings =
-        find_sky_openings(scene_, surfaces_.points(points, 0, openings_stream), context_.control);
+    const SkyOpenings openings = find_sky_openings(scene_, surfaces_.points(1 << 13, 0, 1), context_.control);
     sample_sky_openings(scene_, openings);
     RadiosityAudit audit(scene_, surfaces_, squared_share_, context_.control);
     constexpr double unknown = std::numeric_limits<double>::infinity();
@@ -137,10 +132,9 @@ class RadiosityRefinement {
       before = {before[1], error.squared};
       stage = next;
     }
-    if (radiosity) {
-      radiosity->figures = figures_;
-      radiosity->openings = openings;
-    }
+    if (!radiosity) return Solved(radiosity);
+    radiosity->figures = figures_;
+    radiosity->openings = openings;
     return Solved(radiosity);
   }
 
@@ -151,7 +145,6 @@ class RadiosityRefinement {
   static constexpr double stage_rays_min = 1 << 21;
   /// Part of a time budget for all stages.
   static constexpr double budget_share = 0.25;
-  static constexpr std::uint64_t openings_stream = 0x736b79;
 
   [[nodiscard]] double pixels() const { return static_cast<double>(scene_.image.width) * scene_.image.height; }
   [[nodiscard]] bool has_budget() const {
@@ -221,11 +214,8 @@ std::optional<Failure> solve_radiosity(CompiledScene& scene, const Bounds& finit
       cached(context, name_of_view(scene), [&] { return RadiosityRefinement(scene, region, context).run(); });
   if (!refined) return refined.error();
   scene.objects.radiosity = *refined;
-  if (*refined == nullptr) {
-    scene.cache_hits.radiosity = false;
-  } else if (scene.cache_hits.radiosity) {
-    sample_sky_openings(scene, (*refined)->openings);
-  }
+  if (*refined == nullptr) scene.cache_hits.radiosity = false;
+  if (scene.cache_hits.radiosity) sample_sky_openings(scene, (*refined)->openings);
   return std::nullopt;
 }
 

@@ -14,8 +14,7 @@
 
 namespace tracer {
 
-/// Probability in proportion to a power beside another; half if they are of very different size, or one of no extent at
-/// the point.
+/// Probability in proportion to a power beside another; half if it is not between 0 and 1, by rounding or infinities.
 double share_of(double power, double other);
 
 class LightTree {

@@ -62,8 +62,7 @@ SkyOpenings::SkyOpenings(const Bounds& box, std::span<const SkySighting> sightin
                       column = cell % cells_of_side;
     if (power[cell] > 0) {
       area_ += cell_area(face);
-      for (const double end : {0.0, 1.0})
-        lamp_.bounds.include(point_of(face, static_cast<double>(column) + end, static_cast<double>(row) + end));
+      lamp_.bounds.include(point_of(face, static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5));
     }
     power[cell] += column == 0 ? 0 : power[cell - 1];
     if (column == cells_of_side - 1) row_ends.push_back(sum += power[cell]);

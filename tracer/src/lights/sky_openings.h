@@ -30,7 +30,7 @@ class SkyOpenings {
   [[nodiscard]] bool empty() const { return row_ends_.empty(); }
   /// False where sample() finds nothing.
   [[nodiscard]] bool contains(const Vec3& p) const;
-  /// A lamp of the size of all openings, with the mean radiance of the sky in them.
+  /// A lamp around the centers of all cells, with the mean radiance of the sky in them.
   [[nodiscard]] const LightTree::Lamp& lamp() const { return lamp_; }
   [[nodiscard]] double area() const { return area_; }
 

@@ -32,12 +32,13 @@ SkyTable::SkyTable(const CompiledBackground& background) : grid_(background.grid
   const Division across(grid_.columns, columns_max), along(grid_.rows, rows_max);
   const std::size_t columns = across.cells, rows = along.cells;
   std::vector<double> radiance(columns * rows), smooth(columns * rows);
+  const double share = 1 / static_cast<double>(across.texels * along.texels);
   for_each_tile(rows, 0, [&](std::uint64_t row) {
     for (std::size_t i = 0; i < columns * across.texels * along.texels; ++i) {
       const std::size_t x = i % (columns * across.texels), y = row * along.texels + i / (columns * across.texels);
       const Vec2 uv{(static_cast<double>(x) + 0.5) / static_cast<double>(columns * across.texels),
                     (static_cast<double>(y) + 0.5) / static_cast<double>(rows * along.texels)};
-      radiance[row * columns + x / across.texels] += max_component(background.radiance_at(uv));
+      radiance[row * columns + x / across.texels] += share * max_component(background.radiance_at(uv));
     }
   });
   for_each_tile(rows, 0, [&](std::uint64_t row) {
@@ -57,7 +58,6 @@ SkyTable::SkyTable(const CompiledBackground& background) : grid_(background.grid
     for (std::size_t x = 0; x < columns; ++x) column_ends_.push_back(of_row += smooth[row * columns + x]);
     row_ends_.push_back(sum += of_row * cell_angle(row));
   }
-  irradiance_ = sum / static_cast<double>(across.texels * along.texels);
   if (!(sum > 0 && std::isfinite(sum))) *this = {};
 }
 

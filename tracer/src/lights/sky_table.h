@@ -18,7 +18,7 @@ class SkyTable {
 
   [[nodiscard]] bool empty() const { return row_ends_.empty(); }
   /// Radiance integrated over all directions. Precondition: it is not empty.
-  [[nodiscard]] double irradiance() const { return irradiance_; }
+  [[nodiscard]] double irradiance() const { return row_ends_.back(); }
 
   struct Sample {
     Vec3 direction;  ///< unit
@@ -38,7 +38,6 @@ class SkyTable {
 
   CompiledBackground::DirectionGrid grid_;  ///< its columns and rows are those of the table
   std::size_t columns_ = 0;
-  double irradiance_ = 0;
   std::vector<double> sines_;        ///< for the latitudes at which rows begin and the last ends
   std::vector<double> row_ends_;     ///< sums of the powers of rows
   std::vector<double> column_ends_;  ///< sums of the powers of the cells of each row

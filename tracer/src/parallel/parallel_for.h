@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace tracer {
 
@@ -16,5 +17,18 @@ std::uint32_t concurrency(std::uint32_t threads);
 /// tile stop the rest and are thrown here. Each call has the default floating-point arithmetic, whatever the thread
 /// had.
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const std::function<void(std::uint64_t)>& tile);
+
+/// The values of the vectors that make(i) returns for every i in [0, count), in this order; calls as for_each_tile().
+template <class T, class Make>
+std::vector<T> values_of_tiles(std::uint64_t count, const Make& make) {
+  std::vector<std::vector<T>> parts(count);
+  for_each_tile(count, 0, [&](std::uint64_t number) { parts[number] = make(number); });
+  std::vector<T> all;
+  for (std::vector<T>& part : parts) {
+    all.insert(all.end(), part.begin(), part.end());
+    part = {};
+  }
+  return all;
+}
 
 }  // namespace tracer

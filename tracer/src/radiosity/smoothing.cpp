@@ -11,11 +11,10 @@ namespace {
 PatchNeighbors doubled(const PatchNeighbors& near) {
   PatchNeighbors far(near.size());
   for (std::size_t patch = 0; patch < near.size(); ++patch)
-    for (std::size_t i = 0; i < far[patch].size(); ++i)
-      for (std::size_t side = 0; side < 2; ++side) {
-        const std::uint32_t next = near[patch][i][side];
-        far[patch][i][side] = next == PatchGrid::none ? next : near[next][i][side];
-      }
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::uint32_t next = near[patch][i / 2][i % 2];
+      far[patch][i / 2][i % 2] = next == PatchGrid::none ? next : near[next][i / 2][i % 2];
+    }
   return far;
 }
 
@@ -39,17 +38,16 @@ std::vector<T> filtered(const std::vector<T>& values, const PatchNeighbors& neig
 }  // namespace
 
 void smooth(std::array<std::vector<Color>, 2>& solutions, const PatchNeighbors& beside) {
-  constexpr int widths = 5;
   const std::array<std::vector<Color>, 2> raw = solutions;
   std::array<std::vector<Color>, 2> wider = raw;
   std::vector<double> least(beside.size(), std::numeric_limits<double>::infinity());
   PatchNeighbors neighbors = beside;
-  for (int width = 0; width < widths; ++width) {
+  for (int width = 0; width < 5; ++width) {
     std::vector<double> error(beside.size());
     for (std::size_t patch = 0; patch < error.size(); ++patch)
       for (std::size_t half = 0; half < 2; ++half) {
-        const Color apart = wider[half][patch] + raw[1 - half][patch] * -1.0, squared = apart * apart;
-        error[patch] += squared.r + squared.g + squared.b;
+        const Color apart = wider[half][patch] + raw[1 - half][patch] * -1.0;
+        error[patch] += apart.r * apart.r + apart.g * apart.g + apart.b * apart.b;
       }
     error = filtered(filtered(error, beside), doubled(beside));
     for (std::size_t patch = 0; patch < error.size(); ++patch) {
