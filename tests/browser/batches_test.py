@@ -1,8 +1,6 @@
 """Batches: the list, a new sweep, the contact sheet by axes, the animation, failed jobs, cancel and remove."""
 import itertools
 import json
-import pathlib
-import tempfile
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
@@ -11,6 +9,7 @@ from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.animation_test import frames
 from tests.http.daemon import json_of, scene, wait_until
 from tests.support.images import read_png
+from tests.support.whittle import temporary_directory
 
 LATER = {"run_after": "2099-01-01T00:00:00Z", "cache": "off"}
 
@@ -91,7 +90,7 @@ class Batches(BrowserTest):
 
     def test_plays_and_downloads_the_animation(self):
         """Acceptance tests 39 and 40 through the page; images of two sizes are refused in words."""
-        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        directory = temporary_directory(self)
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
         batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
         self.open(f"#/batches/{batch_id}")

@@ -1,10 +1,7 @@
 """Compare: numbers against the command line, modes, links, the way there."""
 import hashlib
 import json
-import pathlib
 import re
-import subprocess
-import tempfile
 
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
@@ -13,7 +10,7 @@ from selenium.webdriver.common.keys import Keys
 from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_png
-from tests.support.whittle import BIN
+from tests.support.whittle import temporary_directory, whittle
 
 
 class Compare(BrowserTest):
@@ -24,13 +21,11 @@ class Compare(BrowserTest):
 
     def by_command(self, first, second, name="image.png"):
         """`whittle diff --json` of the files of two jobs."""
-        with tempfile.TemporaryDirectory() as directory:
-            paths = []
-            for index, job in enumerate((first, second)):
-                paths.append(pathlib.Path(directory, f"{index}-{name}"))
-                paths[-1].write_bytes(self.daemon.get(f"/v1/jobs/{job}/{name}").body)
-            done = subprocess.run([BIN / "whittle", "diff", *paths, "--json"], check=False, capture_output=True, text=True)
-        return json.loads(done.stdout)
+        paths = []
+        for job in (first, second):
+            paths.append(temporary_directory(self) / name)
+            paths[-1].write_bytes(self.daemon.get(f"/v1/jobs/{job}/{name}").body)
+        return json.loads(whittle("diff", *paths, "--json").stdout)
 
     def figures(self):
         """{RMS, bias, PSNR} as the page computed them."""
@@ -86,13 +81,12 @@ class Compare(BrowserTest):
         """A reference by its hash: uploaded once, linear images are shown as sRGB."""
         job, other = self.rendered(name="tried"), self.rendered(name="reference", ambient=0.2, output={"formats": ["png", "exr"]})
         for name in ("image.png", "image.exr"):
-            with tempfile.TemporaryDirectory() as directory:
-                path = pathlib.Path(directory, name)
-                path.write_bytes(self.daemon.get(f"/v1/jobs/{other}/{name}").body)
-                self.open(f"#/compare?a={job}")
-                self.browser.one("input[type=file]").send_keys(str(path))
-                sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-                self.browser.until(lambda sha256=sha256: f"b={sha256}" in self.browser.current_url, "the hash in the address")
+            path = temporary_directory(self) / name
+            path.write_bytes(self.daemon.get(f"/v1/jobs/{other}/{name}").body)
+            self.open(f"#/compare?a={job}")
+            self.browser.one("input[type=file]").send_keys(str(path))
+            sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+            self.browser.until(lambda sha256=sha256: f"b={sha256}" in self.browser.current_url, "the hash in the address")
             expected = json_of(self.daemon.request("POST", "/v1/compare", {"a": job, "b": sha256}))
             self.assert_shows(expected)
             self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")

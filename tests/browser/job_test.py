@@ -1,12 +1,10 @@
 """The page of a job: progress, error account, heat map, layers of EXR files, actions."""
 import json
 import os
-import pathlib
 import random
 import re
 import subprocess
 import sys
-import tempfile
 import time
 import urllib.request
 
@@ -18,7 +16,7 @@ from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_exr_channels, read_png
 from tests.support.sources import SOURCE, text
-from tests.support.whittle import BIN
+from tests.support.whittle import BIN, temporary_directory
 
 
 def example(name, **changes):
@@ -239,13 +237,14 @@ class Life(JobPage):
         with urllib.request.urlopen(self.address(f"v1/jobs/{job['id']}/image.png")) as reply:
             image = reply.read()
         for name, program in (("curl", ["bash"]), ("Python", [sys.executable]), ("whittle command", ["bash"])):
-            with self.subTest(name), tempfile.TemporaryDirectory() as directory:
+            with self.subTest(name):
                 self.browser.execute_script("window.copied = ''")
                 self.browser.button(f"Copy as {name}").click()
                 command = self.browser.until(lambda: self.browser.execute_script("return window.copied"), "the command")
+                directory = temporary_directory(self)
                 subprocess.run(program, input=command, text=True, check=True, cwd=directory,
                                env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})
-                self.assertEqual(pathlib.Path(directory, "image.png").read_bytes(), image)
+                self.assertEqual((directory / "image.png").read_bytes(), image)
 
 
 del JobPage  # only its subclasses have tests

@@ -1,8 +1,6 @@
 """The queue: rows, filters, selection, events, lost connections, keys of users."""
 import json
-import pathlib
 import signal
-import tempfile
 import time
 import unittest
 
@@ -12,6 +10,7 @@ from selenium.webdriver.common.keys import Keys
 from tests.browser.browser import SCRIPTS, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene, wait_until
 from tests.http.keys_test import new_key
+from tests.support.whittle import temporary_directory
 
 LATER = {"run_after": "2099-01-01T00:00:00Z"}
 
@@ -252,7 +251,7 @@ class ApiKeys(unittest.TestCase):
     """Acceptance tests 9 and 10."""
 
     def setUp(self):
-        self.file = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / "keys"
+        self.file = temporary_directory(self) / "keys"
         self.keys = {}
         for name, scopes in (("ann", "jobs:read,jobs:write"), ("bob", "jobs:read")):
             self.keys[name] = new_key(self.file, name, scopes)
@@ -315,7 +314,7 @@ class ApiKeys(unittest.TestCase):
 
     def test_are_not_needed_by_the_browser_to_save_a_large_file(self):
         """The page gets a ticket for it, and the file is never in its memory."""
-        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        directory = temporary_directory(self)
         output = {"formats": ["png", "exr"], "layers": ["depth", "normal", "albedo", "object_id"], "half": False}
         batch = self.submitted("/v1/batches", {"name": "large", "scene": scene(1200, 900, output=output), "frames": [{"ambient": index / 10} for index in range(4)]})
         headers = {"Authorization": f"Bearer {self.keys['bob']}"}

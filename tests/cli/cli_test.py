@@ -6,14 +6,13 @@ import pty
 import re
 import signal
 import subprocess
-import tempfile
 import unittest
 
 import numpy
 
 from tests.http.daemon import Daemon
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, temporary_directory, whittle
 
 ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
 
@@ -227,8 +226,7 @@ class Check(unittest.TestCase):
         lines = done.stdout.decode().splitlines()
         self.assertEqual([line for line in lines if line.startswith("warning ")],
                          ["warning #/camera/fov radians angles are in degrees, got 0.7: is it in radians?"])
-        with tempfile.TemporaryDirectory() as directory:
-            done = whittle("render", "-", "-o", directory + "/image.png", document=document)
+        done = whittle("render", "-", "-o", temporary_directory(self) / "image.png", document=document)
         self.assertEqual(done.returncode, 0)
         self.assertIn(b"warning #/camera/fov radians ", done.stderr)
 

@@ -1,14 +1,12 @@
 """whittle diff: metrics compared with numpy, formats, exit codes and invalid files."""
 import json
 import math
-import pathlib
-import tempfile
 import unittest
 
 import numpy
 
 from tests.support import images
-from tests.support.whittle import BIN, SOURCE, DirectoryTest, scene, succeeded, whittle
+from tests.support.whittle import BIN, SOURCE, DirectoryTest, scene, succeeded, temporary_directory, whittle
 
 CORPUS = BIN.parent / "corpus" / "image"
 
@@ -18,7 +16,7 @@ class Diff(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         kinds = ("png", "16.png", "exr", "hdr", "jpg", "webp", "tiff")
         for name, samples in (("few", 1), ("many", 36)):
             document = scene("whitted", image={"width": 64, "height": 48}, accuracy={"samples": [samples, samples]})

@@ -7,13 +7,12 @@ import pty
 import re
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 import xml.etree.ElementTree
 
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, temporary_directory, whittle
 
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
@@ -35,7 +34,7 @@ class Measure(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         cls.done = succeeded(whittle("measure", "-", "-o", cls.directory / "out", *TINY, document=scene("tiny")))
         cls.result = json.loads((cls.directory / "out.json").read_text(encoding="utf-8"))
 

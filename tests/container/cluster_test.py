@@ -1,10 +1,8 @@
 """The nodes of docker/compose.yaml: the preparations in its first lines and then the commands of server/README.md, as they stand, with podman
 and docker-compose in place of docker."""
 import collections
-import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
 from tests.container import images, machine
@@ -15,6 +13,7 @@ from tests.docs.documents import blocks
 from tests.http.daemon import json_of
 from tests.support.images import read_png
 from tests.support.sources import SOURCE, text
+from tests.support.whittle import temporary_directory
 
 (COMMANDS,) = [block.code for block in blocks("server/README.md", "console") if "--profile cluster" in block.code]
 PREPARATIONS = [line[4:] for line in re.findall(r"^#   .*", text("docker/compose.yaml"), re.MULTILINE) if "docker compose" not in line]
@@ -27,7 +26,7 @@ class ClusterOfTheReadme(unittest.TestCase):
         images.database()
         if reason := machine.why_no_networks() or machine.why_no("docker-compose", "openssl"):
             raise unittest.SkipTest(f"Compose joins services by a network: {reason}")
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         compose = Compose(cls.directory)
         cls.addClassCleanup(compose.down)
         for name in ("api", "scenes"):

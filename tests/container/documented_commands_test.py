@@ -1,8 +1,6 @@
 """The container commands of server/README.md, with podman in place of docker."""
-import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
 from tests.container import images, machine
@@ -10,6 +8,7 @@ from tests.container.container import Container, Running
 from tests.container.engine import attempt, podman, podman_environment
 from tests.docs.documents import blocks
 from tests.http.daemon import json_of, scene
+from tests.support.whittle import temporary_directory
 
 CONSOLE = [block.code for block in blocks("server/README.md", "console")]
 COMMANDS = [code for code in CONSOLE if "docker run" in code]
@@ -22,7 +21,7 @@ class ContainerCommands(unittest.TestCase):
         images.whittle()
         if reason := machine.why_no_networks():
             raise unittest.SkipTest(f"they open a port: {reason}")
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle")
         cls.addClassCleanup(attempt, "rm", "--force", "--time", "0", "whittle")
         start, maintenance = COMMANDS

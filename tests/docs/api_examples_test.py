@@ -3,16 +3,15 @@ import hashlib
 import html
 import json
 import os
-import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
 from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene
 from tests.http.webhooks_test import SECRET_TEXT, Receiver
 from tests.support.sources import SOURCE
+from tests.support.whittle import temporary_directory
 
 FORMATS = ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]
 TEXTURE = SOURCE / "scenes/assets/tile.png"
@@ -23,7 +22,7 @@ ENDLESS = "getEvents"
 class ApiExamples(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         (cls.directory / "secret").write_text(SECRET_TEXT, encoding="ascii")
         (cls.directory / "scene.json").write_text(json.dumps(scene()), encoding="utf-8")
         (cls.directory / "texture.png").write_bytes(TEXTURE.read_bytes())

@@ -1,10 +1,8 @@
 """Every command in the documents runs and has the documented effect."""
 import json
 import os
-import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
 from tests.docs.documents import PAGES, blocks
@@ -12,6 +10,7 @@ from tests.http.daemon import BIN, Daemon
 from tests.support import images
 from tests.support.postgres import ACCOUNT, PostgresServer
 from tests.support.sources import SOURCE, text
+from tests.support.whittle import temporary_directory
 
 
 def setUpModule():
@@ -29,7 +28,7 @@ class Page(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         for name in ("api", "docker", "scenes", "server", "tests"):
             (cls.directory / name).symlink_to(SOURCE / name)
         (cls.directory / "build" / "release").mkdir(parents=True)

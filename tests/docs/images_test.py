@@ -1,8 +1,6 @@
 """The images of the scene format's page: valid scenes, small files, equal to a new render, and one for each type."""
 import importlib.util
-import pathlib
 import re
-import tempfile
 import unittest
 
 import numpy
@@ -10,7 +8,7 @@ import numpy
 from api import scene_schema
 from tests.support import images
 from tests.support.sources import SOURCE
-from tests.support.whittle import BIN, succeeded
+from tests.support.whittle import BIN, succeeded, temporary_directory
 
 DOCS = SOURCE / "api/docs"
 PAGE = (SOURCE / "api/docs/scene.md").read_text(encoding="utf-8")
@@ -52,12 +50,12 @@ class Images(unittest.TestCase):
             self.assertLess(path.stat().st_size, 40_000, path.name)
 
     def test_are_renders_of_valid_scenes_without_warnings(self):
-        with tempfile.TemporaryDirectory() as directory:
-            for name, document in SCENES.items():
-                done = succeeded(RENDERING.render(BIN / "whittle", name, document, pathlib.Path(directory)))
-                self.assertNotIn(b"warning", done.stderr, name)
-                now = images.read_png((pathlib.Path(directory) / f"{name}.png").read_bytes()).astype(float)
-                kept = images.read_png((DOCS / "images" / f"{name}.png").read_bytes()).astype(float)
-                self.assertEqual(now.shape, (120, 160, 3))
-                # Another processor or C library may round differently, so that single rays pass another side of an edge.
-                self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{name}: run api/docs/render_images.py")
+        directory = temporary_directory(self)
+        for name, document in SCENES.items():
+            done = succeeded(RENDERING.render(BIN / "whittle", name, document, directory))
+            self.assertNotIn(b"warning", done.stderr, name)
+            now = images.read_png((directory / f"{name}.png").read_bytes()).astype(float)
+            kept = images.read_png((DOCS / "images" / f"{name}.png").read_bytes()).astype(float)
+            self.assertEqual(now.shape, (120, 160, 3))
+            # Another processor or C library may round differently, so that single rays pass another side of an edge.
+            self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{name}: run api/docs/render_images.py")

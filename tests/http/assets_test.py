@@ -1,13 +1,11 @@
 """Files of scenes: read from the asset directory of the daemon, never from outside it."""
 import json
 import os
-import pathlib
 import shutil
-import tempfile
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
-from tests.support.whittle import SCENES, succeeded, whittle
+from tests.support.whittle import SCENES, succeeded, temporary_directory, whittle
 
 TEXTURE_FILE = "#/objects/0/material/color/file"
 
@@ -25,26 +23,24 @@ class Examples(OneDaemon):
 
     def test_equal_the_command_line(self):
         for name in ("textures", "mesh_files", "environment", "relief"):
-            with self.subTest(name), tempfile.TemporaryDirectory() as directory:
+            with self.subTest(name):
                 document = json.loads((SCENES / f"{name}.json").read_text("utf-8"))
                 document["image"] = {"width": 160, "height": 90}  # enough, because the files are compared
                 reply = self.daemon.request("POST", "/v1/render", document)
                 self.assertEqual(reply.status, 200, reply.body)
-                here = pathlib.Path(directory)
+                here = temporary_directory(self)
                 (here / "assets").symlink_to(SCENES / "assets")
                 (here / "scene.json").write_text(json.dumps(document), encoding="utf-8")
                 succeeded(whittle("render", here / "scene.json", "-o", here / "out.png"))
                 self.assertEqual(reply.body, (here / "out.png").read_bytes())
 
-
     def test_of_models_equal_the_command_line(self):
         model, glb = SCENES / "assets/stone.glb", {"Content-Type": "model/gltf-binary"}
-        with tempfile.TemporaryDirectory() as directory:
-            out = pathlib.Path(directory, "out.png")
-            self.assertEqual(whittle("render", model, "-o", out).returncode, 0)
-            for body, headers in ((model.read_bytes(), glb), ({"version": 1, "model": "assets/stone.glb"}, None)):
-                reply = self.daemon.request("POST", "/v1/render", body, headers=headers)
-                self.assertEqual((reply.status, reply.body), (200, out.read_bytes()), reply.body[:200])
+        out = temporary_directory(self) / "out.png"
+        self.assertEqual(whittle("render", model, "-o", out).returncode, 0)
+        for body, headers in ((model.read_bytes(), glb), ({"version": 1, "model": "assets/stone.glb"}, None)):
+            reply = self.daemon.request("POST", "/v1/render", body, headers=headers)
+            self.assertEqual((reply.status, reply.body), (200, out.read_bytes()), reply.body[:200])
         (issue,) = self.assert_problem(self.daemon.request("POST", "/v1/render", b"glTF", headers=glb), 422, "bad_scene")["errors"]
         self.assertEqual((issue["pointer"], issue["code"]), ("#/model", "bad_asset"))
 
@@ -52,7 +48,7 @@ class Examples(OneDaemon):
 class Names(OneDaemon):
     @classmethod
     def setUpClass(cls):
-        cls.outside = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.outside = temporary_directory(cls)
         cls.directory = cls.outside / "assets"
         cls.directory.mkdir()
         shutil.copy(SCENES / "assets/tile.png", cls.outside / "secret.png")
@@ -74,7 +70,7 @@ class Names(OneDaemon):
 
 class BadFiles(unittest.TestCase):
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
         shutil.copy(SCENES / "assets/tile.png", self.directory / "tile.png")
         shutil.copy(SCENES / "assets/vase.obj", self.directory / "vase.obj")
 

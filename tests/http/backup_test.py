@@ -1,9 +1,8 @@
 """A backup of a running daemon is a data directory, with which another daemon can start."""
-import pathlib
 import shutil
-import tempfile
 
 from tests.http.daemon import Daemon, OneDaemon, put, scene, sha256, whittled
+from tests.support.whittle import temporary_directory
 
 SMALL = 32 << 10  # small_bytes_max of sqlite_stores.cpp
 UPLOAD = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -22,7 +21,7 @@ class Backup(OneDaemon):
         cls.done, cls.artifacts = job["id"], job["artifacts"]
 
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
         self.into = self.directory / "backups" / "monday"
 
     def back_up(self, data=None):

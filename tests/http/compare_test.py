@@ -1,17 +1,14 @@
 """POST /v1/compare: the difference of two images."""
 import json
-import pathlib
 import struct
-import subprocess
-import tempfile
 import unittest
 import zlib
 
 import numpy
 
-from tests.http.daemon import BIN, FAR, Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
+from tests.http.daemon import FAR, Daemon, OneDaemon, json_of, put, scene, sha256, wait_until
 from tests.support.images import read_png, write_png
-from tests.support.whittle import only_in_long_runs
+from tests.support.whittle import only_in_long_runs, temporary_directory, whittle
 
 
 def gray_png(width, height, code, header_only=False):
@@ -46,13 +43,12 @@ class Compare(OneDaemon):
 
     def by_command(self, a, b, *options):
         """Output of the command line for the same bytes."""
-        with tempfile.TemporaryDirectory() as directory:
-            paths = [pathlib.Path(directory) / name for name in ("a", "b", "heat.png")]
-            paths[0].write_bytes(a)
-            paths[1].write_bytes(b)
-            done = subprocess.run([BIN / "whittle", "diff", paths[0], paths[1], "--json", "--heat", paths[2], *options],
-                                  capture_output=True, check=False)
-            return json.loads(done.stdout), paths[2].read_bytes()
+        directory = temporary_directory(self)
+        paths = [directory / name for name in ("a", "b", "heat.png")]
+        paths[0].write_bytes(a)
+        paths[1].write_bytes(b)
+        done = whittle("diff", paths[0], paths[1], "--json", "--heat", paths[2], *options)
+        return json.loads(done.stdout), paths[2].read_bytes()
 
     def test_is_that_of_the_command_line(self):
         jobs = [self.render(["png", "exr"], fov) for fov in (40, 44)]

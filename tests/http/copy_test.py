@@ -1,13 +1,11 @@
 """--copy-to: the data of a stopped daemon, to a database and a bucket and back, whole or in several attempts."""
 import os
-import pathlib
 import subprocess
-import tempfile
 
 from tests.http.daemon import FAR, PATIENCE_S, Daemon, json_of, put, scene, sha256, wait_until
 from tests.http.object_store_test import KEYS, SharedFilesTest
 from tests.http.uploads_test import TILE, VASE, textured
-from tests.support.whittle import BIN, succeeded
+from tests.support.whittle import BIN, succeeded, temporary_directory
 
 LARGE = scene(700, 500, output={"formats": ["png", "exr"]})  # too large for a row of the database
 IDEMPOTENT = {"Idempotency-Key": "night-17"}
@@ -61,7 +59,7 @@ class CopyTest(SharedFilesTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         (cls.directory / "secret").write_text("whsec_" + "MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw" + "\n")
         cls.webhooks = ("--webhook-secret-file", str(cls.directory / "secret"), "--webhook-networks", "127.0.0.0/8")
         with Daemon(*cls.webhooks, data=cls.directory / "data") as daemon:

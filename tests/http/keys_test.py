@@ -1,12 +1,10 @@
 """Access to the daemon: keys and their scopes, and without keys this machine's users alone."""
-import pathlib
 import re
 import signal
-import tempfile
 import unittest
 
 from tests.http.daemon import FAR, NOBODY, Daemon, OneDaemon, json_of, scene, wait_until, whittled
-from tests.support.whittle import succeeded
+from tests.support.whittle import succeeded, temporary_directory
 
 
 def bearer(key):
@@ -22,7 +20,7 @@ def new_key(path, name, *scopes):
 class WithKeys(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = temporary_directory(cls)
         cls.path = cls.directory / "keys"
         cls.keys = {"reader": new_key(cls.path, "reader", "jobs:read"), "writer": new_key(cls.path, "writer", "jobs:write"),
                     "both": new_key(cls.path, "both"), "busy": new_key(cls.path, "busy"), "admin": new_key(cls.path, "boss", "admin")}

@@ -16,7 +16,7 @@ from tests.http.daemon import Daemon, json_of, put, scene, sha256, wait_until, w
 from tests.http.uploads_test import TILE, textured
 from tests.support.postgres import PostgresServer, programs
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
-from tests.support.whittle import only_in_long_runs
+from tests.support.whittle import only_in_long_runs, temporary_directory
 
 SMALL = scene(32, 24)
 LARGE = scene(1200, 900, samples=1, output={"formats": ["png", "exr"]})  # its EXR has more than 1 MiB
@@ -133,16 +133,15 @@ class BucketTest(SharedFilesTest):
         self.assertEqual(node.request("HEAD", exr["url"]).status, 200)
 
     def test_whittle_submit_follows_redirects_without_its_key(self):
-        with tempfile.TemporaryDirectory() as directory:
-            directory = pathlib.Path(directory)
-            key = whittled("--new-key", "a", "--keys", directory / "keys").stdout.strip()
-            node = self.node("--artifact-redirect", "on", "--keys", str(directory / "keys"))
-            (directory / "scene.json").write_text(json.dumps(LARGE))
-            subprocess.run([pathlib.Path("api/client/whittle-submit").resolve(), "--server", f"http://127.0.0.1:{node.port}", "scene.json", "--out", "out"],
-                           cwd=directory, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
-            sums = {sha256(path.read_bytes()) for path in (directory / "out").glob("scene*.*r")}
-            self.assertTrue(sums & {key.rpartition("/")[2] for key in self.keys("artifacts")})
-            self.assertIn("307", str({row.get("status") for row in node.log_rows()}))
+        directory = temporary_directory(self)
+        key = whittled("--new-key", "a", "--keys", directory / "keys").stdout.strip()
+        node = self.node("--artifact-redirect", "on", "--keys", str(directory / "keys"))
+        (directory / "scene.json").write_text(json.dumps(LARGE))
+        subprocess.run([pathlib.Path("api/client/whittle-submit").resolve(), "--server", f"http://127.0.0.1:{node.port}", "scene.json", "--out", "out"],
+                       cwd=directory, check=True, capture_output=True, env={**os.environ, "WHITTLE_KEY": key})
+        sums = {sha256(path.read_bytes()) for path in (directory / "out").glob("scene*.*r")}
+        self.assertTrue(sums & {key.rpartition("/")[2] for key in self.keys("artifacts")})
+        self.assertIn("307", str({row.get("status") for row in node.log_rows()}))
 
     def test_reports_a_bucket_that_cannot_be_used(self):
         def errors(*options, environment=KEYS):
@@ -295,7 +294,7 @@ class BucketAwayTest(SharedFilesTest):
 class SharedDirectoryTest(SharedFilesTest):
     def setUp(self):
         super().setUp()
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
         self.options = (*self.database, "--artifacts", str(self.directory))
 
     def test_every_node_has_the_images_and_uploads_of_all(self):

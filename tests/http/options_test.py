@@ -1,51 +1,45 @@
 """Options from flags, environment and file: validation, precedence, and the effect of each option."""
 import contextlib
 import json
-import os
-import pathlib
 import shutil
 import sqlite3
-import tempfile
-import unittest
 
 from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until, whittled
-from tests.support.whittle import succeeded
+from tests.support.whittle import DirectoryTest, succeeded, temporary_directory
 
 
-class Options(unittest.TestCase):
+class Options(DirectoryTest):
     def test_everything_that_would_stop_the_start_is_reported_at_once(self):
-        with tempfile.TemporaryDirectory() as directory:
-            directory = pathlib.Path(directory)
-            (directory / "file").write_text("")
-            wrong = {"--jobs": "many", "--assets": directory / "none", "--keys": directory / "none", "--data": directory / "file" / "data",
-                     "--webhook-secret-file": directory / "none", "--webhook-networks": "everywhere", "--listen": "192.0.2.1:8080"}
-            options = [text for option in wrong.items() for text in option]
-            for task in ((), ("--check-config",)):
-                result = whittled(*task, *options)
-                self.assertEqual((result.returncode, result.stdout), (2, ""))
-                places = [line.split(": ")[1] for line in result.stderr.splitlines()]
-                self.assertEqual(sorted(places), sorted(wrong), result.stderr)
-            self.assertEqual(list(directory.iterdir()), [directory / "file"])
+        file, none = self.directory / "file", self.directory / "none"
+        file.write_text("")
+        wrong = {"--jobs": "many", "--assets": none, "--keys": none, "--data": file / "data", "--webhook-secret-file": none,
+                 "--webhook-networks": "everywhere", "--listen": "192.0.2.1:8080"}
+        options = [text for option in wrong.items() for text in option]
+        for task in ((), ("--check-config",)):
+            result = whittled(*task, *options)
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            places = [line.split(": ")[1] for line in result.stderr.splitlines()]
+            self.assertEqual(sorted(places), sorted(wrong), result.stderr)
+        self.assertEqual(list(self.directory.iterdir()), [file])
 
     def test_data_of_another_program_stops_the_start(self):
         for text, word in (("PRAGMA application_id = 0x57687474; PRAGMA user_version = 3; CREATE TABLE jobs (id)", "version 3"),
                            ("PRAGMA user_version = 3; CREATE TABLE jobs (id)", "another program"), (None, "not a database")):
-            with tempfile.TemporaryDirectory() as directory, self.subTest(word):
-                path = pathlib.Path(directory) / "whittle.db"
+            with self.subTest(word):
+                path = temporary_directory(self) / "whittle.db"
                 if text:
                     with contextlib.closing(sqlite3.connect(path)) as database:
                         database.executescript(text)
                 else:
                     path.write_text("text" * 1000)
                 before = path.read_bytes()
-                result = whittled("--check-config", "--data", directory)
+                result = whittled("--check-config", "--data", path.parent)
                 self.assertEqual((result.returncode, path.read_bytes()), (2, before))
                 self.assertRegex(result.stderr, f"whittled: --data: .*{word}")
 
     def test_check_config_creates_nothing_and_warns_of_a_running_daemon(self):
-        with tempfile.TemporaryDirectory() as directory:
-            self.assertEqual(whittled("--check-config", "--data", directory + "/a/b").returncode, 0)
-            self.assertEqual(os.listdir(directory), [])
+        self.assertEqual(whittled("--check-config", "--data", self.directory / "a/b").returncode, 0)
+        self.assertEqual(list(self.directory.iterdir()), [])
         with Daemon() as daemon:
             result = succeeded(whittled("--check-config", "--data", daemon.data, "--listen", f"127.0.0.1:{daemon.port}"))
             self.assertRegex(result.stderr, "warning: --listen: .*Address already in use")
@@ -54,10 +48,9 @@ class Options(unittest.TestCase):
     def test_check_config_prints_the_options_in_file_format(self):
         first = succeeded(whittled("--check-config", "--jobs", "3", "--log-level", "debug", "--listen", "[::1]:81"))
         self.assertIn("jobs = 3\n", first.stdout)
-        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
-            file.write(first.stdout)
-            file.flush()
-            second = whittled("--check-config", "--config", file.name)
+        file = self.directory / "whittle.conf"
+        file.write_text(first.stdout)
+        second = whittled("--check-config", "--config", file)
         self.assertEqual(second.stdout, first.stdout)
 
     def test_probe_reports_readiness_with_the_reason(self):

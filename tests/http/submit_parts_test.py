@@ -2,17 +2,15 @@
 import http.server
 import json
 import os
-import pathlib
 import random
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import unittest
 
 from tests.reader.invalid_documents import merged
-from tests.support.whittle import SOURCE
+from tests.support.whittle import SOURCE, temporary_directory
 
 sys.path.insert(0, str(SOURCE / "api/client"))
 from whittle_submit.sweep import (  # pylint: disable=wrong-import-position
@@ -156,9 +154,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Requests(unittest.TestCase):
     def submit(self, *arguments, responses=(), environment=None):
-        with tempfile.TemporaryDirectory() as name, PreparedServer(*responses) as server:
+        directory = temporary_directory(self)
+        with PreparedServer(*responses) as server:
             threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-            directory = pathlib.Path(name)
             (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
             (directory / "key").write_text("from-a-file\n", encoding="utf-8")
             done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{server.server_port}/prefix/",
@@ -189,16 +187,17 @@ class Requests(unittest.TestCase):
         alert = b"\x15\x03\x01\x00\x02\x02\x46"  # protocol_version
         for scheme, reply, advice in (("https", b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not use TLS: use http://"),
                                       ("http", alert, "uses TLS: use https://")):
-            with self.subTest(scheme), tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as server:
+            with self.subTest(scheme), socket.create_server(("127.0.0.1", 0)) as server:
                 def answer(listener=server, content=reply):
                     connection, _ = listener.accept()
                     with connection:
                         connection.recv(1 << 16)
                         connection.sendall(content)
                 threading.Thread(target=answer, daemon=True).start()
-                pathlib.Path(name, "a.json").write_text('{"version": 1}', encoding="utf-8")
+                directory = temporary_directory(self)
+                (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
                 done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"{scheme}://127.0.0.1:{server.getsockname()[1]}"],
-                                      cwd=name, capture_output=True, text=True, check=False, timeout=120)
+                                      cwd=directory, capture_output=True, text=True, check=False, timeout=120)
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(advice, done.stderr)
 

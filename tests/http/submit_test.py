@@ -2,17 +2,15 @@
 import collections
 import json
 import os
-import pathlib
 import pty
 import random
 import subprocess
-import tempfile
 import time
 
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
-from tests.support.whittle import SCENES, SOURCE, succeeded, whittle
+from tests.support.whittle import SCENES, SOURCE, succeeded, temporary_directory, whittle
 
 SCRIPT = SOURCE / "api/client/whittle-submit"
 UNREACHABLE = "http://127.0.0.1:1"
@@ -22,7 +20,7 @@ class SubmitTest(OneDaemon):
     """Each test has its own directory for scenes and images, and its own batch label."""
 
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
         self.out = self.directory / "out"
         self.name = self.id().rpartition(".")[2]
 

@@ -4,12 +4,11 @@ import hashlib
 import hmac
 import http.server
 import json
-import pathlib
-import tempfile
 import threading
 import unittest
 
 from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until, whittled
+from tests.support.whittle import temporary_directory
 
 SECRET = bytes(range(32))
 SECRET_TEXT = "whsec_" + base64.b64encode(SECRET).decode()
@@ -59,7 +58,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class WithReceiver(unittest.TestCase):
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
         (self.directory / "secret").write_text(SECRET_TEXT + "\n", encoding="ascii")
 
     def receiver(self, *answers):

@@ -17,11 +17,17 @@ only_in_long_runs = unittest.skipUnless(os.environ.get("WHITTLE_LONG"), "tests/r
 QUICK = bool(os.environ.get("WHITTLE_QUICK"))  # less effort, in tests/run without options
 
 
+def temporary_directory(test):
+    """A new directory, which a test, or a class of tests, removes at its end."""
+    enter = test.enterClassContext if isinstance(test, type) else test.enterContext
+    return pathlib.Path(enter(tempfile.TemporaryDirectory()))
+
+
 class DirectoryTest(unittest.TestCase):
     """Each case has an empty directory of its own."""
 
     def setUp(self):
-        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = temporary_directory(self)
 
 
 def succeeded(done):
