@@ -11,8 +11,7 @@ def in_seconds(seconds):
     return (datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(seconds=seconds)).isoformat()
 
 
-def time_of(text):
-    return datetime.datetime.fromisoformat(text.replace("Z", "+00:00"))
+time_of = datetime.datetime.fromisoformat
 
 
 class Times(OneDaemon):
