@@ -26,16 +26,13 @@ class Service(Daemon):
         file = pathlib.Path(self.key_directory.name) / "keys"
         self.keys = [subprocess.run([build / "whittled", "--new-key", name, "--keys", file], check=True, capture_output=True,
                                     text=True).stdout.strip() for name in keys]
+        self.allowed = {"Authorization": f"Bearer {self.keys[-1]}"} if keys else {}
         super().__init__(*OPTIONS, *(("--keys", file) if keys else ()),
                          wrapper=("sh", "-c", 'shift; exec "$0" "$@"', build / "whittled"))
 
     def __exit__(self, *error):
         super().__exit__(*error)
         self.key_directory.cleanup()
-
-    def request(self, method, path, body=None, headers=None, port=None):
-        key = {"Authorization": f"Bearer {self.keys[-1]}"} if self.keys else {}
-        return super().request(method, path, body, {**key, **(headers or {})}, port)
 
     def cpu_seconds(self):
         """CPU time of the daemon and its workers so far."""

@@ -104,13 +104,11 @@ class FarDaemon(Daemon):
     def __init__(self, directory):
         keys = pathlib.Path(directory) / "keys"
         self.key = new_key(keys, "ann", "jobs:read,jobs:write")
+        self.allowed = {"Authorization": f"Bearer {self.key}"}
         super().__init__("--keys", str(keys), listen="192.0.2.1:0")
 
     def connection(self, port):
         return http.client.HTTPConnection("192.0.2.1", port, timeout=60)
-
-    def request(self, method, path, body=None, headers=None, port=None):
-        return super().request(method, path, body, {"Authorization": f"Bearer {self.key}", **(headers or {})}, port)
 
 
 def use_from_afar():

@@ -46,13 +46,11 @@ class RolesTest(unittest.TestCase):
     def test_long_poll_notices_a_change_on_another_node(self):
         job = self.one.submit(scene(job={"run_after": "2100-01-01T00:00:00Z"}))
         etag = self.other.get(f"/v1/jobs/{job}").headers["ETag"]
-        connection = self.other.connection(self.other.port)
-        connection.request("GET", f"/v1/jobs/{job}?wait=60", headers={"If-None-Match": etag})
-        changed = self.one.request("PATCH", f"/v1/jobs/{job}", {"name": "renamed"}, headers={
-            "If-Match": "*", "Content-Type": "application/merge-patch+json"})
-        self.assertEqual(changed.status, 200, changed.body)
-        self.assertIn(b"renamed", connection.getresponse().read())
-        connection.close()
+        with self.other.sent("GET", f"/v1/jobs/{job}?wait=60", headers={"If-None-Match": etag}) as connection:
+            changed = self.one.request("PATCH", f"/v1/jobs/{job}", {"name": "renamed"}, headers={
+                "If-Match": "*", "Content-Type": "application/merge-patch+json"})
+            self.assertEqual(changed.status, 200, changed.body)
+            self.assertIn(b"renamed", connection.getresponse().read())
         self.assertEqual(self.other.request("DELETE", f"/v1/jobs/{job}").status, 204)
 
     def test_events_have_one_order_and_resume_on_another_node(self):

@@ -106,9 +106,6 @@ class Proxied(Served):
         wait_until(answers, "the proxy to listen")
         return self
 
-    def request(self, method, path, body=None, headers=None, port=None):
-        return super().request(method, path, body, {**self.allowed, **(headers or {})}, port)
-
 
 class ComposeBehindTls(unittest.TestCase):
     @classmethod
@@ -128,10 +125,7 @@ class ComposeBehindTls(unittest.TestCase):
     def test_passes_events_on_as_they_happen(self):
         """The first ones come while the job still runs, and long before its end could flush a buffer."""
         job_id = self.daemon.submit(long_scene())
-        connection = self.daemon.connection(self.daemon.port)
-        self.addCleanup(connection.close)
-        connection.request("GET", f"/v1/jobs/{job_id}/events", headers=self.daemon.allowed)
-        stream = connection.getresponse()
+        stream = self.enterContext(self.daemon.sent("GET", f"/v1/jobs/{job_id}/events")).getresponse()
         self.assertEqual(stream.headers["Content-Type"], "text/event-stream")
         received = b""
         while b"event: progress" not in received:

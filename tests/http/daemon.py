@@ -75,21 +75,25 @@ class Served:
     """A daemon at 127.0.0.1 with self.port and self.health_port."""
 
     port = health_port = None
+    allowed = {}  # headers with the key of every request
 
-    def request(self, method, path, body=None, headers=None, port=None):
-        """Sends one request on a new connection. A dict is sent as JSON."""
-        headers = dict(headers or {})
+    @contextlib.contextmanager
+    def sent(self, method, path, body=None, headers=None, port=None):
+        """A new connection, on which the request is sent. A dict is sent as JSON."""
+        headers = {**self.allowed, **(headers or {})}
         if isinstance(body, dict):
             body = json.dumps(body).encode()
         if body is not None:
             headers.setdefault("Content-Type", "application/json")
-        connection = self.connection(port or self.port)
-        try:
+        with contextlib.closing(self.connection(port or self.port)) as connection:
             connection.request(method, path, body=body, headers=headers)
+            yield connection
+
+    def request(self, *request, **parts):
+        """Sends one request on a new connection and returns the reply."""
+        with self.sent(*request, **parts) as connection:
             response = connection.getresponse()
             return Reply(response.status, response.headers, response.read())
-        finally:
-            connection.close()
 
     def get(self, path, **headers):
         return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})

@@ -1,6 +1,5 @@
 """Jobs with "keep": false: in no list, removed soon after their end, cancelled when the client of POST /v1/render leaves."""
 import contextlib
-import json
 import sqlite3
 import unittest
 
@@ -36,15 +35,6 @@ class Drafts(OneDaemon):
         wait_until(lambda: rows(self.daemon) == [0, 0, 0, 0], "no rows")
         self.assertEqual(images(self.daemon), [])
 
-    @contextlib.contextmanager
-    def rendering(self, document):
-        """A connection whose request for the image is being handled."""
-        body = json.dumps(document).encode()
-        with self.daemon.socket() as connection:
-            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-                               b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
-            yield connection
-
     def test_give_their_images_and_leave_nothing(self):
         for size in (16, 400):  # a small image is a row, a large one a file
             reply = self.daemon.request("POST", "/v1/render", scene(size, size, job=DRAFT))
@@ -60,9 +50,9 @@ class Drafts(OneDaemon):
         self.assert_problem(self.daemon.get(job["links"]["image"]), 404, "job_not_found")
 
     def test_are_cancelled_when_the_client_leaves(self):
-        with self.rendering(long_scene(job=DRAFT)):
+        with self.daemon.sent("POST", "/v1/render", long_scene(job=DRAFT)):
             wait_until(lambda: jobs(self.daemon)["running"] == 1, "the start")
-            with self.rendering(scene(job=DRAFT)):
+            with self.daemon.sent("POST", "/v1/render", scene(job=DRAFT)):
                 wait_until(lambda: jobs(self.daemon)["queued"] == 1, "the second")
             wait_until(lambda: jobs(self.daemon)["queued"] == 0, "the end of the one that waited")
             self.assertEqual(jobs(self.daemon)["running"], 1)

@@ -1,7 +1,6 @@
 """Images: rendered while the client waits, or downloaded from a job."""
 import contextlib
 import hashlib
-import json
 import sqlite3
 import unittest
 
@@ -106,10 +105,7 @@ class Rendering(OneDaemon):
         self.assert_problem(reply, 406, "not_acceptable")
 
     def test_job_of_a_disconnected_client_continues(self):
-        with self.daemon.socket() as connection:
-            body = json.dumps(long_scene(name="left alone")).encode()
-            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-                               b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        with self.daemon.sent("POST", "/v1/render", long_scene(name="left alone")):
             items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=left%20alone"))["items"], "the job")
         job = self.daemon.wait_for_state(items[0]["id"], "running")
         self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
@@ -149,14 +145,12 @@ class Image(OneDaemon):
             self.assertEqual(self.daemon.get(self.path, Range="bytes=0-1", If_Range=if_range).status, status)
 
     def test_head_has_the_same_headers_without_a_body(self):
-        connection = self.daemon.connection(self.daemon.port)
-        self.addCleanup(connection.close)
-        connection.request("HEAD", self.path)
-        head = connection.getresponse()
-        head.read()
-        connection.request("GET", self.path)  # the next reply begins where the headers ended
-        get = connection.getresponse()
-        self.assertEqual((head.status, get.status, get.read()), (200, 200, self.whole))
+        with self.daemon.sent("HEAD", self.path) as connection:
+            head = connection.getresponse()
+            head.read()
+            connection.request("GET", self.path)  # the next reply begins where the headers ended
+            get = connection.getresponse()
+            self.assertEqual((head.status, get.status, get.read()), (200, 200, self.whole))
         for name in ("Content-Length", "Content-Type", "ETag", "Cache-Control"):
             self.assertEqual(head.headers[name], get.headers[name])
         self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))

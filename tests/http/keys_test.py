@@ -170,9 +170,7 @@ class WithKeys(unittest.TestCase):
         keys = {name: bearer(new_key(path, name)) for name in ("kept", "gone")}
         with Daemon("--keys", path) as daemon:
             def opened(key, route, **headers):
-                connection = daemon.connection(daemon.port)
-                connection.request("GET", route, headers={**keys[key], **headers})
-                return connection
+                return self.enterContext(daemon.sent("GET", route, None, {**keys[key], **headers}))
 
             job = json_of(daemon.request("POST", "/v1/jobs", scene(job={"run_after": FAR}), keys["kept"]))["links"]["self"]
             etag = daemon.request("GET", job, None, keys["kept"]).headers["ETag"]
