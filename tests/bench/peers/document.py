@@ -2,6 +2,8 @@
 import math
 from typing import NamedTuple
 
+import numpy
+
 
 class Unsupported(Exception):
     """The other program has no equivalent of a feature of the document; the text names it."""
@@ -9,35 +11,26 @@ class Unsupported(Exception):
 
 class Camera(NamedTuple):
     """Unit vectors; the image plane at distance 1 is 2 tan_x wide and 2 tan_y high."""
-    position: tuple
-    forward: tuple
-    right: tuple
-    up: tuple
+    position: numpy.ndarray
+    forward: numpy.ndarray
+    right: numpy.ndarray
+    up: numpy.ndarray
     tan_x: float
     tan_y: float
 
 
 def camera(document):
     value, image = document["camera"], document["image"]
-    position = tuple(value["position"])
-    forward = unit(tuple(b - a for a, b in zip(position, value["look_at"])))
-    right = unit(cross(forward, tuple(value.get("up", (0, 1, 0)))))
+    position = numpy.array(value["position"])
+    forward = unit(value["look_at"] - position)
+    right = unit(numpy.cross(forward, value.get("up", (0, 1, 0))))
     tan_y = math.tan(math.radians(value["fov"]) / 2)
-    return Camera(position, forward, right, cross(right, forward), tan_y * image["width"] / image["height"], tan_y)
+    return Camera(position, forward, right, numpy.cross(right, forward), tan_y * image["width"] / image["height"], tan_y)
 
 
 def color(value):
-    return tuple(map(float, value)) if isinstance(value, list) else (float(value),) * 3
-
-
-def times(factor, rgb):
-    return tuple(factor * channel for channel in rgb)
-
-
-def cross(a, b):
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    return numpy.broadcast_to(numpy.array(value, float), 3)
 
 
 def unit(v):
-    length = math.sqrt(sum(x * x for x in v))
-    return tuple(x / length for x in v)
+    return v / numpy.linalg.norm(v)

@@ -5,7 +5,7 @@
 - Depth: max_trace_level counts the camera ray, max_depth does not. adc_bailout is the cutoff.
 - Transmission: `transmit` reduces the diffuse and ambient terms, and ours does not: both are divided by 1 - transmit.
 """
-from tests.bench.peers.document import camera, color, times
+from tests.bench.peers.document import camera, color
 
 
 def vector(values):
@@ -49,7 +49,7 @@ def shape(value, write):
 
 def view(frame, background):
     return (f"camera {{ perspective location {vector(frame.position)} direction {vector(frame.forward)} "
-            f"right {vector(times(2 * frame.tan_x, frame.right))} up {vector(times(2 * frame.tan_y, frame.up))} }}\n"
+            f"right {vector(2 * frame.tan_x * frame.right)} up {vector(2 * frame.tan_y * frame.up)} }}\n"
             f"background {{ rgb {vector(background)} }}")
 
 

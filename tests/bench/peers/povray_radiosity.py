@@ -8,9 +8,10 @@
 """
 import math
 
-from tests.bench.peers.document import camera, color, cross, times, unit
-from tests.bench.peers.povray import mesh, vector, view
+import numpy
 
+from tests.bench.peers.document import camera, color, unit
+from tests.bench.peers.povray import mesh, vector, view
 
 RADIOSITY = ("count COUNT error_bound ERROR_BOUND nearest_count NEAREST recursion_limit RECURSION pretrace_start 0.08 "
              "pretrace_end PRETRACE low_error_factor 0.5 minimum_reuse REUSE")
@@ -31,19 +32,13 @@ def options(setting):
     return [*antialiasing.split(), *(f"Declare={name}={value}" for name, value in zip(DECLARED, values))]
 
 
-def difference(a, b):
-    return tuple(x - y for x, y in zip(a, b))
-
-
 def lamp(positions, radiance):
     """The light of a rectangle of four corners that shines along its normal."""
-    along, across = difference(positions[1], positions[0]), difference(positions[3], positions[0])
-    normal = cross(along, across)
-    area = math.dist(normal, (0, 0, 0))
-    middle = tuple(sum(corner[axis] for corner in positions) / 4 for axis in range(3))
-    target = tuple(place + part for place, part in zip(middle, unit(normal)))
-    return (f"light_source {{ {vector(middle)} rgb {vector(times(area / (2 * math.pi), radiance))} fade_power 2 fade_distance 1 "
-            f"spotlight radius 89.9 falloff 90 tightness 1 point_at {vector(target)} "
+    corners = numpy.array(positions)
+    along, across = corners[1] - corners[0], corners[3] - corners[0]
+    normal, middle = numpy.cross(along, across), corners.mean(0)
+    return (f"light_source {{ {vector(middle)} rgb {vector(numpy.linalg.norm(normal) / (2 * math.pi) * radiance)} fade_power 2 fade_distance 1 "
+            f"spotlight radius 89.9 falloff 90 tightness 1 point_at {vector(middle + unit(normal))} "
             f"area_light {vector(along)}, {vector(across)}, LAMP, LAMP adaptive 2 jitter area_illumination on }}")
 
 
