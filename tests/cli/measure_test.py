@@ -3,7 +3,6 @@ import csv
 import json
 import os
 import pathlib
-import pty
 import re
 import signal
 import subprocess
@@ -12,7 +11,7 @@ import unittest
 import xml.etree.ElementTree
 
 from tests.support import images
-from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, temporary_directory, whittle
+from tests.support.whittle import BIN, SCENES, DirectoryTest, on_terminal, scene, succeeded, temporary_directory, whittle
 
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
@@ -162,11 +161,7 @@ class Output(Files):
         path.write_text(json.dumps(scene("tiny")), encoding="utf-8")
         command = [BIN / "whittle", "measure", path, "-o", self.name, *TINY, *self.SAMPLES, "--quiet"]
         self.assertIn(b"\n! samples 16 ", subprocess.run(command, capture_output=True, check=True).stdout)
-        terminal, end = pty.openpty()
-        with open(terminal, "rb", buffering=0) as shown:
-            with open(end, "wb", buffering=0) as written:
-                subprocess.run(command, stdout=written, check=True)
-                text = shown.read(65536)
+        text = succeeded(on_terminal(*command)).stdout
         self.assertRegex(text, rb"\n\x1b\[31m! samples 16 [^\n]*\x1b\[0m\r\n")
         self.assertEqual(text.count(b"\x1b"), 2)
 

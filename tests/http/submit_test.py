@@ -2,7 +2,6 @@
 import collections
 import json
 import os
-import pty
 import random
 import subprocess
 import time
@@ -10,7 +9,7 @@ import time
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
-from tests.support.whittle import SCENES, SOURCE, succeeded, temporary_directory, whittle
+from tests.support.whittle import SCENES, SOURCE, on_terminal, succeeded, temporary_directory, whittle
 
 SCRIPT = SOURCE / "api/client/whittle-submit"
 UNREACHABLE = "http://127.0.0.1:1"
@@ -170,18 +169,7 @@ class Submission(SubmitTest):
     def test_shows_a_bar_for_each_scene_on_a_terminal(self):
         for name in "ab":
             self.write(f"{name}.json", scene())
-        master, slave = pty.openpty()
-        with subprocess.Popen(self.command(self.directory / "*.json", "--set", "camera.fov=1..3"), stdout=slave,
-                              stderr=slave, stdin=slave, env={**os.environ, "TERM": "xterm"}) as process:
-            os.close(slave)
-            output = b""
-            try:
-                while chunk := os.read(master, 65536):
-                    output += chunk
-            except OSError:
-                pass  # the process has closed the terminal
-        os.close(master)
-        self.assertEqual(process.returncode, 0, output)
+        output = succeeded(on_terminal(*self.command(self.directory / "*.json", "--set", "camera.fov=1..3"))).stdout
         self.assertRegex(output, rb"#{10}-{20} 1/3 [ab]\r?\n")
         self.assertNotIn(b"[1/6]", output)
         self.assertIn(b"6 of 6 frames", output)

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shlex
 import subprocess
 import tempfile
 import unittest
@@ -15,6 +16,12 @@ SCENES = SOURCE / "scenes"
 # A test that takes long and repeats on more data what shorter ones show.
 only_in_long_runs = unittest.skipUnless(os.environ.get("WHITTLE_LONG"), "tests/run --long")
 QUICK = bool(os.environ.get("WHITTLE_QUICK"))  # less effort, in tests/run without options
+
+
+def on_terminal(*command):
+    """The finished process of a command that ran on a terminal, which script(1) makes; its standard output has both streams."""
+    return subprocess.run(["script", "--quiet", "--return", "--command", shlex.join(map(str, command)), "/dev/null"], stdin=subprocess.DEVNULL,
+                          capture_output=True, check=False, timeout=300, env={**os.environ, "TERM": "xterm"})
 
 
 def temporary_directory(test):
