@@ -253,15 +253,11 @@ class Check(unittest.TestCase):
         (line,) = done.stdout.decode().splitlines()
         self.assertTrue(line.startswith("#/materials/my%0Ared%20%1B%5B31m/ior out_of_range "), line)
 
-    def test_prints_line_and_column_of_a_json_error(self):
-        done = whittle("check", "-", document='{\n  "version": 1,\n  oops\n}')
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stdout.decode(), r"^line 3, column 3 not_json \S.*\n$")
-
-    def test_rejects_a_document_over_the_size_limit(self):
-        done = whittle("check", "-", document=b"[" * ((64 << 20) + 1))
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stdout.decode(), r"^# too_large \S.*\n$")
+    def test_prints_the_place_of_a_json_error_or_that_the_document_is_too_large(self):
+        for document, line in (('{\n  "version": 1,\n  oops\n}', "line 3, column 3 not_json"), (b"[" * ((64 << 20) + 1), "# too_large")):
+            done = whittle("check", "-", document=document)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stdout.decode(), rf"^{line} \S.*\n$")
 
     def test_prints_the_result_as_json_with_the_option_json(self):
         valid = succeeded(whittle("check", "--json", SCENES / "tiny.json"))

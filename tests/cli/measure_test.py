@@ -109,9 +109,7 @@ class Resume(Files):
         self.assertNotEqual(self.result()["points"][0]["error"], before["points"][0]["error"])
 
     def test_continues_after_an_interruption(self):
-        path = self.directory / "scene.json"
-        path.write_text(json.dumps(scene("tiny")), encoding="utf-8")
-        command = [BIN / "whittle", "measure", path, "-o", self.name, "--size", "96x96", "--reference-samples", "64"]
+        command = [BIN / "whittle", "measure", SCENES / "tiny.json", "-o", self.name, "--size", "96x96", "--reference-samples", "64"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         try:
             while process.poll() is None and not (os.path.exists(f"{self.name}.json") and self.result()["points"]):
@@ -153,13 +151,11 @@ class Output(Files):
         self.assertIn(b"- for 4 levels: ", done.stdout)
 
     def test_marks_broken_claims_in_red_on_a_terminal(self):
-        self.assertEqual(self.measure(*TINY, *self.SAMPLES, document=scene("tiny")).returncode, 0)
+        self.assertEqual(self.measure(*TINY, *self.SAMPLES, path=SCENES / "tiny.json").returncode, 0)
         result = self.result()
         result["points"][2]["error"] = 2 * result["points"][2]["claimed"]["estimate"] + 1
         pathlib.Path(f"{self.name}.json").write_text(json.dumps(result), encoding="utf-8")
-        path = self.directory / "scene.json"
-        path.write_text(json.dumps(scene("tiny")), encoding="utf-8")
-        command = [BIN / "whittle", "measure", path, "-o", self.name, *TINY, *self.SAMPLES, "--quiet"]
+        command = [BIN / "whittle", "measure", SCENES / "tiny.json", "-o", self.name, *TINY, *self.SAMPLES, "--quiet"]
         self.assertIn(b"\n! samples 16 ", subprocess.run(command, capture_output=True, check=True).stdout)
         text = succeeded(on_terminal(*command)).stdout
         self.assertRegex(text, rb"\n\x1b\[31m! samples 16 [^\n]*\x1b\[0m\r\n")
