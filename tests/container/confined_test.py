@@ -7,9 +7,9 @@ import subprocess
 import unittest
 
 from tests.container import images
-from tests.container.container import Container, status_of
+from tests.container.container import Container
 from tests.container.engine import attempt, podman
-from tests.http.daemon import Daemon, json_of, scene, wait_until
+from tests.http.daemon import Daemon, scene, status_of, wait_until
 from tests.support.sources import SOURCE
 
 USER = "10001"
@@ -18,15 +18,8 @@ NO_CAPABILITY = "0" * 16
 ALONE = ("--network", "none", "--tmpfs", "/tmp", "--memory", "2g", "--pids-limit", "256")
 
 
-def sandbox_of(container):
-    return wait_until(lambda: json_of(container.get("/v1/version"))["sandbox"], "the worker")
-
-
-def image_of(daemon, job_id):
-    job = daemon.wait_for_end(job_id)
-    if job["state"] != "succeeded":
-        raise AssertionError(job)
-    return daemon.get(f"/v1/jobs/{job_id}/image.png").body
+def image_of(daemon, document):
+    return daemon.get(daemon.rendered(document)["links"]["image"]).body
 
 
 class ConfinedContainer(unittest.TestCase):
@@ -38,17 +31,15 @@ class ConfinedContainer(unittest.TestCase):
     def test_renders_the_sphereflake_as_the_daemon_outside_does(self):
         document = json.loads((SOURCE / "scenes/sphereflake.json").read_text(encoding="utf-8"))
         with Daemon() as outside:
-            expected = image_of(outside, outside.submit(document))
-        self.assertEqual(image_of(self.container, self.container.submit(document)), expected)
+            expected = image_of(outside, document)
+        self.assertEqual(image_of(self.container, document), expected)
 
     def test_writes_every_format(self):
         formats = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
-        job_id = self.container.submit(scene(output={"formats": formats}))
-        job = self.container.wait_for_end(job_id)
-        self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", len(formats)), job["problem"])
+        self.assertEqual(len(self.container.rendered(scene(output={"formats": formats}))["artifacts"]), len(formats))
 
     def test_is_held_by_the_kernel(self):
-        sandbox_of(self.container)
+        self.container.sandbox()
         for pid in (self.container.pid, *self.container.worker_pids()):
             status = status_of(pid)
             self.assertEqual(status["Uid"].split(), [USER] * 4)
@@ -58,7 +49,7 @@ class ConfinedContainer(unittest.TestCase):
             self.assertEqual((status["NoNewPrivs"], status["Seccomp"]), ("1", "2"))
 
     def test_holds_its_worker_further(self):
-        self.assertIn(sandbox_of(self.container), ("seccomp", "seccomp, landlock"))
+        self.assertIn(self.container.sandbox(), ("seccomp", "seccomp, landlock"))
         workers = wait_until(self.container.worker_pids, "the worker")
         # The engine's filter is the daemon's too; the worker's own comes on top, of the spare one as well once it is ready.
         filters = int(status_of(self.container.pid)["Seccomp_filters"])
@@ -147,4 +138,4 @@ class MemoryLimit(unittest.TestCase):
             job = container.wait_for_end(waiting)
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "worker_crashed"), job)
             self.assertEqual(container.pid, daemon)
-            image_of(container, container.submit(scene()))
+            image_of(container, scene())

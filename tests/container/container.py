@@ -5,7 +5,6 @@ import http.client
 import json
 import os
 import pathlib
-import re
 import socket
 import tempfile
 
@@ -31,12 +30,6 @@ def connect_inside(pid, address):
             return socket.create_connection(address, timeout=PATIENCE_S)
         finally:
             enter_network(here.fileno())
-
-
-def status_of(pid):
-    """The fields of /proc/PID/status."""
-    lines = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
-    return dict(re.split(r":\s*", line, maxsplit=1) for line in lines)
 
 
 class InsideConnection(http.client.HTTPConnection):

@@ -38,6 +38,12 @@ def sha256(content):
     return hashlib.sha256(content).hexdigest()
 
 
+def status_of(pid):
+    """The fields of /proc/PID/status."""
+    lines = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
+    return dict(re.split(r":\s*", line, maxsplit=1) for line in lines)
+
+
 def whittled(*arguments, environment=None, cwd=None):
     """The finished process of a command that ends at once, by default with no environment."""
     return subprocess.run([BIN / "whittled", *map(str, arguments)], capture_output=True, text=True, check=False, timeout=PATIENCE_S,
@@ -117,6 +123,10 @@ class Served:
         """The figures by name with labels."""
         lines = self.health("/metrics").body.decode().splitlines()
         return {name: float(value) for name, _, value in (line.rpartition(" ") for line in lines if not line.startswith("#"))}
+
+    def sandbox(self):
+        """The sandbox as the worker reports it, once it runs."""
+        return wait_until(lambda: json_of(self.get("/v1/version"))["sandbox"], "the worker")
 
     def connection(self, port):
         return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
@@ -305,8 +315,7 @@ class Daemon(Served):
 
     def peak_bytes(self):
         """Returns the most memory that was resident at once."""
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="utf-8")
-        return 1024 * int(re.search(r"^VmHWM:\s+(\d+) kB$", status, re.MULTILINE)[1])
+        return 1024 * int(status_of(self.process.pid)["VmHWM"].removesuffix(" kB"))
 
 
 class OneDaemon(unittest.TestCase):

@@ -2,11 +2,10 @@
 import json
 import os
 import pathlib
-import re
 import shutil
 import unittest
 
-from tests.http.daemon import SANITIZED, Daemon, json_of, scene, wait_until
+from tests.http.daemon import SANITIZED, Daemon, scene, status_of
 from tests.support.sources import SOURCE
 
 FORMATS = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
@@ -22,27 +21,16 @@ def small(path):
     return document
 
 
-def status_of(daemon):
-    """The fields of the worker's /proc/PID/status."""
-    pid = wait_until(daemon.worker, "the worker")
-    lines = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
-    return dict(re.split(r":\s*", line, maxsplit=1) for line in lines)
-
-
-def sandbox_of(daemon):
-    return wait_until(lambda: json_of(daemon.get("/v1/version"))["sandbox"], "the worker")
-
-
 class Sandbox(unittest.TestCase):
     def test_confines_the_worker_and_is_reported(self):
         with Daemon() as daemon:
-            reported = sandbox_of(daemon)
+            reported = daemon.sandbox()
             if SANITIZED:
                 self.assertEqual(reported, "none")
                 return
             self.assertIn(reported, ("seccomp", "seccomp, landlock"))
             self.assertEqual("sandbox_incomplete" in daemon.log(), reported != "seccomp, landlock")
-            status = status_of(daemon)
+            status = status_of(daemon.worker())
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
             held = {name: int(status[name], 16) for name in ("CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb")}
             self.assertFalse(any(held.values()) and os.geteuid() == 0, held)
@@ -50,9 +38,8 @@ class Sandbox(unittest.TestCase):
     @unittest.skipIf(SANITIZED, "a sanitizer maps terabytes")
     def test_limits_the_resources_of_the_worker(self):
         with Daemon("--jobs", "3", "--job-memory-bytes", str(1 << 30)) as daemon:
-            sandbox_of(daemon)
-            pid = daemon.worker()
-            lines = pathlib.Path(f"/proc/{pid}/limits").read_text(encoding="ascii").splitlines()
+            daemon.sandbox()
+            lines = pathlib.Path(f"/proc/{daemon.worker()}/limits").read_text(encoding="ascii").splitlines()
             limits = {line[:26].strip(): line[26:].split()[:2] for line in lines}
             for name, most in (("Max open files", 256 + 3 * 32), ("Max data size", (2 << 30) + 2 * 3 * (1 << 30)),
                                ("Max file size", 1 << 30), ("Max core file size", 0), ("Max msgqueue size", 0)):
@@ -60,9 +47,8 @@ class Sandbox(unittest.TestCase):
 
     def test_gives_the_daemon_priority(self):
         with Daemon() as daemon:
-            pid = wait_until(daemon.worker, "the worker")
-            sandbox_of(daemon)
-            daemons, workers = (os.getpriority(os.PRIO_PROCESS, which) for which in (daemon.process.pid, pid))
+            daemon.sandbox()
+            daemons, workers = (os.getpriority(os.PRIO_PROCESS, which) for which in (daemon.process.pid, daemon.worker()))
             self.assertEqual(workers, min(19, daemons + 5))
 
     def test_every_example_renders_in_every_format(self):
@@ -79,8 +65,8 @@ class Sandbox(unittest.TestCase):
     @unittest.skipUnless(shutil.which("setpriv"), "no setpriv")
     def test_needs_no_capability(self):
         with Daemon("--assets", SOURCE / "scenes", wrapper=NO_CAPABILITIES) as daemon:
-            sandbox_of(daemon)
-            self.assertEqual(int(status_of(daemon)["CapBnd"], 16), 0)
+            daemon.sandbox()
+            self.assertEqual(int(status_of(daemon.worker())["CapBnd"], 16), 0)
             daemon.rendered(small(SOURCE / "scenes" / "mesh_files.json"))
 
     def test_needs_no_asset_directory(self):
