@@ -38,8 +38,7 @@ class Batches(BrowserTest):
 
     def test_makes_a_sweep_and_shows_it_by_its_axes(self):
         """A part of acceptance test 38: 12 cells, each at the values of its row and column."""
-        job = self.daemon.submit(scene(64, 48, name="swept"))
-        self.daemon.wait_for_end(job)
+        job = self.daemon.rendered(scene(64, 48, name="swept"))["id"]
         self.open(f"#/jobs/{job}")
         self.browser.button("Sweep").click()
         self.fill("/camera/fov", "/camera/fov")

@@ -1,5 +1,4 @@
 """Compare: numbers against the command line, modes, links, the way there."""
-import hashlib
 import json
 import re
 
@@ -8,16 +7,14 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import SCRIPTS, BrowserTest
-from tests.http.daemon import json_of, scene
+from tests.http.daemon import json_of, scene, sha256
 from tests.support.images import read_png
 from tests.support.whittle import temporary_directory, whittle
 
 
 class Compare(BrowserTest):
     def rendered(self, **changes):
-        job = self.daemon.submit(scene(96, 72, **changes))
-        self.assertEqual(self.daemon.wait_for_end(job)["state"], "succeeded")
-        return job
+        return self.daemon.rendered(scene(96, 72, **changes))["id"]
 
     def by_command(self, first, second, name="image.png"):
         """`whittle diff --json` of the files of two jobs."""
@@ -85,9 +82,9 @@ class Compare(BrowserTest):
             path.write_bytes(self.daemon.get(f"/v1/jobs/{other}/{name}").body)
             self.open(f"#/compare?a={job}")
             self.browser.one("input[type=file]").send_keys(str(path))
-            sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-            self.browser.until(lambda sha256=sha256: f"b={sha256}" in self.browser.current_url, "the hash in the address")
-            expected = json_of(self.daemon.request("POST", "/v1/compare", {"a": job, "b": sha256}))
+            upload = sha256(path.read_bytes())
+            self.browser.until(lambda upload=upload: f"b={upload}" in self.browser.current_url, "the hash in the address")
+            expected = json_of(self.daemon.request("POST", "/v1/compare", {"a": job, "b": upload}))
             self.assert_shows(expected)
             self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")
             self.assertEqual(self.browser.all(".tab thead"), [])  # a file has no document

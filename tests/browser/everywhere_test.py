@@ -1,5 +1,4 @@
 """Requirements of every view: accessibility, narrow screens, sizes, no other host."""
-import hashlib
 import http.client
 import os
 import pathlib
@@ -12,7 +11,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import SCRIPTS, Browser, BrowserTest
-from tests.http.daemon import Daemon, json_of, scene
+from tests.http.daemon import Daemon, json_of, scene, sha256
 from tests.http.keys_test import new_key
 from tests.http.page_test import CACHE
 from tests.support.sources import SOURCE
@@ -26,8 +25,7 @@ class Everywhere(BrowserTest):
     def setUpClass(cls):
         super().setUpClass()
         layers = {"formats": ["png", "exr"], "layers": ["error", "samples"]}
-        done = cls.daemon.submit(scene(80, 60, name=200 * "n", samples=2, output=layers, job={"labels": {"shot": "12"}}))
-        cls.daemon.wait_for_end(done)
+        done = cls.daemon.rendered(scene(80, 60, name=200 * "n", samples=2, output=layers, job={"labels": {"shot": "12"}}))["id"]
         cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
         measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(name=200 * "s"), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         cls.daemon.wait_for_end(measured)
@@ -114,17 +112,15 @@ class FarDaemon(Daemon):
 def use_from_afar():
     """Upload, copy, compare."""
     with tempfile.TemporaryDirectory() as directory, FarDaemon(directory) as daemon, Browser() as browser:
-        job = daemon.submit(scene(96, 72))
-        daemon.wait_for_end(job)
+        job = daemon.rendered(scene(96, 72))["id"]
         image = pathlib.Path(directory) / "reference.png"
-        other = daemon.submit(scene(96, 72, ambient=0.2))
-        daemon.wait_for_end(other)
+        other = daemon.rendered(scene(96, 72, ambient=0.2))["id"]
         image.write_bytes(daemon.get(f"/v1/jobs/{other}/image.png").body)
         browser.get(f"http://192.0.2.1:{daemon.port}/#/compare?a={job}")
         browser.one("dialog[open] input[type=password]").send_keys(daemon.key, Keys.ENTER)
         assert browser.execute_script("return [isSecureContext, typeof crypto.subtle, typeof navigator.clipboard]") == [False, "undefined", "undefined"]
         browser.one("input[type=file]").send_keys(str(image))
-        browser.until(lambda: f"b={hashlib.sha256(image.read_bytes()).hexdigest()}" in browser.current_url, "the upload")
+        browser.until(lambda: f"b={sha256(image.read_bytes())}" in browser.current_url, "the upload")
         values = browser.until(lambda: browser.all(".facts-list dd[data-value]"), "the comparison")
         assert float(values[0].get_attribute("data-value")) > 1
         browser.get("about:blank")

@@ -26,11 +26,6 @@ def example(name, **changes):
 class JobPage(BrowserTest):
     options = ("--assets", str(SOURCE / "scenes"))
 
-    def finished(self, document):
-        job = self.daemon.wait_for_end(self.daemon.submit(document))
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-        return job
-
     def pixels(self, selector):
         return self.browser.execute_script(SCRIPTS + "return codesOf(arguments[0])", selector)
 
@@ -42,7 +37,7 @@ class Account(JobPage):
     def test_shows_shares_and_levels_of_the_report(self):
         """Acceptance test 20, for a job whose error has every part."""
         accuracy = {"samples": [2, 2], "cutoff": 0.3, "max_depth": 2, "approximate": {"shadows": "none"}}
-        job = self.finished(example("transparency", accuracy=accuracy))
+        job = self.daemon.rendered(example("transparency", accuracy=accuracy))
         error = job["report"]["error"]
         self.assertGreater(min(error["parts"][name] for name in ("sampling", "approximation", "depth", "cutoff")), 0)
         self.open(f"#/jobs/{job['id']}?tab=error")
@@ -61,7 +56,7 @@ class Account(JobPage):
 
     def test_pixels_of_the_map_equal_the_layer(self):
         """Acceptance test 21: the value under the pointer against the reader of tests/support, the colors against the service."""
-        job = self.finished(example("transparency", accuracy={"samples": [4, 4]}, output={"formats": ["png", "exr"], "layers": ["error", "samples"]}))
+        job = self.daemon.rendered(example("transparency", accuracy={"samples": [4, 4]}, output={"formats": ["png", "exr"], "layers": ["error", "samples"]}))
         self.open(f"#/jobs/{job['id']}?tab=error")
         self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")
         white = self.browser.one("input.white").get_attribute("value")
@@ -79,7 +74,7 @@ class Account(JobPage):
         return shown if f"x {x}, y {y} " in shown else None
 
     def test_offers_to_render_with_the_layers(self):
-        job = self.finished(example("tiny", accuracy={"samples": [1, 1]}))
+        job = self.daemon.rendered(example("tiny", accuracy={"samples": [1, 1]}))
         self.open(f"#/jobs/{job['id']}?tab=error")
         self.browser.button("Render again with them").click()
         self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")
@@ -91,7 +86,7 @@ class Account(JobPage):
 
 class Views(JobPage):
     def test_shows_layers_and_exposures(self):
-        job = self.finished(example("transparency", accuracy={"samples": [2, 2]}, output={"formats": ["png", "exr"], "layers": ["depth", "error"]}))
+        job = self.daemon.rendered(example("transparency", accuracy={"samples": [2, 2]}, output={"formats": ["png", "exr"], "layers": ["depth", "error"]}))
         self.open(f"#/jobs/{job['id']}")
         first = self.browser.until(lambda: self.source(), "the image")
         ActionChains(self.browser).send_keys("2").perform()
@@ -115,7 +110,7 @@ class Views(JobPage):
 
     def test_shows_that_a_target_is_missed(self):
         """In the list, and in the account of the error, which leaves out causes without a part."""
-        job = self.finished(example("transparency", accuracy={"target_error": 0.01, "samples": [1, 2]}))
+        job = self.daemon.rendered(example("transparency", accuracy={"target_error": 0.01, "samples": [1, 2]}))
         self.open()
         self.browser.until(lambda: self.browser.text(f'.rows tr[data-id="{job["id"]}"] .state') == "target missed", "the word")
         self.open(f"#/jobs/{job['id']}?tab=error")
@@ -202,7 +197,7 @@ class Life(JobPage):
     def test_links_lead_to_the_line_that_needs_a_feature(self):
         """Acceptance test 23, for one example: the first need of the cost."""
         value = example("transparency")
-        job = self.finished({**value, "accuracy": {"samples": [1, 1]}})
+        job = self.daemon.rendered({**value, "accuracy": {"samples": [1, 1]}})
         self.open(f"#/jobs/{job['id']}?tab=cost")
         link = self.browser.until(lambda: self.browser.all(".needs a"), "the needs")[0]
         pointer = link.text
@@ -221,7 +216,7 @@ class Life(JobPage):
         document["objects"] += [{**document["objects"][0], "radius": 0.5 + index / 10_000} for index in range(800)]
         written = json.dumps(document, indent=2)
         self.assertGreater(len(written), 100_000)
-        job = self.finished(written.encode())
+        job = self.daemon.rendered(written.encode())
         self.open(f"#/jobs/{job['id']}?tab=document")
         self.browser.until(lambda: self.browser.all(".document .editor"), "the editor")
         self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor').shadowRoot?.querySelector('.cm-content')"), "its text").send_keys("x")
@@ -231,7 +226,7 @@ class Life(JobPage):
 
     def test_the_copied_commands_render_the_same_image(self):
         """Acceptance test 26, also for Python and the command line."""
-        job = self.finished(example("tiny", accuracy={"samples": [2, 2]}))
+        job = self.daemon.rendered(example("tiny", accuracy={"samples": [2, 2]}))
         self.open(f"#/jobs/{job['id']}?tab=document")
         self.browser.execute_script("Object.defineProperty(navigator, 'clipboard', {value: {writeText: async (text) => { window.copied = text; }}})")
         with urllib.request.urlopen(self.address(f"v1/jobs/{job['id']}/image.png")) as reply:

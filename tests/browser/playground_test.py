@@ -1,7 +1,6 @@
 """The playground: drafts while typing, completion, problems, orbit, dropped files."""
 import base64
 import contextlib
-import hashlib
 import json
 import math
 import sqlite3
@@ -12,7 +11,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import SCRIPTS, BrowserTest
-from tests.http.daemon import json_of, scene, wait_until
+from tests.http.daemon import json_of, scene, sha256, wait_until
 from tests.support.sources import SOURCE, text
 
 SHAPES = text("scenes/shapes.json")
@@ -246,7 +245,7 @@ class Assistance(Playground):
     def test_names_a_dropped_file(self):
         """Acceptance test 34. Beside any text that names a file an image becomes a texture."""
         path = SOURCE / "scenes/assets/tile.png"
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        digest = sha256(path.read_bytes())
         document = json.dumps({**scene(64, 48), "background": {"color": 0.5}, "textures": {"tile": {"file": ""}}})
         for expected in (["PUT"], []):
             self.set_document(document)
@@ -261,7 +260,7 @@ class Assistance(Playground):
         self.browser.until(lambda: json.loads(self.document()).get("textures") == {"tile": {"file": f"sha256:{digest}"}}, "the texture")
         model = (SOURCE / "scenes/assets/stone.glb").read_bytes()
         self.editor("dropFile(view, ...arguments)", "stone.glb", base64.b64encode(model).decode())
-        self.browser.until(lambda: json.loads(self.document()).get("model") == f"sha256:{hashlib.sha256(model).hexdigest()}", "the model")
+        self.browser.until(lambda: json.loads(self.document()).get("model") == f"sha256:{sha256(model)}", "the model")
         self.browser.until(lambda: self.browser.all(".canvas img"), "its image")
 
 

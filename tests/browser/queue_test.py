@@ -105,8 +105,7 @@ class Queue(BrowserTest):
 
     def test_filters_and_searches(self):
         self.submit_many(3)
-        done = self.daemon.submit(scene(name="needle"))
-        self.daemon.wait_for_end(done)
+        done = self.daemon.rendered(scene(name="needle"))["id"]
         self.open("#/?state=succeeded")
         self.browser.until(lambda: self.names() == ["needle"], "one row")
         self.open("#/")

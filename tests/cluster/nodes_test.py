@@ -1,12 +1,11 @@
 """Nodes that share a database: every route works on every node, wherever the job runs."""
-import hashlib
 import io
 import tarfile
 import time
 import unittest
 
 from tests.cluster.nodes import Cluster
-from tests.http.daemon import json_of, long_scene, scene, wait_until
+from tests.http.daemon import json_of, long_scene, scene, sha256, wait_until
 from tests.http.events_test import Stream
 from tests.http.keys_test import new_key
 from tests.support.images import read_png
@@ -116,7 +115,7 @@ class RolesTest(unittest.TestCase):
         wait_until(lambda: json_of(self.other.get(f"/v1/batches/{submitted}"))["jobs"]["succeeded"] == 3, "the batch")
         jobs = [job["id"] for job in json_of(self.other.get(f"/v1/jobs?batch={submitted}"))["items"]]
         archive = tarfile.open(fileobj=io.BytesIO(self.one.get(f"/v1/batches/{submitted}/artifacts.tar").body))
-        images = {hashlib.sha256(archive.extractfile(each).read()).hexdigest() for each in archive}
+        images = {sha256(archive.extractfile(each).read()) for each in archive}
         self.assertEqual(images, {self.other.job(job)["artifacts"][0]["sha256"] for job in jobs})
         retried = json_of(self.other.request("POST", "/v1/jobs/bulk", {"action": "remove", "ids": jobs}))
         self.assertEqual(retried["done"], 3)

@@ -1,9 +1,8 @@
 """One image on two nodes with one thread each has the bytes of one node."""
-import hashlib
 import unittest
 
 from tests.cluster.nodes import Cluster
-from tests.http.daemon import Daemon, scene, wait_until
+from tests.http.daemon import Daemon, scene, sha256, wait_until
 
 
 def mirrors(width=320, height=240, samples=None, **changes):
@@ -24,7 +23,7 @@ CROP["image"]["crop"] = [101, 37, 450, 300]
 
 
 def hashes(node, job):
-    return [hashlib.sha256(node.get(f"/v1/jobs/{job}/image.{name}").body).hexdigest() for name in ("png", "exr")]
+    return [sha256(node.get(f"/v1/jobs/{job}/image.{name}").body) for name in ("png", "exr")]
 
 
 def alone(document):

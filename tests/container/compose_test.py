@@ -1,6 +1,5 @@
 """docker/compose.yaml as it stands, started by docker-compose through the engine's interface, spoken to through its TLS
 proxy."""
-import hashlib
 import http.client
 import pathlib
 import shutil
@@ -13,7 +12,7 @@ import unittest
 from tests.container import images, machine
 from tests.container.container import Running
 from tests.container.engine import STORE, attempt, podman_environment
-from tests.http.daemon import PATIENCE_S, Served, json_of, long_scene, wait_until
+from tests.http.daemon import PATIENCE_S, Served, json_of, long_scene, put, sha256, wait_until
 from tests.http.keys_test import new_key
 from tests.support.sources import SOURCE
 
@@ -137,10 +136,9 @@ class ComposeBehindTls(unittest.TestCase):
         self.assertIn(b'"state":"cancelled"', received + stream.read())
 
     def test_takes_an_asset_of_100_megabytes(self):
-        block = hashlib.sha256(b"an asset").digest() * 1000
+        block = sha256(b"an asset").encode() * 500
         asset = (block * (ASSET_BYTES // len(block) + 1))[:ASSET_BYTES]
-        name = hashlib.sha256(asset).hexdigest()
-        reply = self.daemon.request("PUT", f"/v1/assets/{name}", asset, {"Content-Type": "application/octet-stream"})
+        reply = put(self.daemon, asset)
         self.assertEqual(reply.status, 201, reply.body)
         self.assertEqual(json_of(reply)["bytes"], ASSET_BYTES)
-        self.assertEqual(self.daemon.request("HEAD", f"/v1/assets/{name}").headers["Content-Length"], str(ASSET_BYTES))
+        self.assertEqual(self.daemon.request("HEAD", f"/v1/assets/{sha256(asset)}").headers["Content-Length"], str(ASSET_BYTES))

@@ -1,5 +1,4 @@
 """Every example of the page /docs runs as it stands there: the curl command and the Python program of each operation."""
-import hashlib
 import html
 import json
 import os
@@ -8,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene
+from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene, sha256
 from tests.http.webhooks_test import SECRET_TEXT, Receiver
 from tests.support.sources import SOURCE
 from tests.support.whittle import temporary_directory
@@ -26,7 +25,7 @@ class ApiExamples(unittest.TestCase):
         (cls.directory / "secret").write_text(SECRET_TEXT, encoding="ascii")
         (cls.directory / "scene.json").write_text(json.dumps(scene()), encoding="utf-8")
         (cls.directory / "texture.png").write_bytes(TEXTURE.read_bytes())
-        cls.sha256 = hashlib.sha256(TEXTURE.read_bytes()).hexdigest()
+        cls.sha256 = sha256(TEXTURE.read_bytes())
         cls.receiver = cls.enterClassContext(Receiver())
         cls.daemon = cls.enterClassContext(Daemon("--webhook-secret-file", cls.directory / "secret", "--webhook-networks", "127.0.0.0/8"))
         cls.daemon.request("PUT", f"/v1/assets/{cls.sha256}", TEXTURE.read_bytes())

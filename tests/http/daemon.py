@@ -146,10 +146,7 @@ class Served:
 
     def rendered(self, document):
         """Submits a job and returns it when it has succeeded."""
-        job = self.wait_for_end(self.submit(document))
-        if job["state"] != "succeeded":
-            raise AssertionError(f"{job['state']}: {job['problem']}")
-        return job
+        return self.wait_for_success(self.submit(document))
 
     def start_job(self, document=None):
         """Submits a job, by default a long one, and returns its id when it runs."""
@@ -193,6 +190,12 @@ class Served:
 
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
+
+    def wait_for_success(self, job_id):
+        job = self.wait_for_end(job_id)
+        if job["state"] != "succeeded":
+            raise AssertionError(f"{job['state']}: {job['problem']}")
+        return job
 
     def finished_batch(self, **body):
         """Submits a batch and returns it when all its jobs have ended."""

@@ -108,8 +108,7 @@ class EventsOfAllJobs(unittest.TestCase):
             batch = json_of(daemon.request("POST", "/v1/batches", {"scene": scene(name="frame"), "frames": [{}, {}]}))["id"]
             body = {"scene": scene(name="measured", accuracy={}), "settings": {"parameters": ["samples"], "reference_samples": 16}}
             with Stream(daemon, "/v1/events") as of_all, Stream(daemon, f"/v1/events?batch={batch}") as of_batch:
-                draft = daemon.submit(scene(name="draft", job={"keep": False}))
-                daemon.wait_for_end(draft)
+                draft = daemon.rendered(scene(name="draft", job={"keep": False}))["id"]
                 measured = json_of(daemon.request("POST", "/v1/measure", body))["id"]
                 daemon.wait_for_end(measured)
                 for job in json_of(daemon.get(f"/v1/jobs?batch={batch}"))["items"]:

@@ -109,8 +109,7 @@ class FullDisk(unittest.TestCase):
             disk.fill()
             wait_until(lambda: "attempt_failed" in daemon.log() or daemon.job(job_id)["state"] != "running", "the image")
             disk.make_room()
-            job = daemon.wait_for_end(job_id)
-            self.assertEqual(job["state"], "succeeded", job["problem"])
+            job = daemon.wait_for_success(job_id)
             self.assertEqual(sha256(daemon.get(job["artifacts"][0]["url"]).body), job["artifacts"][0]["sha256"])
 
     def test_starts_on_a_full_disk(self):

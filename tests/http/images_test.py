@@ -1,10 +1,9 @@
 """Images: rendered while the client waits, or downloaded from a job."""
 import contextlib
-import hashlib
 import sqlite3
 import unittest
 
-from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, sha256, wait_until
 
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 EXR_MAGIC = b"\x76\x2f\x31\x01"
@@ -25,8 +24,8 @@ class Damage(unittest.TestCase):
     def test_is_found_at_each_read(self):
         with Daemon() as daemon, contextlib.closing(sqlite3.connect(daemon.data / "whittle.db")) as database:
             large, small = (daemon.rendered(document) for document in (LARGE, scene()))
-            sha256 = large["artifacts"][0]["sha256"]
-            file = daemon.data / sha256[:2] / sha256
+            name = large["artifacts"][0]["sha256"]
+            file = daemon.data / name[:2] / name
             image, row = (daemon.get(job["links"]["image"]).body for job in (large, small))
 
             def change_row():
@@ -42,15 +41,15 @@ class Damage(unittest.TestCase):
     def test_a_changed_image_is_an_error_and_rendered_again_by_a_retry(self):
         with Daemon() as daemon:
             jobs = [daemon.rendered(LARGE) for _ in range(2)]
-            sha256 = jobs[0]["artifacts"][0]["sha256"]
+            name = jobs[0]["artifacts"][0]["sha256"]
             image = daemon.get(jobs[0]["links"]["image"]).body
             self.assertEqual(daemon.request("POST", f"/v1/jobs/{jobs[0]['id']}/retry").status, 409, "it is undamaged")
             daemon.kill()
-            file = daemon.data / sha256[:2] / sha256
+            file = daemon.data / name[:2] / name
             file.write_bytes(image[:-1] + bytes([image[-1] ^ 1]))
             with Daemon(data=daemon.data) as restarted:
                 found = wait_until(lambda: restarted.log_rows("artifact_damaged"), "the event")
-                self.assertEqual([row["sha256"] for row in found], [sha256], "found in the background")
+                self.assertEqual([row["sha256"] for row in found], [name], "found in the background")
                 self.assert_damaged(restarted, jobs[0])
                 self.assert_rendered_again(restarted, jobs[0], image)
                 self.assertEqual(restarted.get(jobs[1]["links"]["image"]).body, image, "equal images are one file")
@@ -122,9 +121,9 @@ class Image(OneDaemon):
 
     def test_has_its_sha256_as_etag_and_is_immutable(self):
         reply = self.daemon.get(self.path)
-        sha256 = hashlib.sha256(reply.body).hexdigest()
-        self.assertLessEqual({"sha256": sha256, "bytes": len(reply.body), "url": self.path}.items(), self.job["artifacts"][0].items())
-        self.assertEqual(reply.headers["ETag"], f'"{sha256}"')
+        name = sha256(reply.body)
+        self.assertLessEqual({"sha256": name, "bytes": len(reply.body), "url": self.path}.items(), self.job["artifacts"][0].items())
+        self.assertEqual(reply.headers["ETag"], f'"{name}"')
         self.assertIn("immutable", reply.headers["Cache-Control"])
         self.assertEqual(reply.headers["Accept-Ranges"], "bytes")
         again = self.daemon.get(self.path, If_None_Match=reply.headers["ETag"])

@@ -36,9 +36,7 @@ class Measurements(OneDaemon):
         job = json_of(reply)
         self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
         self.assertEqual((job["kind"], job["measurement"], job["report"]), ("measure", None, None))
-        job = self.daemon.wait_for_end(job["id"])
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-        return job
+        return self.daemon.wait_for_success(job["id"])
 
     def artifact(self, job, name):
         found = [artifact for artifact in job["artifacts"] if artifact["name"] == name]

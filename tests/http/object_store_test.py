@@ -63,8 +63,7 @@ class BucketTest(SharedFilesTest):
         self.assertEqual(b.get(f"/v1/assets/{sha256(TILE)}").body, TILE)
         jobs = [b.submit(textured(TILE, name=f"{i}")) for i in range(6)]
         for job in jobs:
-            self.assertEqual(a.wait_for_end(job)["state"], "succeeded")
-            self.assertEqual(a.job(job)["artifacts"][0]["sha256"], expected[0]["sha256"])
+            self.assertEqual(a.wait_for_success(job)["artifacts"][0]["sha256"], expected[0]["sha256"])
             images = [node.get(f"/v1/jobs/{job}/image.png").body for node in (a, b)]
             self.assertEqual([sha256(image) for image in images], [expected[0]["sha256"]] * 2)
         self.assertEqual(len(self.keys("artifacts")), 1)
@@ -302,8 +301,7 @@ class SharedDirectoryTest(SharedFilesTest):
         put(a, TILE)
         jobs = [a.submit(textured(TILE, name=f"{i}")) for i in range(4)]
         for job in jobs:
-            ended = b.wait_for_end(job)
-            self.assertEqual(ended["state"], "succeeded")
+            ended = b.wait_for_success(job)
             for node in (a, b):
                 self.assertEqual(sha256(node.get(f"/v1/jobs/{job}/image.png").body), ended["artifacts"][0]["sha256"])
         self.assertTrue((self.directory / "assets" / sha256(TILE)[:2] / sha256(TILE)).exists())
