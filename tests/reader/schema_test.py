@@ -2,9 +2,7 @@
 name the members and enumerators that they stand for."""
 
 import copy
-import glob
 import json
-import os
 import re
 import unittest
 
@@ -12,16 +10,14 @@ import jsonschema
 
 from api import scene_schema as tables
 from tests.reader import invalid_documents
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-
-
-def load(path):
-    with open(os.path.join(ROOT, path), encoding="utf-8") as file:
-        return json.load(file)
-
+from tests.support.sources import SOURCE
 
 SCHEMA = tables.load()
+
+
+def load(pattern):
+    """{path: document}"""
+    return {path: json.loads(path.read_text("utf-8")) for path in sorted(SOURCE.glob(pattern))}
 
 
 def accepts(document, schema=SCHEMA):
@@ -60,11 +56,11 @@ class SchemaTest(unittest.TestCase):
         jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
     def test_accepts_every_example(self):
-        files = glob.glob(os.path.join(ROOT, "scenes/*.json"))
-        self.assertTrue(files)
-        for path in files:
-            with self.subTest(os.path.basename(path)):
-                self.assertTrue(accepts(shortened(load(path))))
+        scenes = load("scenes/*.json")
+        self.assertTrue(scenes)
+        for path, document in scenes.items():
+            with self.subTest(path.name):
+                self.assertTrue(accepts(shortened(document)))
 
     def test_rejects_every_invalid_document_whose_error_a_schema_can_express(self):
         cases = [case for case in invalid_documents.bases() + invalid_documents.cases() if case.is_read and case.request == "scene"]
@@ -74,7 +70,7 @@ class SchemaTest(unittest.TestCase):
                 self.assertEqual(accepts(json.loads(case.text)), case.schema_accepts)
 
     def test_defines_only_properties_that_the_documents_of_every_field_use(self):
-        documents = [load(path) for path in sorted(glob.glob(os.path.join(ROOT, "tests/reader/every_field*.json")))]
+        documents = load("tests/reader/every_field*.json").values()
         self.assertTrue(all(accepts(document) for document in documents))
         for path in properties(SCHEMA):
             if "if" in path:  # a condition, not a field
