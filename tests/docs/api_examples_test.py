@@ -16,6 +16,7 @@ FORMATS = ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]
 TEXTURE = SOURCE / "scenes/assets/tile.png"
 BLOCKS = re.compile(r'<h2 id="(\w+)">(?:(?!<h2).)*?<pre>(.*?)</pre><details><summary>Python</summary><pre>(.*?)</pre></details>', re.DOTALL)
 ENDLESS = "getEvents"
+SWEEP = {"/camera/fov": [30, 40]}
 
 
 class ApiExamples(unittest.TestCase):
@@ -37,10 +38,8 @@ class ApiExamples(unittest.TestCase):
     def values_of_replies(cls):
         """Values for the words in capitals."""
         output = {"formats": FORMATS, "layers": ["depth"]}
-        job = cls.daemon.submit(scene(output=output, job={"webhook": {"url": cls.receiver.url()}}))
-        other, batch = cls.daemon.submit(scene(samples=2)), cls.batch(scene())
-        for each in (job, other):
-            assert cls.daemon.wait_for_end(each)["state"] == "succeeded"
+        job = cls.daemon.rendered(scene(output=output, job={"webhook": {"url": cls.receiver.url()}}))["id"]
+        other, batch = cls.daemon.rendered(scene(samples=2))["id"], cls.daemon.finished_batch(scene=scene(), sweep=SWEEP)["id"]
         delivery = json_of(cls.daemon.get(f"/v1/jobs/{job}/deliveries"))["items"][0]["id"]
         test = cls.daemon.request("POST", "/v1/webhooks/test", {"url": cls.receiver.url()}).headers["Location"].rsplit("/", 1)[1]
         tree, file = re.search(r'"/ui/([^"/]+)/([^"]+\.js)"', cls.daemon.get("/", Accept="text/html").body.decode()).groups()
@@ -48,18 +47,9 @@ class ApiExamples(unittest.TestCase):
                 "SHA256": cls.sha256, "https://example.com/done": cls.receiver.url()}
 
     @classmethod
-    def batch(cls, document, end=True):
-        batch = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": document, "sweep": {"/camera/fov": [30, 40]}}))
-        if end:
-            for job in json_of(cls.daemon.get(batch["links"]["jobs"]))["items"]:
-                cls.daemon.wait_for_end(job["id"])
-        return batch["id"]
-
-    @classmethod
     def measurement(cls):
         job = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"]}}))
-        assert cls.daemon.wait_for_end(job["id"])["state"] == "succeeded"
-        return job["id"]
+        return cls.daemon.wait_for_success(job["id"])["id"]
 
     @classmethod
     def values_for(cls, operation):
@@ -71,12 +61,12 @@ class ApiExamples(unittest.TestCase):
                 cls.daemon.request("POST", f"/v1/jobs/{job}/cancel")
             return {"JOB": job}
         if operation in ("cancelBatch", "retryBatch"):
-            batch = cls.batch(waiting, end=False)
+            batch = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": waiting, "sweep": SWEEP}))["id"]
             if operation == "retryBatch":
                 cls.daemon.request("POST", f"/v1/batches/{batch}/cancel")
             return {"BATCH": batch}
         if operation == "removeBatch":
-            return {"BATCH": cls.batch(scene())}
+            return {"BATCH": cls.daemon.finished_batch(scene=scene(), sweep=SWEEP)["id"]}
         if operation == "getPreviewPng":
             return {"JOB": cls.daemon.cancel_in_work(long_scene())["id"]}
         if operation.startswith("getMeasure") or operation == "getReferenceExr":
