@@ -1,11 +1,9 @@
 """docker/compose.yaml as it stands, started by docker-compose through the engine's interface, spoken to through its TLS
 proxy."""
 import http.client
-import pathlib
 import shutil
 import ssl
 import subprocess
-import tempfile
 import time
 import unittest
 
@@ -15,6 +13,7 @@ from tests.container.engine import STORE, attempt, podman_environment
 from tests.http.daemon import PATIENCE_S, Served, json_of, long_scene, put, sha256, wait_until
 from tests.http.keys_test import new_key
 from tests.support.sources import SOURCE
+from tests.support.whittle import temporary_directory
 
 PROJECT = "whittletest"
 ASSET_BYTES = 100_000_000
@@ -36,7 +35,7 @@ class Compose:
     """The services of compose.yaml, until they are taken down."""
 
     def __init__(self, directory):
-        self.directory = pathlib.Path(directory) / "docker"
+        self.directory = directory / "docker"
         shutil.copytree(SOURCE / "docker", self.directory, ignore=shutil.ignore_patterns("secrets"))
         self.key = write_secrets(self.directory / "secrets")
         self.address = STORE / "podman.sock"
@@ -112,7 +111,7 @@ class ComposeBehindTls(unittest.TestCase):
         images.proxy()
         if reason := machine.why_no_networks() or machine.why_no("docker-compose", "openssl"):
             raise unittest.SkipTest(f"Compose joins services by a network: {reason}")
-        compose = Compose(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        compose = Compose(temporary_directory(cls))
         cls.addClassCleanup(compose.down)
         compose.up()
         cls.compose = compose
