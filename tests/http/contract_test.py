@@ -199,7 +199,7 @@ class Contract(ContractParts, OneDaemon):
         """Returns the reply to a render during which `end_it(job)` ends the queued job."""
         answer = daemon.in_background("POST", "/v1/render", scene(name="waits"))
         end_it(wait_until(lambda: json_of(daemon.get("/v1/jobs?state=queued&q=waits"))["items"], "the job")[0])
-        return answer()
+        return answer.result()
 
     def check_jobs(self):
         job = self.daemon.submit(scene(job={"labels": {"a": "b"}}))

@@ -78,7 +78,7 @@ class Draining(unittest.TestCase):
             refused = daemon.request("POST", "/v1/jobs", scene())
             self.assertEqual((refused.status, json_of(refused)["type"]), (503, "urn:whittle:problem:draining"))
             self.assertEqual(daemon.job(queued)["state"], "queued")
-            waiting = answer()
+            waiting = answer.result()
             self.assertEqual((waiting.status, waiting.headers["Content-Type"]), (200, "image/png"))
             self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
             daemon.start()
@@ -91,7 +91,7 @@ class Draining(unittest.TestCase):
             job_id = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=too"))["items"], "the job")[0]["id"]
             daemon.wait_for_state(job_id, "running")
             self.assertEqual(daemon.terminate(), 0)
-            waiting = answer()
+            waiting = answer.result()
             self.assertEqual((waiting.status, json_of(waiting)["id"]), (202, job_id))
             daemon.start()
             job = daemon.wait_for_state(job_id, "running")

@@ -3,6 +3,7 @@
 Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is waited for.
 """
 import collections
+import concurrent.futures
 import contextlib
 import hashlib
 import http.client
@@ -15,7 +16,6 @@ import signal
 import socket
 import subprocess
 import tempfile
-import threading
 import time
 import unittest
 
@@ -105,16 +105,8 @@ class Served:
         return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
 
     def in_background(self, *request):
-        """Sends the request; returns a function that waits for the reply."""
-        replies = []
-        thread = threading.Thread(target=lambda: replies.append(self.request(*request)))
-        thread.start()
-
-        def answer():
-            thread.join()
-            return replies[0]
-        answer.pending = thread.is_alive
-        return answer
+        """Sends the request; the future of its reply."""
+        return concurrent.futures.ThreadPoolExecutor(1).submit(self.request, *request)
 
     def health(self, path, method="GET"):
         return self.request(method, path, port=self.health_port)

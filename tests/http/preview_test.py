@@ -82,7 +82,7 @@ class Previews(OneDaemon):
         for query in ("", "?max=300", "?max=1024"):
             self.assertEqual(self.preview(job["id"], query).status, 303, query)
         answers = {side: self.daemon.in_background("GET", f"/v1/jobs/{job['id']}/preview?max={side}") for side in range(40, 80)}
-        self.assertEqual({side: size_of(answer().body)[0] for side, answer in answers.items()}, {side: side for side in answers})
+        self.assertEqual({side: size_of(answer.result().body)[0] for side, answer in answers.items()}, {side: side for side in answers})
 
     @unittest.skipIf("thread" in SANITIZED, "a worker is killed before the tile in work ends")
     def test_of_a_cancelled_job_is_kept(self):

@@ -47,7 +47,7 @@ class IdempotentRendering(OneDaemon):
     def test_waits_for_the_running_job(self):
         document = scene(600, 400, samples=64, name="under way")
         answers = [self.daemon.in_background("POST", "/v1/render", document, {"Idempotency-Key": "b"}) for _ in range(4)]
-        replies = [answer() for answer in answers]
+        replies = [answer.result() for answer in answers]
         self.assertEqual({(reply.status, reply.body) for reply in replies}, {(200, replies[0].body)})
         self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=under%20way"))["items"]), 1)
         self.assertEqual(sum(reply.headers["Idempotent-Replayed"] == "true" for reply in replies), 3)

@@ -23,9 +23,9 @@ class Waiting(OneDaemon):
         self.assertTrue(etag.startswith('W/"'), "the clock alone changes a job's eta")
         answer = self.daemon.in_background("GET", self.path + "?wait=60", None, {"If-None-Match": etag})
         self.assertEqual(self.daemon.get("/v1/version").status, 200)  # the one handler thread is free
-        self.assertTrue(answer.pending())
+        self.assertFalse(answer.done())
         self.unblock()
-        reply = answer()
+        reply = answer.result()
         self.assertEqual(reply.status, 200)
         self.assertNotEqual(reply.headers["ETag"], etag)
         self.assertIn(json_of(reply)["state"], ("running", "succeeded"))
@@ -62,13 +62,13 @@ class Waiting(OneDaemon):
         self.assertEqual((reply.status, json_of(reply)["state"]), (200, "queued"))
         answer = self.daemon.in_background("GET", self.path + "?wait=60")
         self.unblock()
-        self.assertEqual(json_of(answer())["state"], "succeeded")
+        self.assertEqual(json_of(answer.result())["state"], "succeeded")
 
     def test_a_poll_for_a_job_that_is_removed_is_answered(self):
         answer = self.daemon.in_background("GET", self.path + "?wait=60")
         wait_until(lambda: self.daemon.metrics()["whittle_event_listeners"] == 1, "the poll")
         self.daemon.request("DELETE", self.path)
-        self.assert_problem(answer(), 404, "job_not_found")
+        self.assert_problem(answer.result(), 404, "job_not_found")
 
     def test_rejects_invalid_waits(self):
         for wait in ("61", "-1", "1.5", "", "x", "1&wait=2"):
@@ -81,15 +81,15 @@ class Waiting(OneDaemon):
     def test_prefer_wait_replies_with_the_ended_job(self):
         answer = self.submit("respond-async, wait=600")
         wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=preferred&state=queued"))["items"], "the job")
-        self.assertTrue(answer.pending())
+        self.assertFalse(answer.done())
         self.unblock()
-        reply = answer()
+        reply = answer.result()
         job = json_of(reply)
         self.assertEqual((reply.status, job["state"]), (200, "succeeded"))
         self.assertEqual(reply.headers["Content-Location"], job["links"]["self"])
         self.assertEqual(reply.headers["Preference-Applied"], "wait=60")
 
     def test_prefer_wait_replies_202_at_the_end_of_the_wait(self):
-        reply = self.submit('wait="1"; foo')()
+        reply = self.submit('wait="1"; foo').result()
         self.assertEqual((reply.status, reply.headers["Preference-Applied"]), (202, "wait=1"))
         self.assertEqual(reply.headers["Location"], json_of(reply)["links"]["self"])
