@@ -7,7 +7,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 
 from tests.browser.browser import SCRIPTS, BrowserTest
 from tests.http.animation_test import frames
-from tests.http.daemon import json_of, scene, wait_until
+from tests.http.daemon import json_of, scene
 from tests.support.images import read_png
 from tests.support.whittle import temporary_directory
 
@@ -19,13 +19,10 @@ class Batches(BrowserTest):
         return json_of(self.daemon.get(f"/v1/batches/{batch_id}"))
 
     def submitted(self, **changes):
-        reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(), **changes})
-        self.assertEqual(reply.status, 202, reply.body)
-        return json_of(reply)["id"]
+        return self.daemon.submit({"scene": scene(), **changes}, "/v1/batches")
 
-    def ended(self, batch_id):
-        wait_until(lambda: self.batch(batch_id)["state"] not in ("queued", "running"), "the end of the batch")
-        return batch_id
+    def ended(self, **changes):
+        return self.daemon.finished_batch(**{"scene": scene(), **changes})["id"]
 
     def cells(self):
         """{index: state} of the cells that have a job."""
@@ -68,7 +65,7 @@ class Batches(BrowserTest):
     def test_follows_retries_and_removes(self):
         """Acceptance test 38: one failed cell is retried alone."""
         late = {"deadline": "2020-01-01T00:00:00Z"}
-        batch_id = self.ended(self.submitted(name="some late", frames=[{"job": late}, {"ambient": 0.1}, {"job": late}]))
+        batch_id = self.ended(name="some late", frames=[{"job": late}, {"ambient": 0.1}, {"job": late}])
         self.open("#/batches")
         self.browser.one(f'tr[data-id="{batch_id}"] a').click()
         self.browser.until(lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "failed"}, "the cells")
@@ -91,7 +88,7 @@ class Batches(BrowserTest):
         """Acceptance tests 39 and 40 through the page; images of two sizes are refused in words."""
         directory = temporary_directory(self)
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
-        batch_id = self.ended(self.submitted(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)]))
+        batch_id = self.ended(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)])
         self.open(f"#/batches/{batch_id}")
         self.browser.button("Animation").click()
         self.browser.until(lambda: self.browser.text(".player .number") == "1 / 24", "the first image")
@@ -119,7 +116,7 @@ class Batches(BrowserTest):
             numpy.testing.assert_array_equal(read_png(png), image)
         place, drawn = self.browser.execute_script("const canvas = document.querySelector('.player canvas'); return [canvas.dataset.shown, [...canvas.getContext('2d').getImageData(0, 0, 64, 48).data]]")
         numpy.testing.assert_array_equal(numpy.array(drawn).reshape(48, 64, 4)[:, :, :3], exact[int(place)])
-        sizes = self.ended(self.submitted(sweep={"/image/width": [16, 24]}))
+        sizes = self.ended(sweep={"/image/width": [16, 24]})
         self.open(f"#/batches/{sizes}")
         self.expected.append("409")
         self.browser.button("Download animation").click()

@@ -8,8 +8,8 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from tests.browser.browser import SCRIPTS, Browser, BrowserTest
-from tests.http.daemon import Daemon, json_of, scene, wait_until
-from tests.http.keys_test import new_key
+from tests.http.daemon import Daemon, json_of, scene
+from tests.http.keys_test import bearer, new_key
 from tests.support.whittle import temporary_directory
 
 LATER = {"run_after": "2099-01-01T00:00:00Z"}
@@ -33,9 +33,7 @@ class Queue(BrowserTest):
 
     def submit_many(self, count, **changes):
         frames = [{"name": f"frame {index}"} for index in range(count)]
-        reply = self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER, **changes), "frames": frames})
-        self.assertEqual(reply.status, 202, reply.body)
-        return f"#/?batch={json_of(reply)['id']}"
+        return f"#/?batch={self.daemon.submit({'scene': scene(job=LATER, **changes), 'frames': frames}, '/v1/batches')}"
 
     def test_shows_examples_at_first(self):
         """Images that the service renders, in no list of jobs. One opens the playground with its text."""
@@ -255,6 +253,7 @@ class ApiKeys(unittest.TestCase):
         for name, scopes in (("ann", "jobs:read,jobs:write"), ("bob", "jobs:read")):
             self.keys[name] = new_key(self.file, name, scopes)
         self.daemon = self.enterContext(Daemon("--keys", str(self.file)))
+        self.daemon.allowed = bearer(self.keys["ann"])
         self.browser = self.enterContext(Browser())
 
     def open(self, route="#/"):
@@ -306,19 +305,12 @@ class ApiKeys(unittest.TestCase):
         after = self.browser.execute_script("return document.querySelector('.editor').shadowRoot.querySelector('.cm-content').textContent")
         self.assertEqual(after, before)
 
-    def submitted(self, path, body):
-        reply = self.daemon.request("POST", path, body, {"Authorization": f"Bearer {self.keys['ann']}"})
-        self.assertEqual(reply.status, 202, reply.body)
-        return json_of(reply)["id"]
-
     def test_are_not_needed_by_the_browser_to_save_a_large_file(self):
         """The page gets a ticket for it, and the file is never in its memory."""
         directory = temporary_directory(self)
         output = {"formats": ["png", "exr"], "layers": ["depth", "normal", "albedo", "object_id"], "half": False}
-        batch = self.submitted("/v1/batches", {"name": "large", "scene": scene(1200, 900, output=output), "frames": [{"ambient": index / 10} for index in range(4)]})
-        headers = {"Authorization": f"Bearer {self.keys['bob']}"}
-        wait_until(lambda: json_of(self.daemon.request("GET", f"/v1/batches/{batch}", None, headers))["state"] == "succeeded", "the images")
-        tar = self.daemon.request("GET", f"/v1/batches/{batch}/artifacts.tar", None, headers).body
+        batch = self.daemon.finished_batch(name="large", scene=scene(1200, 900, output=output), frames=[{"ambient": index / 10} for index in range(4)])["id"]
+        tar = self.daemon.request("GET", f"/v1/batches/{batch}/artifacts.tar", None, bearer(self.keys["bob"])).body
         self.assertGreater(len(tar), 8_000_000)
         self.open(f"#/batches/{batch}")
         self.enter(self.keys["bob"])
@@ -332,11 +324,10 @@ class ApiKeys(unittest.TestCase):
     def test_that_may_only_read_see_no_controls(self):
         """Acceptance test 9: nothing in any view changes anything."""
         later = scene(job=LATER)
-        jobs = [self.submitted("/v1/jobs", scene()), self.submitted("/v1/jobs", later)]
-        measured = self.submitted("/v1/measure", {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}})
-        batch = self.submitted("/v1/batches", {"scene": later, "frames": [{}, {}]})
-        for job in (jobs[0], measured):
-            self.daemon.request("GET", f"/v1/jobs/{job}?wait=60", None, {"Authorization": f"Bearer {self.keys['ann']}"})
+        jobs = [self.daemon.rendered(scene())["id"], self.daemon.submit(later)]
+        measured = self.daemon.submit({"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}, "/v1/measure")
+        batch = self.daemon.submit({"scene": later, "frames": [{}, {}]}, "/v1/batches")
+        self.daemon.wait_for_end(measured)
         self.open()
         self.enter(self.keys["bob"])
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{jobs[0]}"]'), "the job")

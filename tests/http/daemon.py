@@ -129,9 +129,9 @@ class Served:
 
     # ---- jobs
 
-    def submit(self, document):
-        """Submits a job and returns its id."""
-        reply = self.request("POST", "/v1/jobs", document)
+    def submit(self, document, path="/v1/jobs"):
+        """Submits a job, or what another path takes, and returns its id."""
+        reply = self.request("POST", path, document)
         if reply.status != 202:
             raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
         return json_of(reply)["id"]
@@ -191,8 +191,8 @@ class Served:
 
     def finished_batch(self, **body):
         """Submits a batch and returns it when all its jobs have ended."""
-        batch = json_of(self.request("POST", "/v1/batches", body))["links"]["self"]
-        return wait_until(lambda: (now := json_of(self.get(batch)))["links"]["cancel"] is None and now, f"the end of {batch}")
+        batch = self.submit(body, "/v1/batches")
+        return wait_until(lambda: (now := json_of(self.get(f"/v1/batches/{batch}")))["links"]["cancel"] is None and now, f"the end of {batch}")
 
 
 def put(daemon, content, name=None):
