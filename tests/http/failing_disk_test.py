@@ -11,13 +11,12 @@ import http.client
 import json
 import mmap
 import os
-import pathlib
 import struct
-import tempfile
 import unittest
 
 from tests.http import kills, webhooks_test
 from tests.http.daemon import BIN, FAR, PATIENCE_S, SANITIZED, Daemon, json_of, scene, sha256, wait_until
+from tests.support.whittle import temporary_directory
 
 UPLOAD = b"solid none\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
 
@@ -51,10 +50,10 @@ class FailingDisk:
 
     def __init__(self, directory, files="", *options):
         """Operations on `files` of the data directory fail, by default on all."""
-        self.control = Control(pathlib.Path(directory) / "control")
-        data = pathlib.Path(directory) / "data"
+        self.control = Control(directory / "control")
+        data = directory / "data"
         environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_PREFIX": f"{data}/{files}",
-                       "FAILING_DISK_CONTROL": str(pathlib.Path(directory) / "control")}
+                       "FAILING_DISK_CONTROL": str(directory / "control")}
         self.daemon = Daemon("--jobs", "1", *options, data=data, environment=environment)
         self.answered = {}  # key: (document, body)
         self.statuses = collections.Counter()
@@ -115,13 +114,12 @@ class FailingDisk:
 @unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
 class EachStep(unittest.TestCase):
     def steps_of_a_life(self):
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
-            disk = FailingDisk(directory)
-            with disk.daemon:
-                disk.control.fail(10**9, 10**9, errno.EIO)  # counts from here
-                disk.live("counted", 0)
-                self.assertEqual(disk.daemon.wait_for_end(self.id_of(disk, "counted"))["state"], "succeeded")
-                return disk.control.get("steps")
+        disk = FailingDisk(temporary_directory(self))
+        with disk.daemon:
+            disk.control.fail(10**9, 10**9, errno.EIO)  # counts from here
+            disk.live("counted", 0)
+            self.assertEqual(disk.daemon.wait_for_end(self.id_of(disk, "counted"))["state"], "succeeded")
+            return disk.control.get("steps")
 
     @staticmethod
     def id_of(disk, key):
@@ -130,23 +128,22 @@ class EachStep(unittest.TestCase):
     def try_each(self, error, length, every=1):
         steps = self.steps_of_a_life()
         self.assertGreater(steps, 12, "an upload, two jobs and an image are more than that")
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
-            disk = FailingDisk(directory)
-            with disk.daemon:
-                hit = 0
-                for first in range(1, steps + 1, every):
-                    disk.control.fail(first, first + length - 1, error)
-                    disk.live(f"step-{first}", first)
-                    hit += disk.control.get("failed") > 0
-                    disk.control.heal()
-                    disk.alive_again()
-                    disk.live(f"step-{first}", first)  # answered as before, or done now
-                    disk.alive_again()
-                print(f"{os.strerror(error)}, {length} steps long: {steps} steps, {hit} times hit, answers "
-                      f"{dict(sorted(disk.statuses.items()))}, begun anew {disk.deaths} times")
-                self.assertGreater(hit, steps // every * 3 // 4)
-                self.check_end(disk)
-                return disk
+        disk = FailingDisk(temporary_directory(self))
+        with disk.daemon:
+            hit = 0
+            for first in range(1, steps + 1, every):
+                disk.control.fail(first, first + length - 1, error)
+                disk.live(f"step-{first}", first)
+                hit += disk.control.get("failed") > 0
+                disk.control.heal()
+                disk.alive_again()
+                disk.live(f"step-{first}", first)  # answered as before, or done now
+                disk.alive_again()
+            print(f"{os.strerror(error)}, {length} steps long: {steps} steps, {hit} times hit, answers "
+                  f"{dict(sorted(disk.statuses.items()))}, begun anew {disk.deaths} times")
+            self.assertGreater(hit, steps // every * 3 // 4)
+            self.check_end(disk)
+            return disk
 
     def check_end(self, disk):
         daemon, states, images = disk.daemon, collections.Counter(), set()
@@ -188,20 +185,20 @@ class EachStep(unittest.TestCase):
 class WebhookStore(unittest.TestCase):
     def test_failure_ends_the_daemon_and_loses_no_delivery(self):
         receiver = self.enterContext(webhooks_test.Receiver())
-        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as directory:
-            secret = pathlib.Path(directory) / "secret"
-            secret.write_text(webhooks_test.SECRET_TEXT, "ascii")
-            disk = FailingDisk(directory, "webhooks.db", "--webhook-secret-file", secret, "--webhook-networks", "127.0.0.0/8")
-            with disk.daemon:
-                for step in range(1, 13):
-                    self.break_at(disk, step, scene(job={"webhook": {"url": receiver.url(f"/{step}")}}))
-                self.assertGreater(disk.deaths, 8, "most steps are met before the message is out and noted")
-                self.assertEqual(len(disk.answered), 12)
-                for _, body in disk.answered.values():
-                    path = f"/v1/jobs/{json.loads(body)['id']}/deliveries"
-                    wait_until(lambda path=path: [item["state"] for item in json_of(disk.daemon.get(path))["items"]]
-                               == ["delivered"], path)
-            self.assertEqual({path for path, _, _ in receiver.seen}, {f"/{step}" for step in range(1, 13)})
+        directory = temporary_directory(self)
+        secret = directory / "secret"
+        secret.write_text(webhooks_test.SECRET_TEXT, "ascii")
+        disk = FailingDisk(directory, "webhooks.db", "--webhook-secret-file", secret, "--webhook-networks", "127.0.0.0/8")
+        with disk.daemon:
+            for step in range(1, 13):
+                self.break_at(disk, step, scene(job={"webhook": {"url": receiver.url(f"/{step}")}}))
+            self.assertGreater(disk.deaths, 8, "most steps are met before the message is out and noted")
+            self.assertEqual(len(disk.answered), 12)
+            for _, body in disk.answered.values():
+                path = f"/v1/jobs/{json.loads(body)['id']}/deliveries"
+                wait_until(lambda path=path: [item["state"] for item in json_of(disk.daemon.get(path))["items"]]
+                           == ["delivered"], path)
+        self.assertEqual({path for path, _, _ in receiver.seen}, {f"/{step}" for step in range(1, 13)})
 
     def break_at(self, disk, step, document):
         """Submits a job while one write of its delivery fails; repeats the submission if it was refused."""

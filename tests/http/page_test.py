@@ -6,12 +6,11 @@ import os
 import pathlib
 import re
 import subprocess
-import tempfile
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, sha256
 from tests.support.sources import SOURCE, text
-from tests.support.whittle import BIN
+from tests.support.whittle import BIN, temporary_directory
 
 BROWSER = "text/html,application/xhtml+xml,application/xml;q=0.9,image/avif,image/webp,*/*;q=0.8"
 POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; worker-src 'self'; "
@@ -22,7 +21,7 @@ CACHE = pathlib.Path(os.environ.get("WHITTLE_WEB_CACHE", SOURCE / "build" / "web
 
 def build(cache, out):
     subprocess.run(["/usr/bin/python3", SOURCE / "server/web/build.py", cache, out], check=True, timeout=400)
-    (tree,) = re.findall(r'return "([0-9a-f]{16})"', (pathlib.Path(out) / "page_table.cpp").read_text(encoding="ascii"))
+    (tree,) = re.findall(r'return "([0-9a-f]{16})"', (out / "page_table.cpp").read_text(encoding="ascii"))
     return tree
 
 
@@ -104,16 +103,13 @@ class Page(OneDaemon):
 
 class Build(unittest.TestCase):
     def test_is_reproducible_in_other_directories(self):
-        with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as other:
-            cache = pathlib.Path(one, "cache")
-            cache.mkdir()
-            for name in ("package.json", "package-lock.json", ".npmrc", "installed"):
-                (cache / name).write_bytes((CACHE / name).read_bytes())
-            (cache / "node_modules").symlink_to(CACHE / "node_modules")
-            first, second = build(CACHE, pathlib.Path(one, "out")), build(cache, pathlib.Path(other, "out"))
-            self.assertEqual(first, second)
-            for path in pathlib.Path(one, "out/packed").iterdir():
-                self.assertEqual(path.read_bytes(), pathlib.Path(other, "out/packed", path.name).read_bytes(), path.name)
+        one, other, cache = (temporary_directory(self) for _ in range(3))
+        for name in ("package.json", "package-lock.json", ".npmrc", "installed"):
+            (cache / name).write_bytes((CACHE / name).read_bytes())
+        (cache / "node_modules").symlink_to(CACHE / "node_modules")
+        self.assertEqual(build(CACHE, one / "out"), build(cache, other / "out"))
+        for path in (one / "out/packed").iterdir():
+            self.assertEqual(path.read_bytes(), (other / "out/packed" / path.name).read_bytes(), path.name)
 
     def test_modules_are_typed(self):
         checked = subprocess.run([CACHE / "node_modules/.bin/tsc", "--project", CACHE / "sources/tsconfig.json"], check=False,

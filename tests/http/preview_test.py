@@ -67,8 +67,7 @@ class Previews(OneDaemon):
         reply = self.preview(job["id"])
         self.assertEqual((reply.status, reply.headers["Location"]), (303, f"/v1/jobs/{job['id']}/image.png"))
         self.assert_problem(self.preview(self.finished(output={"formats": ["exr"]})["id"]), 404, "image_not_found")
-        measured = json_of(self.daemon.request("POST", "/v1/measure", {
-            "scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
+        measured = self.daemon.submit({"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}, "/v1/measure")
         self.daemon.wait_for_end(measured)
         self.assertEqual(self.preview(measured).headers["Location"], f"/v1/jobs/{measured}/measure.png")
 
