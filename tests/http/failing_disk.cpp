@@ -83,7 +83,7 @@ Function next(const char* name) {
 
 }  // namespace
 
-// Names and signatures of libc; programs with large files call the 64-bit ones.
+// Names and signatures of libc; programs with large files call the 64-bit ones, which are the same functions.
 extern "C" {
 
 ssize_t write(int fd, const void* bytes, size_t size) {
@@ -92,10 +92,6 @@ ssize_t write(int fd, const void* bytes, size_t size) {
 }
 ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
   static const auto real = next<ssize_t (*)(int, const void*, size_t, off_t)>("pwrite");
-  return fails(fd) ? -1 : real(fd, bytes, size, offset);
-}
-ssize_t pwrite64(int fd, const void* bytes, size_t size, off64_t offset) {
-  static const auto real = next<ssize_t (*)(int, const void*, size_t, off64_t)>("pwrite64");
   return fails(fd) ? -1 : real(fd, bytes, size, offset);
 }
 int fsync(int fd) {
@@ -108,10 +104,6 @@ int fdatasync(int fd) {
 }
 int ftruncate(int fd, off_t size) noexcept {
   static const auto real = next<int (*)(int, off_t)>("ftruncate");
-  return fails(fd) ? -1 : real(fd, size);
-}
-int ftruncate64(int fd, off64_t size) noexcept {
-  static const auto real = next<int (*)(int, off64_t)>("ftruncate64");
   return fails(fd) ? -1 : real(fd, size);
 }
 int rename(const char* from, const char* to) noexcept {
@@ -130,12 +122,8 @@ int open(const char* path, int flags, ...) {
   va_end(rest);
   return (flags & O_CREAT) != 0 && fails(path) ? -1 : real(path, flags, mode);
 }
-int open64(const char* path, int flags, ...) {
-  static const auto real = next<int (*)(const char*, int, ...)>("open64");
-  va_list rest;
-  va_start(rest, flags);
-  const mode_t mode = va_arg(rest, mode_t);
-  va_end(rest);
-  return (flags & O_CREAT) != 0 && fails(path) ? -1 : real(path, flags, mode);
-}
+static_assert(sizeof(off_t) == sizeof(off64_t));
+ssize_t pwrite64(int, const void*, size_t, off64_t) __attribute__((alias("pwrite")));
+int ftruncate64(int, off64_t) noexcept __attribute__((alias("ftruncate")));
+int open64(const char*, int, ...) __attribute__((alias("open")));
 }
