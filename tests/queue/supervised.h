@@ -81,10 +81,12 @@ class SupervisorTest : public QueueFixture {
   bool reaches(const std::string& id, queue::JobState wanted) {
     return eventually([&] { return state(id) == wanted; });
   }
-  /// Waits until the job has failed with this problem in this attempt.
-  void expect_failure(const std::string& id, const std::string& code, int attempt) {
+  /// Waits until the job has failed with this problem, whose sentence has this part, in this attempt.
+  void expect_failure(const std::string& id, const std::string& code, int attempt, const std::string& part = "") {
     EXPECT_TRUE(reaches(id, queue::JobState::failed));
     EXPECT_EQ(problem_code(id), code);
+    const std::string detail = find(id).problem.value_or(queue::Problem{}).detail;
+    EXPECT_NE(detail.find(part), std::string::npos) << detail;
     EXPECT_EQ(find(id).attempt, attempt);
   }
   std::string problem_code(const std::string& id) { return find(id).problem.value_or(queue::Problem{}).code; }

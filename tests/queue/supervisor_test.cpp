@@ -136,8 +136,7 @@ TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
 TEST_F(SupervisorTest, KeepsTheLastPreviewOfAJobWhoseTimeIsOver) {
   start([](auto& with) { with.wall_time = with.cancel_answer = std::chrono::milliseconds(50); }, impatient());
   const std::string id = submit("show 0 " + path("go"), 1);
-  EXPECT_TRUE(reaches(id, JobState::failed));
-  EXPECT_EQ(problem_code(id), "timed_out");
+  expect_failure(id, "timed_out", 1);
   ASSERT_TRUE(eventually([&] { return find(id).artifacts.size() == 1; }));
   create("go");
   EXPECT_EQ(find(id).artifacts.at(0).name, "preview.png");
