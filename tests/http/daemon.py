@@ -96,7 +96,7 @@ class Served:
             yield connection
 
     def request(self, *request, **parts):
-        """Sends one request on a new connection and returns the reply."""
+        """Sends a request, with the parameters of sent(), and returns the reply."""
         with self.sent(*request, **parts) as connection:
             response = connection.getresponse()
             return Reply(response.status, response.headers, response.read())
