@@ -98,6 +98,11 @@ TEST(PixelClasses, OfNoiseHaveItsVarianceAndTheirOwnErrors) {
   for (std::size_t c = 0; c < class_count; ++c) sum += pilots.counts[c].curvature;
   const double expected = 2 * 3 * deviation * deviation;
   EXPECT_NEAR(sum / (columns * columns), expected, 0.15 * expected);
+  pilots.features.assign(columns * columns, 3 * 20);  // much less than the noise
+  pilots.features[5 * columns + 7] = 3 * 3000;
+  pilots.sort(true);
+  EXPECT_EQ(pilots.kind(7, 5), PixelKind::feature);
+  EXPECT_EQ(pilots.kind(7, 6), PixelKind::smooth);
 }
 
 TEST(PixelClasses, OfFeaturesDoNotDependOnThePilots) {

@@ -106,7 +106,8 @@ ByClass<ClassCount> classify(const PilotImage& pilots, const PixelWindow& window
       if (const float detail = pilots.signatures[place].detail; detail > 0)
         missed = std::max(missed, 3 * detail * detail);
       classes[place] =
-          missed >= 0 && (smooth || missed / 3 > contrast / 8) ? class_of(PixelKind::feature, missed / 3)
+          missed >= 0 && (pilots.noisy ? missed / 3 > contrast : smooth || missed / 3 > contrast / 8)
+              ? class_of(PixelKind::feature, missed / 3)
           : smooth ? class_of(pilots.signatures[place].secondary != 0 ? PixelKind::reflecting : PixelKind::smooth,
                               16 * curvature / 3)
                    : class_of(static_cast<PixelKind>(std::min<std::size_t>(sides_differ, 3) +
