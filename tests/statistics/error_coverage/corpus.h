@@ -48,6 +48,7 @@ std::vector<CorpusEntry> corpus();
 
 /// The entries of each file.
 std::vector<CorpusEntry> flat_entries();
+std::vector<CorpusEntry> random_entries();
 std::vector<CorpusEntry> sampled_entries();
 std::vector<CorpusEntry> global_entries();
 

@@ -347,7 +347,7 @@ static CorpusEntry scaled(const std::vector<CorpusEntry>& entries, const std::st
 
 std::vector<CorpusEntry> corpus() {
   std::vector<CorpusEntry> all = flat_entries();
-  for (const auto& entries : {sampled_entries(), global_entries()})
+  for (const auto& entries : {sampled_entries(), random_entries(), global_entries()})
     all.insert(all.end(), entries.begin(), entries.end());
   for (const char* name : {"checker", "penumbra", "large sphere"}) all.push_back(scaled(all, name));
   return all;
