@@ -232,7 +232,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
       if (auto failure = solve_radiosity(*compiled, bounds, {control, cache_entry, elapsed_ms}))
         return *std::move(failure);
     if (!scene.accuracy.uses_patches() && compiled->exact.needs.global_light)
-      sample_sky_openings(*compiled, find_sky_openings(*compiled, points_in_view(*compiled, control), control));
+      sample_sky_openings(*compiled, find_sky_openings(
+                                         *compiled, [&] { return points_in_view(*compiled, control); }, control));
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {

@@ -39,9 +39,9 @@ std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Boun
 /// after cancellation. Throws std::bad_alloc.
 std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderControl& control);
 
-/// Finds the parts of the sky that are seen from the points. None if they see most of it, or nothing. Runs on the
-/// calling thread's oneTBB arena; incomplete after cancellation. Throws std::bad_alloc.
-SkyOpenings find_sky_openings(const CompiledScene& scene, const std::vector<PatchPoint>& points,
+/// Finds the parts of the sky that are seen from the points, which a black sky does not need. None if they see most of
+/// it, or nothing. Runs on the calling thread's oneTBB arena; incomplete after cancellation. Throws std::bad_alloc.
+SkyOpenings find_sky_openings(const CompiledScene& scene, const std::function<std::vector<PatchPoint>()>& find_points,
                               const RenderControl& control);
 
 /// From now on rays toward emitters meet the openings, too. Precondition: the accelerator and the background are set.

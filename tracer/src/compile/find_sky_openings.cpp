@@ -123,9 +123,10 @@ std::vector<PatchPoint> points_in_view(const CompiledScene& scene, const RenderC
   });
 }
 
-SkyOpenings find_sky_openings(const CompiledScene& scene, const std::vector<PatchPoint>& points,
+SkyOpenings find_sky_openings(const CompiledScene& scene, const std::function<std::vector<PatchPoint>()>& find_points,
                               const RenderControl& control) {
   if (const Color* const plain = scene.background->plain(); plain != nullptr && is_black(*plain)) return {};
+  const std::vector<PatchPoint> points = find_points();
   const std::uint64_t key = mix(scene.accuracy.seed ^ ~openings_key);
   std::vector<Sighting> seen = look_out(scene, points, key, control, [](const PatchPoint& at, const Vec2& xi) {
     return diffuse_direction(at.normal, xi);

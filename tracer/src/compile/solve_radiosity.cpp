@@ -105,7 +105,8 @@ class RadiosityRefinement {
   Solved run() {
     std::shared_ptr<Radiosity> radiosity;
     if (!(surfaces_.per_line() > 0)) return Solved(radiosity);
-    const SkyOpenings openings = find_sky_openings(scene_, surfaces_.points(1 << 13, 0, 1), context_.control);
+    const auto points = [this] { return surfaces_.points(1 << 13, 0, 1); };
+    const SkyOpenings openings = find_sky_openings(scene_, points, context_.control);
     sample_sky_openings(scene_, openings);
     RadiosityAudit audit(scene_, surfaces_, squared_share_, context_.control);
     constexpr double unknown = std::numeric_limits<double>::infinity();
