@@ -18,7 +18,7 @@ THIRD_PARTY = [
     ("Cairo", r"cairo.*\.h", ["tracer/src/plot/"]),
     ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "api/cli/", "server/worker/process/", "tests/stability/"]),
     ("nlohmann-json", r"nlohmann/.*", ["api/src/", "api/include/api/json.h"]),
-    ("cpp-httplib", r"httplib\.h", ["server/http/handlers/service_handlers", "tests/http/independent_client_test"]),
+    ("cpp-httplib", r"httplib\.h", ["server/http/handlers/service_handlers", "tests/http/http_server_test"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
     ("libpq", r"libpq-fe\.h|libpq/.*", ["server/storage/postgres/"]),
     ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/"]),

@@ -128,7 +128,9 @@ inline Reply text(const std::string& body) {
 class HttpServerTest : public testing::Test {
  protected:
   void serve(const std::vector<std::pair<std::string, http::Handler>>& handlers) {
-    std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
+    const auto size = [](Request& request) -> Answer { return text(std::to_string(request.body.size_bytes())); };
+    std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}},
+                                    {"POST", "/size", size, {}}};
     for (const auto& [path, handler] : handlers) {
       const bool one_at_a_time = std::find(slow_paths.begin(), slow_paths.end(), path) != slow_paths.end();
       routes.push_back({"GET", path, handler, {.one_at_a_time = one_at_a_time}});

@@ -1,5 +1,7 @@
 /// The HTTP server with handlers of the test: full queues, deferred replies, failing handlers and sources, drain.
 
+#include <httplib.h>
+
 #include <deque>
 
 #include "server/queue/job_store.h"
@@ -67,6 +69,27 @@ TEST_F(HttpServerTest, SlowRoutesTakeHalfOfTheQueue) {
   EXPECT_EQ(other.get("/").body, "root");
   barrier.open();
   for (Client* each : {&running, &first, &second}) EXPECT_EQ(each->read_reply().body, "slow");
+}
+
+/// cpp-httplib, which shares no code and no author with the server.
+TEST_F(HttpServerTest, AnswersAnIndependentClient) {
+  serve({});
+  httplib::Client client("127.0.0.1", server->port());
+  client.set_read_timeout(patience);
+  client.set_keep_alive(true);
+  const auto body = [](const httplib::Result& reply) { return reply ? reply->body : to_string(reply.error()); };
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(body(client.Get("/")), "root");
+  const httplib::Result head = client.Head("/");
+  ASSERT_EQ(body(head), "");
+  EXPECT_EQ(head->get_header_value("Content-Length"), "4");
+  EXPECT_EQ(body(client.Get("/")), "root") << "the next reply begins where the headers ended";
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{65'536}, std::size_t{5} << 20})
+    EXPECT_EQ(body(client.Post("/size", std::string(size, 'x'), "text/plain")), std::to_string(size));
+  EXPECT_EQ(server->connections(), 1u);
+  const httplib::Result refused = client.Post("/", "text", "text/plain");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 405);
+  EXPECT_EQ(refused->get_header_value("Content-Type"), "application/problem+json");
 }
 
 TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {
