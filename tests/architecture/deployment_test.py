@@ -19,7 +19,7 @@ YAML_RULES = """{extends: default, rules: {document-start: disable, line-length:
 
 
 def run(*command, **options):
-    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=120, **options)
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=600, **options)
 
 
 def documents(pattern):

@@ -106,7 +106,7 @@ class FarDaemon(Daemon):
         super().__init__("--keys", str(keys), listen="192.0.2.1:0")
 
     def connection(self, port):
-        return http.client.HTTPConnection("192.0.2.1", port, timeout=60)
+        return http.client.HTTPConnection("192.0.2.1", port, timeout=600)
 
 
 def use_from_afar():

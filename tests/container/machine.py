@@ -17,7 +17,7 @@ CGROUPS = pathlib.Path("/sys/fs/cgroup")
 def answer_of(*command):
     """Exit code, and the last line of the output."""
     try:
-        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=600)
     except (OSError, subprocess.TimeoutExpired) as failure:
         return 1, str(failure)
     return done.returncode, (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]

@@ -28,7 +28,7 @@ def build(cache, out):
 def node(script, *arguments):
     """The output of a module in the directory of the page's sources."""
     return subprocess.run(["node", "--input-type=module", "--eval", script, *arguments], cwd=CACHE / "sources", check=True, capture_output=True,
-                          text=True, timeout=60).stdout
+                          text=True, timeout=600).stdout
 
 
 class Page(OneDaemon):

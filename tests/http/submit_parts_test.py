@@ -160,7 +160,7 @@ class Requests(unittest.TestCase):
             (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
             (directory / "key").write_text("from-a-file\n", encoding="utf-8")
             done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{server.server_port}/prefix/",
-                                   *arguments], cwd=directory, capture_output=True, text=True, check=False, timeout=120,
+                                   *arguments], cwd=directory, capture_output=True, text=True, check=False, timeout=600,
                                   env={**os.environ, **(environment or {})})
             server.shutdown()
             return done, server.requests
@@ -197,7 +197,7 @@ class Requests(unittest.TestCase):
                 directory = temporary_directory(self)
                 (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
                 done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"{scheme}://127.0.0.1:{server.getsockname()[1]}"],
-                                      cwd=directory, capture_output=True, text=True, check=False, timeout=120)
+                                      cwd=directory, capture_output=True, text=True, check=False, timeout=600)
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(advice, done.stderr)
 

@@ -74,7 +74,7 @@ class SupervisorTest : public QueueFixture {
     return result->get_future();
   }
   static std::string image_of(std::future<queue::ImageTaskResult> result) {
-    const bool done = result.wait_for(std::chrono::minutes(1)) == std::future_status::ready;
+    const bool done = result.wait_for(std::chrono::minutes(10)) == std::future_status::ready;
     return done ? result.get().bytes : "no result";
   }
   queue::Job find(const std::string& id) { return QueueFixture::find(id).job; }
