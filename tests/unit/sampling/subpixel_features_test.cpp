@@ -52,7 +52,8 @@ TEST(SubpixelFeatures, AreSmallObjects) {
   }
 }
 
-/// A white texel in a black environment, in balls around the view: one sample at its image in each shows it.
+/// A white texel in a black environment, in balls around the view: one sample at its image in each shows it, and one at
+/// most of its images in two balls.
 TEST(SubpixelFeatures, AreImagesOfTheSunInMirrorBalls) {
   Scene scene = flat_scene();
   scene.camera = {{0, 3, 20}, {0, 0, 0}, {0, 1, 0}, 40};
@@ -75,7 +76,7 @@ TEST(SubpixelFeatures, AreImagesOfTheSunInMirrorBalls) {
   std::size_t bright = 0;
   for (const Color& found : sample_features(features, **compiled, pool, in_order, [] { return false; }))
     bright += found.r > 0.5 ? 1 : 0;
-  EXPECT_GE(bright, 9u) << features.size();
+  EXPECT_GE(bright, 9u + 20u) << features.size() << ": balls hide some of the images in two balls";
 }
 
 /// The middle of its longest edge is not inside.

@@ -116,12 +116,25 @@ class FeatureFinder {
   /// Adds the image of a distant spot in a mirror ball: where the normal halves the angle between the directions to the
   /// eye and the spot, as large as a mirror of the focal length radius / 2 shows it.
   void add_reflection(const Capsule& ball, const CompiledBackground::Spot& spot) {
+    for (std::size_t eye = 0; eye < scene_.camera.eyes() && features_.size() < count_max_; ++eye)
+      for (const Vec3& direction : spot.directions) {
+        Vec3 normal = direction;
+        for (int step = 0; step < 16; ++step)
+          normal = normalize(normalize(scene_.camera.position(eye) - ball.center - normal * ball.radius) + direction);
+        add_step(ball.center + normal * ball.radius, ball.radius / 2 * spot.radius, 0, eye,
+                 1.0 / static_cast<double>(spot.directions.size()));
+      }
+  }
+  /// The same of the image in `other`, which is at a finite distance.
+  void add_reflection(const Capsule& ball, const Capsule& other, const CompiledBackground::Spot& spot) {
     for (std::size_t eye = 0; eye < scene_.camera.eyes() && features_.size() < count_max_; ++eye) {
-      Vec3 normal = spot.direction;
-      for (int step = 0; step < 16; ++step)
-        normal =
-            normalize(normalize(scene_.camera.position(eye) - ball.center - normal * ball.radius) + spot.direction);
-      add_step(ball.center + normal * ball.radius, ball.radius / 2 * spot.radius, 0, eye);
+      Vec3 at = ball.center, there = other.center;
+      for (int step = 0; step < 16; ++step) {
+        const Vec3 way = normalize(there - at);
+        at = ball.center + normalize(normalize(scene_.camera.position(eye) - at) + way) * ball.radius;
+        there = other.center + normalize(spot.directions[0] - way) * other.radius;
+      }
+      add_step(at, ball.radius * other.radius / (4 * length(there - at)) * spot.radius, 0, eye);
     }
   }
 
@@ -175,13 +188,14 @@ class FeatureFinder {
     return footprint.width + std::abs(footprint.spread) * length(offset);
   }
 
-  void add_step(const Vec3& point, double radius, double step_length, std::size_t eye) {
+  /// `part`: of the share.
+  void add_step(const Vec3& point, double radius, double step_length, std::size_t eye, double part = 1) {
     const double side = pixel_side(point, eye);
     if (!(radius < side)) return;
     const auto pixel = scene_.camera.project(point, eye);
     if (!pixel || !scene_.camera.is_in_image(*pixel, eye)) return;
     const double thickness = radius / side;
-    const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
+    const double share = part * std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
     if (thickness < 0.1) return add_feature(*pixel, share);
     // It covers several pixels: one feature in the middle of each quarter.
     for (const double dx : {-0.5, 0.5})
@@ -280,12 +294,18 @@ std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, 
         flat_surfaces(scene, std::min<std::size_t>(16, views_max / (candidates * (1 + scene.lights.size())))));
   }
   const auto sun = indirect ? scene.background->brightest() : std::nullopt;
+  std::vector<Capsule> mirrors;
   for (const SphereGeometry& spheres : geometry.spheres)
     for (std::size_t i = 0; i < spheres.radius.size(); ++i) {
       const Capsule ball{{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]};
       finder.add_one_of([&] { return ball; });
-      if (sun && reflects(scene, spheres.object[i])) finder.add_reflection(ball, *sun);
+      if (sun && reflects(scene, spheres.object[i])) mirrors.push_back(ball);
     }
+  for (const Capsule& ball : mirrors) finder.add_reflection(ball, *sun);
+  if (mirrors.size() < 128)
+    for (const Capsule& ball : mirrors)
+      for (const Capsule& other : mirrors)
+        if (&ball != &other) finder.add_reflection(ball, other, *sun);
   for (const QuadricGeometry& quadrics : geometry.quadrics)
     for (const Quadric& quadric : quadrics.quadrics) finder.add_one_of([&] { return bounding_capsule(quadric); });
   triangles.each_small_set(

@@ -135,13 +135,30 @@ std::optional<CompiledBackground::Spot> CompiledBackground::brightest() const {
   const Image& image = around.image->levels().front();
   const auto most = std::ranges::max_element(image.rgb);
   if (*most < 16 * *std::ranges::max_element(around.image->levels().back().rgb)) return std::nullopt;
-  const auto texel = static_cast<std::size_t>(most - image.rgb.begin()) / 3;
-  const double x = (static_cast<double>(texel % image.width) + 0.5) / image.width,
-               y = 1 - (static_cast<double>(texel / image.width) + 0.5) / image.height;
+  const std::size_t texel = static_cast<std::size_t>(most - image.rgb.begin()) / 3, x = texel % image.width,
+                    y = texel / image.width;
+  const auto is_bright = [&](std::size_t column, std::size_t row) {
+    if (column >= image.width || row >= image.height) return false;
+    const float* const at = &image.rgb[3 * (row * image.width + column)];
+    return 2 * std::max({at[0], at[1], at[2]}) >= *most;
+  };
+  std::size_t right = 1, down = 1;  // it is the first of its row and column
+  while (right < 16 && is_bright(x + right, y)) ++right;
+  while (down < 16 && is_bright(x, y + down)) ++down;
   const Vec2 &scale = around.texture.scale, &offset = around.texture.offset;
-  const double longitude = 2 * pi * ((x - offset.x) / scale.x - 0.5), latitude = pi * ((y - offset.y) / scale.y - 0.5);
-  const Vec3 level = around.axis * std::cos(longitude) + around.right * std::sin(longitude);
-  return Spot{level * std::cos(latitude) + around.up * std::sin(latitude), pi / image.height / 2};
+  const auto direction = [&](double column, double row) {
+    const double u = (static_cast<double>(x) + column) / image.width,
+                 v = 1 - (static_cast<double>(y) + row) / image.height;
+    const double longitude = 2 * pi * ((u - offset.x) / scale.x - 0.5),
+                 latitude = pi * ((v - offset.y) / scale.y - 0.5);
+    const Vec3 level = around.axis * std::cos(longitude) + around.right * std::sin(longitude);
+    return level * std::cos(latitude) + around.up * std::sin(latitude);
+  };
+  const auto columns = static_cast<double>(right), rows = static_cast<double>(down);
+  constexpr double beside = 0.3;  // texels are interpolated with those beside them
+  return Spot{{direction(columns / 2, rows / 2), direction(-beside, -beside), direction(columns + beside, -beside),
+               direction(-beside, rows + beside), direction(columns + beside, rows + beside)},
+              pi / image.height * (std::max(columns, rows) + 1) / 2};
 }
 
 double CompiledBackground::bound() const {

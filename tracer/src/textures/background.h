@@ -1,6 +1,7 @@
 #pragma once
 /// Background radiance, for rays that hit nothing.
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -51,13 +52,13 @@ class CompiledBackground {
   [[nodiscard]] DirectionGrid grid() const;
   /// Unfiltered, at a point of the unit square over the grid. Precondition: it has columns.
   [[nodiscard]] Color radiance_at(const Vec2& uv) const;
-  /// A texel as a disc.
+  /// Texels that are side by side, as a disc.
   struct Spot {
-    Vec3 direction;     ///< towards its center, unit
-    double radius = 0;  ///< radians
+    std::array<Vec3, 5> directions;  ///< towards its center, and close to its four corners; unit
+    double radius = 0;               ///< radians
   };
-  /// The brightest texel of an environment, such as a part of the sun. None if it is less than 16 times as bright as
-  /// the mean: samples find such light.
+  /// The brightest texels of an environment, such as the sun. None if they are less than 16 times as bright as the
+  /// mean: samples find such light.
   [[nodiscard]] std::optional<Spot> brightest() const;
   /// Upper bound of the radiance over all directions and channels.
   [[nodiscard]] double bound() const;
