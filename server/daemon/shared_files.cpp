@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "server/queue/clock.h"
-#include "server/storage/objects/directory_objects.h"
+#include "server/storage/objects/object_store.h"
 #include "server/storage/s3/bucket_objects.h"
 
 namespace whittled {

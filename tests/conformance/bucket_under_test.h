@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "server/storage/objects/directory_objects.h"
+#include "server/storage/objects/object_store.h"
 #include "server/storage/objects/shared_stores.h"
 #include "server/storage/postgres/postgres_stores.h"
 #include "server/storage/s3/bucket_objects.h"

@@ -1,5 +1,3 @@
-#include "server/storage/objects/directory_objects.h"
-
 #include <unistd.h>
 
 #include <chrono>
@@ -7,6 +5,7 @@
 #include <utility>
 
 #include "server/storage/files/durable_file.h"
+#include "server/storage/objects/object_store.h"
 
 namespace storage::objects {
 namespace {
