@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "server/storage/files/durable_file.h"
 #include "tracer/sha256.h"
 
 namespace storage::files {

@@ -14,11 +14,9 @@
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
 #include "server/queue/disk_health.h"
-#include "server/storage/files/name_set.h"
+#include "server/storage/files/durable_file.h"
 
 namespace storage::files {
-
-class TemporaryFile;
 
 /// Artifacts. One process at a time (SqliteStores locks the data directory). A removal is not synced, so power loss may
 /// restore an artifact that no job names.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/storage/files/durable_file.h"
 #include "tracer/sha256.h"
 
 namespace storage::objects {

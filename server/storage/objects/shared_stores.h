@@ -11,7 +11,7 @@
 #include "server/queue/artifact_store.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
-#include "server/storage/files/name_set.h"
+#include "server/storage/files/durable_file.h"
 #include "server/storage/objects/object_index.h"
 #include "server/storage/objects/object_store.h"
 
