@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tracer/scene.h"
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/textures/image_map.h"
 
@@ -23,7 +24,7 @@ inline constexpr double coordinate_reach = 0x1p100;
 inline bool is_even(double whole) { return std::floor(whole * 0.5) * 2 == whole; }
 
 /// Mean over [x - width/2, x + width/2] of the function that is 1 where floor is even and -1 where it is odd.
-inline double alternating_mean(double x, double width) {
+WHITTLE_INLINE double alternating_mean(double x, double width) {
   const double low = std::floor(x - width / 2);
   if (!(width > 0) || low == std::floor(x + width / 2)) return is_even(std::floor(x)) ? 1 : -1;
   const double whole = std::nearbyint(x);

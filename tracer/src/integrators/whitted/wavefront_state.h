@@ -156,7 +156,7 @@ struct WavefrontState {
     return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
   }
 
-  [[nodiscard]] Color throughput_at_hit(const RayQueue& rays, std::size_t ray) const {
+  [[nodiscard]] WHITTLE_INLINE Color throughput_at_hit(const RayQueue& rays, std::size_t ray) const {
     const Color throughput = rays.throughput(ray);
     return needs<&Requirements::absorption>() ? throughput * media.transmittance(rays.media(ray), hits.t[ray])
                                               : throughput;
