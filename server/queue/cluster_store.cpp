@@ -43,13 +43,11 @@ ClusterStore::EventRange ClusterStore::event_range() {
 
 std::vector<JobEvent> ClusterStore::events_after(std::int64_t after, int limit) {
   return transactions_.read([&](sql::Database& database) {
-    std::vector<JobEvent> events;
-    sql::Query row = database.query(
+    sql::Query rows = database.query(
         "SELECT number, at, state, job_id, kind, name, batch_id, owner, keep FROM events WHERE number > ?"
         " ORDER BY number LIMIT ?",
         after, limit);
-    while (row.row()) events.push_back(read_event(row));
-    return events;
+    return rows.all(read_event);
   });
 }
 
@@ -65,9 +63,7 @@ void ClusterStore::put_result(const std::string& job_id, const std::string& name
 }
 
 std::optional<std::string> ClusterStore::find_result(const std::string& job_id, const std::string& name) {
-  return transactions_.read([&](sql::Database& database) {
-    return database.query("SELECT bytes FROM running_results WHERE job_id = ? AND name = ?", job_id, name).first_text();
-  });
+  return transactions_.first_text("SELECT bytes FROM running_results WHERE job_id = ? AND name = ?", job_id, name);
 }
 
 ClusterStore::Duties ClusterStore::report_node(const Node& node) {
@@ -82,8 +78,7 @@ ClusterStore::Duties ClusterStore::report_node(const Node& node) {
     database.post("DELETE FROM nodes WHERE seen_at < ?", now - node_kept_ms);
     Duties duties;
     duties.cancelled =
-        database.query("SELECT id FROM jobs WHERE boot_id = ? AND state = 'running' AND cancel_requested = 1", node.id)
-            .texts();
+        database.texts("SELECT id FROM jobs WHERE boot_id = ? AND state = 'running' AND cancel_requested = 1", node.id);
     sql::Query row = database.query(
         "SELECT EXISTS (SELECT FROM jobs WHERE suspect = 1 AND state = 'queued' AND not_before IS NULL)::int,"
         " (SELECT count(*) FROM nodes WHERE seen_at > ?)",
@@ -96,8 +91,7 @@ ClusterStore::Duties ClusterStore::report_node(const Node& node) {
 }
 
 void ClusterStore::remove_node(const std::string& id) {
-  transactions_.write([&](sql::Database& database) { return database.change("DELETE FROM nodes WHERE id = ?", id); },
-                      sql::Synced::with_next);
+  transactions_.change(sql::Synced::with_next, "DELETE FROM nodes WHERE id = ?", id);
 }
 
 std::vector<Node> ClusterStore::nodes() {

@@ -15,13 +15,20 @@ Delivery read_delivery(sql::Query& row) {
   return delivery;
 }
 
-void read_attempts(sql::Database& database, Delivery& delivery) {
-  sql::Query row = database.query(
-      "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
-  while (row.row()) {
-    DeliveryAttempt& attempt = delivery.attempts.emplace_back();
-    row.take(attempt.at, attempt.duration_ms, attempt.status, attempt.detail);
+DeliveryAttempt read_attempt(sql::Query& row) {
+  DeliveryAttempt attempt;
+  row.take(attempt.at, attempt.duration_ms, attempt.status, attempt.detail);
+  return attempt;
+}
+
+std::vector<Delivery> read_deliveries(sql::Database& database, const std::string& condition, const std::string& value) {
+  std::vector<Delivery> deliveries = database.query(delivery_columns + condition, value).all(read_delivery);
+  for (Delivery& delivery : deliveries) {
+    sql::Query attempts = database.query(
+        "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
+    delivery.attempts = attempts.all(read_attempt);
   }
+  return deliveries;
 }
 
 int insert_delivery(sql::Database& database, const Delivery& delivery) {
@@ -35,12 +42,10 @@ int insert_delivery(sql::Database& database, const Delivery& delivery) {
 }  // namespace
 
 void DeliveryStore::subscribe(const Subscription& subscription) {
-  transactions_.write([&](sql::Database& database) {
-    return database.change(
-        "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
-        " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
-        subscription.job_id, subscription.url, joined(subscription.events));
-  });
+  transactions_.change(
+      "INSERT INTO subscriptions (job_id, url, events) VALUES (?1, ?2, ?3)"
+      " ON CONFLICT (job_id) DO UPDATE SET url = ?2, events = ?3",
+      subscription.job_id, subscription.url, joined(subscription.events));
 }
 
 std::optional<Subscription> DeliveryStore::subscription(const std::string& job_id) {
@@ -52,14 +57,11 @@ std::optional<Subscription> DeliveryStore::subscription(const std::string& job_i
 }
 
 std::vector<std::string> DeliveryStore::subscribed_jobs() {
-  return transactions_.read([](sql::Database& database) {
-    return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts();
-  });
+  return transactions_.texts("SELECT job_id FROM subscriptions ORDER BY job_id");
 }
 
 void DeliveryStore::unsubscribe(const std::string& job_id) {
-  transactions_.write(
-      [&](sql::Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
+  transactions_.change("DELETE FROM subscriptions WHERE job_id = ?", job_id);
 }
 
 void DeliveryStore::enqueue(const Delivery& delivery) {
@@ -92,23 +94,15 @@ std::optional<Delivery> DeliveryStore::next(const std::set<std::string>& busy) {
       }
     }
     if (earliest.second.empty()) return std::nullopt;
-    std::optional<Delivery> delivery;
-    {
-      sql::Query row = database.query(std::string(delivery_columns) + " WHERE id = ?", earliest.second);
-      row.row();
-      delivery = read_delivery(row);
-    }
-    read_attempts(database, *delivery);
-    return delivery;
+    std::vector<Delivery> found = read_deliveries(database, " WHERE id = ?", earliest.second);
+    return std::move(found.front());
   });
 }
 
 bool DeliveryStore::reserve(const Delivery& delivery, std::int64_t until) {
   if (!transactions_.read([](sql::Database& database) { return database.is_shared(); })) return true;
-  return transactions_.write([&](sql::Database& database) {
-    return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
-                           delivery.id, delivery.next_attempt_at) == 1;
-  });
+  return transactions_.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ? AND next_attempt_at = ?", until,
+                              delivery.id, delivery.next_attempt_at) == 1;
 }
 
 void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
@@ -126,28 +120,18 @@ void DeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt&
 }
 
 std::vector<Delivery> DeliveryStore::of_job(const std::string& job_id) {
-  return transactions_.read([&](sql::Database& database) {
-    std::vector<Delivery> deliveries;
-    {
-      sql::Query row = database.query(std::string(delivery_columns) + " WHERE job_id = ? ORDER BY id", job_id);
-      while (row.row()) deliveries.push_back(read_delivery(row));
-    }
-    for (Delivery& delivery : deliveries) read_attempts(database, delivery);
-    return deliveries;
-  });
+  return transactions_.read(
+      [&](sql::Database& database) { return read_deliveries(database, " WHERE job_id = ? ORDER BY id", job_id); });
 }
 
 bool DeliveryStore::redeliver(const std::string& job_id, const std::string& id, std::int64_t now) {
-  return transactions_.write([&](sql::Database& database) {
-    return database.change("UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?",
-                           now, id, job_id) == 1;
-  });
+  return transactions_.change(
+             "UPDATE deliveries SET state = 'pending', next_attempt_at = ? WHERE id = ? AND job_id = ?", now, id,
+             job_id) == 1;
 }
 
 void DeliveryStore::delete_before(std::int64_t then) {
-  transactions_.write([&](sql::Database& database) {
-    return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
-  });
+  transactions_.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
 }
 
 }  // namespace queue

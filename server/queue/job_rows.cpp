@@ -26,11 +26,10 @@ std::optional<std::string> null_if_empty(const std::string& text) {
 }
 
 std::vector<tracer::Issue> read_errors(sql::Database& database, const std::string& id) {
-  std::vector<tracer::Issue> all;
-  sql::Query errors =
-      database.query("SELECT pointer, code, detail FROM problem_errors WHERE job_id = ? ORDER BY position", id);
-  while (errors.row()) all.push_back({errors.text(0), errors.text(1), errors.text(2)});
-  return all;
+  return database.query("SELECT pointer, code, detail FROM problem_errors WHERE job_id = ? ORDER BY position", id)
+      .all([](const sql::Query& row) {
+        return tracer::Issue{row.text(0), row.text(1), row.text(2)};
+      });
 }
 
 constexpr const char* summary_columns = "kind, name, batch_id, owner, keep, state";
@@ -132,9 +131,9 @@ std::optional<Job> read_job(sql::Database& database, const std::string& id) {
   if (code) job.problem = Problem{*code, detail, read_errors(database, id)};
   sql::Query labels = database.query("SELECT key, value FROM labels WHERE job_id = ?", id);
   while (labels.row()) job.labels.emplace(labels.text(0), labels.text(1));
-  job.assets = database.query("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", id).texts();
+  job.assets = database.texts("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", id);
   if (job.state == JobState::succeeded)
-    job.report = database.query("SELECT report FROM reports WHERE job_id = ?", id).first_text().value_or("");
+    job.report = database.first_text("SELECT report FROM reports WHERE job_id = ?", id).value_or("");
   if (ended(job.state)) job.artifacts = read_artifacts(database, id);
   return job;
 }

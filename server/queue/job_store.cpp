@@ -135,15 +135,13 @@ struct Turns {
 
 /// All owners of waiting jobs; the weight is that of their first.
 std::vector<Turns> read_turns(sql::Database& database, std::int64_t suspect) {
-  std::vector<Turns> turns;
-  sql::Query row = database.query(
+  sql::Query rows = database.query(
       "SELECT owners.owner, max(owners.pass, (SELECT pass FROM latest_pass)), next.weight"
       " FROM owners CROSS JOIN jobs AS next WHERE next.id = (SELECT id FROM jobs INDEXED BY jobs_waiting"
       "   WHERE suspect = ? AND owner = owners.owner AND state = 'queued' AND not_before IS NULL"
       "   ORDER BY rank, id LIMIT 1) AND queued_jobs > 0",
       suspect);
-  while (row.row()) turns.push_back({row.text(0), row.integer(1), row.integer(2)});
-  return turns;
+  return rows.all([](const sql::Query& row) { return Turns{row.text(0), row.integer(1), row.integer(2)}; });
 }
 
 /// Adds the first `limit` waiting jobs of the owner.
@@ -291,18 +289,12 @@ std::optional<Job> JobStore::find_by_content_key(const std::string& content_key,
 }
 
 std::optional<std::string> JobStore::document(const std::string& id) {
-  return transactions_.read([&](sql::Database& database) {
-    return database.query("SELECT document FROM documents WHERE job_id = ?", id).first_text();
-  });
+  return transactions_.first_text("SELECT document FROM documents WHERE job_id = ?", id);
 }
 
 std::optional<std::string> JobStore::scene(const std::string& id) {
-  return transactions_.read([&](sql::Database& database) {
-    return database
-        .query("SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?",
-               id)
-        .first_text();
-  });
+  return transactions_.first_text(
+      "SELECT scenes.document FROM documents JOIN scenes ON scenes.id = documents.scene_id WHERE job_id = ?", id);
 }
 
 JobPage JobStore::list(const JobFilter& filter, const std::string& cursor, int limit) {

@@ -142,11 +142,9 @@ void read_claimed_document(sql::Database& database, Claim& claim) {
 }
 
 std::vector<std::string> jobs_of(sql::Database& database, const std::string& batch) {
-  return database
-      .query(std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") +
-                 database.locking(),
-             batch)
-      .texts();
+  return database.texts(
+      std::string("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id") + database.locking(),
+      batch);
 }
 
 }  // namespace
@@ -274,7 +272,7 @@ BatchPage BatchStore::list(const std::string& cursor, int limit) {
   return transactions_.read([&](sql::Database& database) {
     const std::string before = cursor.empty() ? std::string("~") : cursor;  // greater than every id
     std::vector<std::string> ids =
-        database.query("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, limit + 1).texts();
+        database.texts("SELECT id FROM batches WHERE id < ? ORDER BY id DESC LIMIT ?", before, limit + 1);
     BatchPage page;
     if (ids.size() > static_cast<std::size_t>(limit)) {
       ids.pop_back();
@@ -288,12 +286,10 @@ BatchPage BatchStore::list(const std::string& cursor, int limit) {
 BatchRemoval BatchStore::remove_ended(const std::string& id, int limit) {
   return transactions_.write([&](sql::Database& database) {
     BatchRemoval removal;
-    const std::vector<std::string> ended = database
-                                               .query(
-                                                   "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ?"
-                                                   " AND state NOT IN ('queued', 'running') LIMIT ?",
-                                                   id, limit)
-                                               .texts();
+    const std::vector<std::string> ended = database.texts(
+        "SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND state NOT IN ('queued', 'running')"
+        " LIMIT ?",
+        id, limit);
     for (const std::string& job : ended) {
       const std::vector<Artifact> artifacts = read_artifacts(database, job);
       removal.artifacts.insert(removal.artifacts.end(), artifacts.begin(), artifacts.end());
@@ -330,14 +326,10 @@ BatchRetry BatchStore::retry(const std::string& id, std::int64_t now) {
 }
 
 std::vector<std::string> BatchStore::list_failing() {
-  return transactions_.read([&](sql::Database& database) {
-    return database
-        .query(
-            "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
-            " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
-            " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
-        .texts();
-  });
+  return transactions_.texts(
+      "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
+      " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
+      " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))");
 }
 
 }  // namespace queue

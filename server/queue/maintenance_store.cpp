@@ -66,13 +66,13 @@ struct Step {
   }
 
   [[nodiscard]] std::optional<std::string> oldest_with_artifacts() const {
-    return database.query(std::string(with_artifacts) + database.skip_locked()).first_text();
+    return database.first_text(std::string(with_artifacts) + database.skip_locked());
   }
 
   /// Ids of at most `limit` jobs, which no other process is changing.
   template <class... Moments>
   std::vector<std::string> find(const std::string& sql, Moments... moments) {
-    return database.query(sql + " LIMIT ?" + database.skip_locked(), moments..., limit).texts();
+    return database.texts(sql + " LIMIT ?" + database.skip_locked(), moments..., limit);
   }
 
   void collect_artifacts_of(const std::string& id) {
@@ -201,24 +201,18 @@ int MaintenanceStore::recover(const std::string& boot_id, std::int64_t now) {
 }
 
 bool MaintenanceStore::is_artifact_referenced(const std::string& sha256) {
-  return transactions_.read([&](sql::Database& database) {
-    return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
-  });
+  return transactions_.first_text("SELECT sha256 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).has_value();
 }
 
 bool MaintenanceStore::is_asset_referenced(const std::string& sha256) {
-  return transactions_.read([&](sql::Database& database) {
-    return database
-        .query(
-            "SELECT 1 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT 1 FROM scene_assets WHERE sha256 = ?1 LIMIT "
-            "1",
-            sha256)
-        .row();
-  });
+  return transactions_
+      .first_text(
+          "SELECT sha256 FROM job_assets WHERE sha256 = ?1 UNION ALL SELECT sha256 FROM scene_assets"
+          " WHERE sha256 = ?1 LIMIT 1",
+          sha256)
+      .has_value();
 }
 
-void MaintenanceStore::probe() {
-  transactions_.write([](sql::Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
-}
+void MaintenanceStore::probe() { transactions_.change("UPDATE probe SET writes = writes + 1"); }
 
 }  // namespace queue

@@ -55,33 +55,27 @@ std::optional<TaskClaim> TaskStore::claim_other(const std::string& excluded) {
 }
 
 void TaskStore::renew() {
-  write([&](sql::Database& database) {
-    return database.change("UPDATE tasks SET lease_until = clock_ms() + ?2 WHERE state = 'claimed' AND node = ?1",
-                           node_, lease_ms);
-  });
+  transactions_.change(sql::Synced::with_next,
+                       "UPDATE tasks SET lease_until = clock_ms() + ?2 WHERE state = 'claimed' AND node = ?1", node_,
+                       lease_ms);
 }
 
 bool TaskStore::finish(const TaskClaim& claimed, const std::string& result) {
-  return write([&](sql::Database& database) {
-    return database.change(
-               "UPDATE tasks SET state = 'done', result = ?4, part = ''"
-               " WHERE job_id = ?1 AND key = ?2 AND attempt = ?3 AND state = 'claimed'",
-               claimed.job_id, claimed.key, claimed.attempt, sql::Blob{result}) > 0;
-  });
+  return transactions_.change(sql::Synced::with_next,
+                              "UPDATE tasks SET state = 'done', result = ?4, part = ''"
+                              " WHERE job_id = ?1 AND key = ?2 AND attempt = ?3 AND state = 'claimed'",
+                              claimed.job_id, claimed.key, claimed.attempt, sql::Blob{result}) > 0;
 }
 
 void TaskStore::release(const TaskClaim& claimed) {
-  write([&](sql::Database& database) {
-    return database.change(
-        "UPDATE tasks SET state = 'waiting' WHERE job_id = ?1 AND key = ?2 AND attempt = ?3 AND state = 'claimed'",
-        claimed.job_id, claimed.key, claimed.attempt);
-  });
+  transactions_.change(
+      sql::Synced::with_next,
+      "UPDATE tasks SET state = 'waiting' WHERE job_id = ?1 AND key = ?2 AND attempt = ?3 AND state = 'claimed'",
+      claimed.job_id, claimed.key, claimed.attempt);
 }
 
 std::vector<std::string> TaskStore::finished(const std::string& job_id) {
-  return transactions_.read([&](sql::Database& database) {
-    return database.query("SELECT key FROM tasks WHERE job_id = ?1 AND state = 'done'", job_id).texts();
-  });
+  return transactions_.texts("SELECT key FROM tasks WHERE job_id = ?1 AND state = 'done'", job_id);
 }
 
 std::optional<TaskOutcome> TaskStore::outcome(const std::string& job_id, const std::string& key) {
@@ -94,12 +88,10 @@ std::optional<TaskOutcome> TaskStore::outcome(const std::string& job_id, const s
 }
 
 void TaskStore::register_helper() {
-  write([&](sql::Database& database) {
-    return database.change(
-        "INSERT INTO task_helpers VALUES (?1, ?2, clock_ms())"
-        " ON CONFLICT (node) DO UPDATE SET seen_at = excluded.seen_at",
-        node_, build_);
-  });
+  transactions_.change(sql::Synced::with_next,
+                       "INSERT INTO task_helpers VALUES (?1, ?2, clock_ms())"
+                       " ON CONFLICT (node) DO UPDATE SET seen_at = excluded.seen_at",
+                       node_, build_);
 }
 
 int TaskStore::helpers() {

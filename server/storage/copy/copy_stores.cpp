@@ -32,8 +32,7 @@ std::vector<Table> tables_of(const char* script) {
   sqlite::SqliteDatabase memory(":memory:", sqlite::SqliteDatabase::Access::read_write);
   memory.script(script);
   std::vector<Table> tables;
-  for (const std::string& name :
-       memory.query("SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY rowid").texts()) {
+  for (const std::string& name : memory.texts("SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY rowid")) {
     Table table{name, {}, 0};
     sql::Query columns = memory.query("SELECT name, type, pk FROM pragma_table_info(?) ORDER BY pk = 0, pk, cid", name);
     while (columns.row()) {
@@ -67,7 +66,7 @@ void compare_tables(sql::Transactions& from, sql::Transactions& to, const char* 
 
 /// The first column of a query without parameters.
 std::set<std::string> names(sql::Transactions& database, const std::string& query) {
-  const auto found = database.read([&](sql::Database& connection) { return connection.query(query).texts(); });
+  const auto found = database.texts(query);
   return {found.begin(), found.end()};
 }
 

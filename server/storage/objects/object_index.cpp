@@ -56,9 +56,7 @@ bool ObjectIndex::begin(const std::string& sha256, std::uint64_t bytes, std::int
 }
 
 void ObjectIndex::finish(const std::string& sha256) {
-  transactions_.write([&](Database& database) {
-    return database.change("UPDATE objects SET finished = 1 WHERE kind = ? AND sha256 = ?", kind_, sha256);
-  });
+  transactions_.change("UPDATE objects SET finished = 1 WHERE kind = ? AND sha256 = ?", kind_, sha256);
 }
 
 void ObjectIndex::adopt(const std::vector<ObjectStore::Object>& objects, std::int64_t now) {
@@ -72,31 +70,24 @@ void ObjectIndex::adopt(const std::vector<ObjectStore::Object>& objects, std::in
 }
 
 bool ObjectIndex::use(const std::string& sha256, std::int64_t now) {
-  return transactions_.write([&](Database& database) {
-    return database.change(
-               "UPDATE objects SET used_at = max(used_at, ?1) WHERE kind = ?2 AND sha256 = ?3 AND finished = 1", now,
-               kind_, sha256) > 0;
-  });
+  return transactions_.change(
+             "UPDATE objects SET used_at = max(used_at, ?1) WHERE kind = ?2 AND sha256 = ?3 AND finished = 1", now,
+             kind_, sha256) > 0;
 }
 
 std::vector<std::string> ObjectIndex::unused_since(int part, std::int64_t then) {
   const std::string first = files::name_of_part(part);
-  return transactions_.read([&](Database& database) {
-    return database
-        .query(
-            "SELECT sha256 FROM objects WHERE kind = ?1 AND sha256 >= ?2 AND sha256 < ?3 AND used_at < ?4" + not_named_,
-            kind_, first, first + "g", then)
-        .texts();
-  });
+  return transactions_.texts(
+      "SELECT sha256 FROM objects WHERE kind = ?1 AND sha256 >= ?2 AND sha256 < ?3 AND used_at < ?4" + not_named_,
+      kind_, first, first + "g", then);
 }
 
 bool ObjectIndex::remove_unused_since(const std::string& sha256, std::int64_t then,
                                       const std::function<void()>& remove_bytes) {
-  const bool is_unused = transactions_.write([&](Database& database) {
-    return database.change("UPDATE objects SET finished = 0 WHERE kind = ? AND sha256 = ? AND used_at < ?" + not_named_,
-                           kind_, sha256, then) > 0;
-  });
-  if (!is_unused) return false;
+  const int unused =
+      transactions_.change("UPDATE objects SET finished = 0 WHERE kind = ? AND sha256 = ? AND used_at < ?" + not_named_,
+                           kind_, sha256, then);
+  if (unused == 0) return false;
   return transactions_.write([&](Database& database) {
     std::int64_t size = 0;
     {

@@ -90,12 +90,16 @@ class Query {
     return statement_.row();
   }
   void post() { statement_.post(); }
-  std::vector<std::string> texts() {  ///< the first column of all remaining rows
-    std::vector<std::string> values;
-    while (row()) values.push_back(text(0));
+  /// `read(query)` for each of the remaining rows.
+  template <class Read>
+  auto all(const Read& read) {
+    std::vector<std::invoke_result_t<Read, Query&>> values;
+    while (row()) values.push_back(read(*this));
     return values;
   }
-  std::optional<std::string> first_text() { return row() ? std::optional(text(0)) : std::nullopt; }
+  std::vector<std::string> texts() {  ///< the first column of all remaining rows
+    return all([](const Query& row) { return row.text(0); });
+  }
   [[nodiscard]] int changes() const { return statement_.changes(); }
 
   [[nodiscard]] bool is_null(int column) const { return statement_.is_null(column); }
@@ -149,6 +153,17 @@ class Database {
     Query changed = query(sql, values...);
     changed.row();
     return changed.changes();
+  }
+
+  /// The first column of all rows, and of the first row, where there is one.
+  template <class... Values>
+  std::vector<std::string> texts(const std::string& sql, const Values&... values) {
+    return query(sql, values...).texts();
+  }
+  template <class... Values>
+  std::optional<std::string> first_text(const std::string& sql, const Values&... values) {
+    Query row = query(sql, values...);
+    return row.row() ? std::optional(row.text(0)) : std::nullopt;
   }
 
   /// The first column of the first row, which there must be.
@@ -205,6 +220,24 @@ class Transactions {
     std::optional<std::invoke_result_t<Work, Database&>> result;
     run_read([&](Database& database) { result.emplace(work(database)); });
     return *std::move(result);
+  }
+
+  /// Transactions of one statement, as the functions of Database with these names.
+  template <class... Values>
+  int change(Synced synced, const std::string& sql, const Values&... values) {
+    return write([&](Database& database) { return database.change(sql, values...); }, synced);
+  }
+  template <class... Values>
+  int change(const std::string& sql, const Values&... values) {
+    return change(Synced::now, sql, values...);
+  }
+  template <class... Values>
+  std::vector<std::string> texts(const std::string& sql, const Values&... values) {
+    return read([&](Database& database) { return database.texts(sql, values...); });
+  }
+  template <class... Values>
+  std::optional<std::string> first_text(const std::string& sql, const Values&... values) {
+    return read([&](Database& database) { return database.first_text(sql, values...); });
   }
 
  protected:

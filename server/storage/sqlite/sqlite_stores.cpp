@@ -98,13 +98,10 @@ queue::ArtifactStore::Stored SmallArtifactStore::put(int fd, bool durable) {
   const std::optional<std::string> bytes = read_small(fd);
   if (!bytes) return large_.put(fd, durable);
   const std::string sha256 = tracer::sha256_hex(*bytes);
-  const auto work = [&](sql::Database& database) {
-    return database.change(
-        "INSERT INTO small_artifacts VALUES (?, ?) ON CONFLICT DO UPDATE SET bytes = excluded.bytes"
-        " WHERE bytes <> excluded.bytes",
-        sha256, sql::Blob{*bytes});
-  };
-  rows_.write(work, sql::Synced::with_next);
+  rows_.change(sql::Synced::with_next,
+               "INSERT INTO small_artifacts VALUES (?, ?) ON CONFLICT DO UPDATE SET bytes = excluded.bytes"
+               " WHERE bytes <> excluded.bytes",
+               sha256, sql::Blob{*bytes});
   return {sha256, bytes->size()};
 }
 
@@ -121,16 +118,11 @@ std::unique_ptr<queue::ArtifactReader> SmallArtifactStore::open(const std::strin
 
 void SmallArtifactStore::remove(const std::string& sha256) {
   if (!find(sha256)) return large_.remove(sha256);
-  const auto work = [&](sql::Database& database) {
-    return database.change("DELETE FROM small_artifacts WHERE sha256 = ?", sha256);
-  };
-  rows_.write(work, sql::Synced::with_next);
+  rows_.change(sql::Synced::with_next, "DELETE FROM small_artifacts WHERE sha256 = ?", sha256);
 }
 
 std::optional<std::string> SmallArtifactStore::find(const std::string& sha256) {
-  return rows_.read([&](sql::Database& database) {
-    return database.query("SELECT bytes FROM small_artifacts WHERE sha256 = ?", sha256).first_text();
-  });
+  return rows_.first_text("SELECT bytes FROM small_artifacts WHERE sha256 = ?", sha256);
 }
 
 }  // namespace storage::sqlite
