@@ -79,19 +79,19 @@ void add(const Value& value, tracer::Sha256& hash) {
   hash.add(text.data(), text.size());
 }
 
-}  // namespace
-
+/// Number of rows to read at once: few of tables with large values.
 int page_rows_of(const Table& table) {
   const bool has_blobs =
       std::ranges::any_of(table.columns, [](const Column& column) { return column.type == sql::ColumnType::blob; });
   return has_blobs || table.name == "reports" ? 16 : 1000;
 }
 
-void for_each_page(sql::Transactions& database, const Table& table, Row after, int page_rows,
-                   const std::function<void(const std::vector<Row>&)>& each) {
+/// Calls `each` for all rows from a key on (empty: from the first), a page at a time.
+template <class Each>
+void for_each_page(sql::Transactions& database, const Table& table, Row after, const Each& each) {
   const std::string select = "SELECT " + joined(names_of(table, table.columns.size())) + " FROM " + table.name;
   const std::string key = joined(names_of(table, table.key_columns));
-  const std::string order = " ORDER BY " + key + " LIMIT " + std::to_string(page_rows);
+  const std::string order = " ORDER BY " + key + " LIMIT " + std::to_string(page_rows_of(table));
   const std::string first = select + order;
   const std::string next = select + " WHERE (" + key + ") > (" + sql::marks(table.key_columns) + ")" + order;
   for (;;) {
@@ -110,9 +110,11 @@ void for_each_page(sql::Transactions& database, const Table& table, Row after, i
   }
 }
 
+}  // namespace
+
 std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const Table& table) {
   std::int64_t copied = 0;
-  for_each_page(from, table, last_key(to, table), page_rows_of(table), [&](const std::vector<Row>& rows) {
+  for_each_page(from, table, last_key(to, table), [&](const std::vector<Row>& rows) {
     insert_rows(to, table, rows);
     copied += static_cast<std::int64_t>(rows.size());
   });
@@ -122,7 +124,7 @@ std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const Tab
 Digest digest_of(sql::Transactions& database, const Table& table) {
   Digest digest;
   tracer::Sha256 hash;
-  for_each_page(database, table, {}, page_rows_of(table), [&](const std::vector<Row>& rows) {
+  for_each_page(database, table, {}, [&](const std::vector<Row>& rows) {
     for (const Row& row : rows)
       for (const Value& value : row) add(value, hash);
     digest.rows += static_cast<std::int64_t>(rows.size());

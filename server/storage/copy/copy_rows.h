@@ -2,7 +2,6 @@
 /// Rows of a table in the order of its primary key, without knowledge of its columns. Private to this directory.
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -23,13 +22,6 @@ struct Table {
   std::vector<Column> columns;  ///< those of the primary key first
   std::size_t key_columns = 0;
 };
-
-/// Calls `each` for all rows from a key on (empty: from the first), a page of at most `page_rows` at a time.
-void for_each_page(sql::Transactions& database, const Table& table, Row after, int page_rows,
-                   const std::function<void(const std::vector<Row>&)>& each);
-
-/// Number of rows to read at once: few of tables with large values.
-int page_rows_of(const Table& table);
 
 /// Copies the rows after the last one of `to`; returns their number.
 std::int64_t copy_rows(sql::Transactions& from, sql::Transactions& to, const Table& table);
