@@ -130,11 +130,7 @@ void NodeLink::step(bool has_changes, bool has_events, bool is_due) {
   const bool is_new = (has_changes || is_due) && number_events();
   if (is_new) wakeups_.publish(new_events, "new");
   if (settings_.has_clients && (is_new || has_events || is_due)) read_events();
-  std::deque<std::function<void()>> tasks;
-  {
-    const std::lock_guard lock(mutex_);
-    tasks.swap(tasks_);
-  }
+  const auto tasks = support::locked(mutex_, [&] { return std::exchange(tasks_, {}); });
   for (const auto& task : tasks) task();
   if (!is_due) return;
   send_progress();
@@ -164,11 +160,7 @@ void NodeLink::report() {
 }
 
 void NodeLink::send_progress() {
-  std::map<std::string, double> progress;
-  {
-    const std::lock_guard lock(mutex_);
-    progress.swap(progress_);
-  }
+  const auto progress = support::locked(mutex_, [&] { return std::exchange(progress_, {}); });
   for (const auto& [id, fraction] : progress) wakeups_.publish(progress_made, id + " " + std::to_string(fraction));
 }
 

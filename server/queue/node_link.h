@@ -23,6 +23,7 @@
 #include "server/queue/events.h"
 #include "server/queue/queue.h"
 #include "server/queue/wakeups.h"
+#include "server/support/locked.h"
 
 namespace queue {
 
@@ -67,10 +68,7 @@ class NodeLink final : public JobObserver {
   /// Changes what the thread waits for.
   template <class Change>
   void change(const Change& made) noexcept {
-    {
-      const std::lock_guard lock(mutex_);
-      made();
-    }
+    support::locked(mutex_, made);
     changed_.notify_all();
   }
   void post(std::function<void()> task) noexcept {

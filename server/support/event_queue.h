@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/support/descriptor.h"
+#include "server/support/locked.h"
 
 namespace support {
 
@@ -23,10 +24,7 @@ class EventQueue {
 
   /// Any thread.
   void post(Event event) {
-    {
-      const std::lock_guard lock(mutex_);
-      events_.push_back(std::move(event));
-    }
+    locked(mutex_, [&] { events_.push_back(std::move(event)); });
     interrupt();
   }
   /// Wakes the loop without an event. Any thread. Writing fails only if the counter is full; then the loop wakes
@@ -38,8 +36,7 @@ class EventQueue {
   std::vector<Event> take() {
     eventfd_t count = 0;
     ::eventfd_read(eventfd_.get(), &count);
-    const std::lock_guard lock(mutex_);
-    return std::exchange(events_, {});
+    return locked(mutex_, [&] { return std::exchange(events_, {}); });
   }
 
  private:

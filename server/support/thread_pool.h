@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/support/locked.h"
 namespace support {
 
 class ThreadPool {
@@ -33,10 +34,7 @@ class ThreadPool {
 
   /// Finishes the queued tasks.
   ~ThreadPool() {
-    {
-      const std::lock_guard lock(mutex_);
-      stopping_ = true;
-    }
+    locked(mutex_, [&] { stopping_ = true; });
     changed_.notify_all();
     for (std::thread& thread : threads_) thread.join();
   }
@@ -56,11 +54,8 @@ class ThreadPool {
 
   /// Queues an ordinary task, which is never refused, as the last or `first` in line.
   void add(Task task, bool first = false) {
-    {
-      const std::lock_guard lock(mutex_);
-      std::deque<Task>& lane = lanes_[ordinary];
-      lane.insert(first ? lane.begin() : lane.end(), std::move(task));
-    }
+    std::deque<Task>& lane = lanes_[ordinary];
+    locked(mutex_, [&] { lane.insert(first ? lane.begin() : lane.end(), std::move(task)); });
     changed_.notify_one();
   }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/resources/resource_json.h"
+#include "server/support/locked.h"
 #include "tracer/sha256.h"
 
 namespace webhooks {
@@ -95,10 +96,7 @@ Webhooks::Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::
 }
 
 Webhooks::~Webhooks() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
+  support::locked(mutex_, [&] { stopping_ = true; });
   changed_.notify_all();
   thread_.join();
 }
@@ -134,10 +132,7 @@ std::string Webhooks::send_test(const std::string& url) {
 }
 
 void Webhooks::wake() {
-  {
-    const std::lock_guard lock(mutex_);
-    has_new_ = true;
-  }
+  support::locked(mutex_, [&] { has_new_ = true; });
   changed_.notify_all();
 }
 

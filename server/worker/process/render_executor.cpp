@@ -12,6 +12,7 @@
 
 #include "server/queue/job.h"
 #include "server/queue/job_waiters.h"
+#include "server/support/locked.h"
 #include "server/worker/process/jobs.h"
 #include "tracer/encode.h"
 
@@ -262,10 +263,7 @@ void RenderExecutor::send_previews() {
   for (auto& [job, response] : pending) {
     response.png = preview_png(job->control, snapshot(job->control, response.side));
     if (response.png.empty()) continue;
-    {
-      const std::lock_guard lock(mutex_);
-      job->preview_sides.erase(response.side);
-    }
+    support::locked(mutex_, [&] { job->preview_sides.erase(response.side); });
     send_when_possible(socket_, std::move(response));
   }
 }

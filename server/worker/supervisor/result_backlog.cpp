@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "server/support/locked.h"
 namespace worker {
 namespace {
 
@@ -43,11 +44,7 @@ void ResultBacklog::stop() {
 void ResultBacklog::add(Finished result) {
   auto waiting = std::make_shared<Waiting>(Waiting{std::move(result), 0});
   for (const Image& image : waiting->result.images) waiting->bytes += bytes_of(image.bytes);
-  bool has_room = false;
-  {
-    const std::lock_guard lock(mutex_);
-    has_room = bytes_ + waiting->bytes <= settings_.waiting_bytes;
-  }
+  const bool has_room = support::locked(mutex_, [&] { return bytes_ + waiting->bytes <= settings_.waiting_bytes; });
   try {
     for (Image& image : waiting->result.images)
       if (has_room) move_to_disk(image);
@@ -75,13 +72,11 @@ void ResultBacklog::move_to_disk(Image& image) const {
 }
 
 std::size_t ResultBacklog::size() const {
-  const std::lock_guard lock(mutex_);
-  return waiting_.size();
+  return support::locked(mutex_, [&] { return waiting_.size(); });
 }
 
 bool ResultBacklog::is_full() const {
-  const std::lock_guard lock(mutex_);
-  return bytes_ >= settings_.waiting_bytes;
+  return support::locked(mutex_, [&] { return bytes_ >= settings_.waiting_bytes; });
 }
 
 void ResultBacklog::run() {

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "server/support/locked.h"
 #include "server/support/process_memory.h"
 #include "server/worker/supervisor/message_check.h"
 
@@ -50,10 +51,7 @@ void WorkerProcess::on_ready(const Ready& ready) {
   state_ = WorkerState::ready;
   base_memory_bytes_ = memory_of(pid_);
   set_not_ready("");
-  {
-    const std::lock_guard lock(status_mutex_);
-    sandbox_ = ready.sandbox;
-  }
+  support::locked(status_mutex_, [&] { sandbox_ = ready.sandbox; });
   const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Time::clock::now() - worker_->started_at);
   log_(LogLevel::info, "worker_ready",
        {{"pid", std::to_string(pid_)},
