@@ -111,7 +111,7 @@ class PostgresStatement final : public sql::Statement {
 
 }  // namespace
 
-PGconn* connect(const std::string& dsn) {
+Connection connect(const std::string& dsn) {
   // A cut is seen within 3.2 s: the first two limits are for the connection and for data that was sent, the others for
   // a wait for an answer. What `dsn` sets wins, as it comes last.
   constexpr std::array keywords{"connect_timeout",  "tcp_user_timeout", "keepalives_idle", "keepalives_interval",
@@ -120,11 +120,11 @@ PGconn* connect(const std::string& dsn) {
   std::array<const char*, keywords.size() + 1> names{}, settings{};
   std::copy(keywords.begin(), keywords.end(), names.begin());
   std::copy(values.begin(), values.end(), settings.begin());
-  PGconn* const connection = PQconnectdbParams(names.data(), settings.data(), 1);
+  Connection connection(PQconnectdbParams(names.data(), settings.data(), 1));
   // Otherwise libpq prints messages, such as that of a server that ends a session, to standard error.
   if (connection != nullptr)
     PQsetNoticeProcessor(
-        connection, [](void*, const char*) {}, nullptr);
+        connection.get(), [](void*, const char*) {}, nullptr);
   return connection;
 }
 

@@ -20,13 +20,15 @@ namespace storage::postgres {
 /// A statement of storage::sql in PostgreSQL's words: `$1` for parameters, no INDEXED BY.
 std::string translated(const std::string& sql);
 
-struct FreeResult {
+struct Free {
   void operator()(PGresult* result) const { PQclear(result); }
+  void operator()(PGconn* connection) const { PQfinish(connection); }
 };
-using Result = std::unique_ptr<PGresult, FreeResult>;
+using Result = std::unique_ptr<PGresult, Free>;
+using Connection = std::unique_ptr<PGconn, Free>;
 
 /// With the time limits of this program, unless `dsn` sets others. As PQconnectdb: null without memory.
-PGconn* connect(const std::string& dsn);
+Connection connect(const std::string& dsn);
 
 /// Another transaction has changed the same rows: the work may run again.
 class Conflict : public std::exception {
@@ -91,10 +93,7 @@ class PostgresDatabase final : public sql::Database {
   void send_synchronization();
   void synchronize();
 
-  struct Finish {
-    void operator()(PGconn* connection) const { PQfinish(connection); }
-  };
-  std::unique_ptr<PGconn, Finish> connection_;
+  const Connection connection_;
   std::map<std::string, std::unique_ptr<sql::Statement>> statements_;
   int unread_ = 0;             ///< statements without a result yet
   int transaction_id_at_ = 0;  ///< as unread_, the one whose result is the transaction id; 0: none

@@ -9,12 +9,12 @@ namespace storage::postgres {
 void check_database(const std::string& dsn) { check_schema(dsn); }
 
 PostgresStores::PostgresStores(const std::string& dsn, const PostgresSettings& settings)
-    : transactions_((settings.for_copy ? prepare_copy(dsn) : prepare_schema(dsn),
-                     std::make_unique<PostgresTransactions>(dsn, settings.connections))),
+    : transactions_(
+          (settings.for_copy ? prepare_copy(dsn) : prepare_schema(dsn), make_transactions(dsn, settings.connections))),
       jobs_(std::make_unique<queue::JobStores>(*transactions_)),
       deliveries_(std::make_unique<queue::DeliveryStore>(*transactions_)),
       tasks_(std::make_unique<queue::TaskStore>(*transactions_, settings.node, settings.build)),
       cluster_(std::make_unique<queue::ClusterStore>(*transactions_)),
-      wakeups_(std::make_unique<PostgresWakeups>(dsn)) {}
+      wakeups_(make_wakeups(dsn)) {}
 
 }  // namespace storage::postgres
