@@ -16,10 +16,11 @@ constexpr std::size_t chunk_header_bytes = 8;      // length, kind
 constexpr std::uint32_t json_kind = 0x4e4f534a;    // "JSON"
 constexpr std::uint32_t binary_kind = 0x004e4942;  // "BIN\0"
 
-std::uint32_t word_at(Bytes bytes, std::size_t offset) {
-  std::uint32_t word = 0;
-  for (std::size_t i = 4; i-- > 0;) word = word << 8U | bytes[offset + i];
-  return word;
+/// A little-endian number (sections 3.6.1.1 and 4.4.1).
+std::uint32_t bits_at(Bytes bytes, std::size_t offset, std::size_t size = 4) {
+  std::uint32_t bits = 0;
+  for (std::size_t i = size; i-- > 0;) bits = bits << 8U | bytes[offset + i];
+  return bits;
 }
 
 std::string_view text_of(Bytes bytes) {
@@ -33,27 +34,27 @@ std::string_view text_of(Bytes bytes) {
 /// The content of the chunk at `offset`.
 Bytes chunk_at(Bytes bytes, std::size_t offset, const char* which) {
   const std::size_t left = bytes.size() - offset;
-  if (left < chunk_header_bytes || word_at(bytes, offset) > left - chunk_header_bytes)
+  if (left < chunk_header_bytes || bits_at(bytes, offset) > left - chunk_header_bytes)
     refuse_at_byte(offset, std::string("the file ends within its ") + which + " chunk");
-  return bytes.subspan(offset + chunk_header_bytes, word_at(bytes, offset));
+  return bytes.subspan(offset + chunk_header_bytes, bits_at(bytes, offset));
 }
 
 Container open_glb(Bytes bytes) {
   if (bytes.size() < header_bytes) refuse_at_byte(bytes.size(), "the file ends within its header");
-  if (const std::uint32_t version = word_at(bytes, 4); version != 2)
+  if (const std::uint32_t version = bits_at(bytes, 4); version != 2)
     refuse_at_byte(4, "must be version 2 of GLB, got " + std::to_string(version));
-  const std::uint32_t size = word_at(bytes, 8);
+  const std::uint32_t size = bits_at(bytes, 8);
   if (size < header_bytes || size > bytes.size()) {
     refuse_at_byte(8, "declares " + std::to_string(size) + " bytes, the file has " + std::to_string(bytes.size()));
   }
   bytes = bytes.first(size);
   const Bytes content = chunk_at(bytes, header_bytes, "first");
-  if (word_at(bytes, header_bytes + 4) != json_kind) refuse_at_byte(header_bytes, "the first chunk must be JSON");
+  if (bits_at(bytes, header_bytes + 4) != json_kind) refuse_at_byte(header_bytes, "the first chunk must be JSON");
   Container container{text_of(content), header_bytes + chunk_header_bytes, std::nullopt};
   const std::size_t second = container.json_offset + content.size();
   if (second == bytes.size()) return container;
   const Bytes binary = chunk_at(bytes, second, "second");
-  if (word_at(bytes, second + 4) == binary_kind) container.binary = binary;
+  if (bits_at(bytes, second + 4) == binary_kind) container.binary = binary;
   return container;
 }
 
@@ -64,13 +65,9 @@ std::size_t bytes_of(Component component) {
   return component <= Component::uint16 ? 2 : 4;
 }
 
-/// Little-endian (section 3.6.1.1).
 std::uint32_t bits_at(const Accessor& accessor, std::size_t row, std::size_t i) {
   const std::size_t size = bytes_of(accessor.component);
-  const std::size_t offset = row * accessor.stride + i * size;
-  std::uint32_t bits = 0;
-  for (std::size_t byte = size; byte-- > 0;) bits = bits << 8U | accessor.bytes[offset + byte];
-  return bits;
+  return bits_at(accessor.bytes, row * accessor.stride + i * size, size);
 }
 
 /// Types of rows and their components. Those of matrices are floats, so that no column is padded.

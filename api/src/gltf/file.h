@@ -8,16 +8,19 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <new>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "api/json.h"
 #include "api/reader/cursor.h"
 #include "api/reader/json_parser.h"
+#include "tracer/result.h"
 #include "tracer/scene.h"
 
 namespace api::gltf {
@@ -30,6 +33,18 @@ struct GltfError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 [[noreturn]] void refuse(const Cursor& at, std::string_view sentence);
+
+/// The result of `work`, or the sentence of its GltfError.
+template <class Work>
+tracer::Result<std::invoke_result_t<Work>, std::string> result_of(const Work& work) {
+  try {
+    return work();
+  } catch (const GltfError& error) {
+    return std::string(error.what());
+  } catch (const std::bad_alloc&) {
+    return std::string("takes more memory than is available");
+  }
+}
 
 /// Views of the file's parts.
 struct Container {

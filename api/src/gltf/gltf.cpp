@@ -1,7 +1,5 @@
 #include "api/src/gltf/gltf.h"
 
-#include <new>
-
 #include "api/reader/issue_text.h"
 #include "api/src/gltf/file.h"
 #include "api/src/gltf/primitives.h"
@@ -86,17 +84,6 @@ tracer::Mesh read(const Source& source, const tracer::Limits& limits) {
   return mesh;
 }
 
-template <class Value, class Work>
-tracer::Result<Value, std::string> result_of(const Work& work) {
-  try {
-    return work();
-  } catch (const GltfError& error) {
-    return std::string(error.what());
-  } catch (const std::bad_alloc&) {
-    return std::string("takes more memory than is available");
-  }
-}
-
 }  // namespace
 
 bool is_gltf(Bytes bytes) {
@@ -109,11 +96,11 @@ bool is_gltf(Bytes bytes) {
 }
 
 tracer::Result<tracer::Mesh, std::string> read_gltf(const Source& source, const tracer::Limits& limits) {
-  return result_of<tracer::Mesh>([&] { return read(source, limits); });
+  return result_of([&] { return read(source, limits); });
 }
 
 tracer::Result<std::vector<std::uint8_t>, std::string> read_image(Bytes bytes, std::uint32_t image) {
-  return result_of<std::vector<std::uint8_t>>([&] {
+  return result_of([&] {
     File file(bytes, {});
     file.open();
     const std::vector<Cursor>& images = file.all("images");

@@ -1,8 +1,6 @@
 #include <charconv>
 #include <cmath>
-#include <new>
 #include <numbers>
-#include <set>
 #include <utility>
 
 #include "api/reader/issue_text.h"
@@ -54,7 +52,9 @@ class Importer {
                                  }};
     const gltf::Omit omit = [&](const Cursor& at, std::string_view what) { add_omission(at, what); };
     model_.materials = gltf::read_materials(file, files, omit);
-    add_object();
+    // Section 3.9.1: the default material is white, metallic and rough in its defaults; viewers show it as a nonmetal.
+    name_materials(model_);
+    if (source_.time) model_.object["time"] = *source_.time;
     add_cameras_and_lights(file);
     add_other_omissions(file);
     return std::move(model_);
@@ -82,16 +82,6 @@ class Importer {
     }
     for (const auto& content : contents_) buffers_.emplace_back(content);
     if (!paths.empty()) model_.object["buffers"] = std::move(paths);
-  }
-
-  void add_object() {
-    std::set<std::string> used;
-    for (const tracer::MeshPart& part : model_.mesh.parts)
-      if (model_.materials.contains(part.name)) used.insert(part.name);
-    for (const std::string& name : used) model_.object["materials"][name] = name;
-    // Section 3.9.1: the default material is white, metallic and rough in its defaults; viewers show it as a nonmetal.
-    model_.object["material"] = {{"model", "principled"}, {"color", 0.8}};
-    if (source_.time) model_.object["time"] = *source_.time;
   }
 
   void add_cameras_and_lights(File& file) {
@@ -199,13 +189,7 @@ class Importer {
 }  // namespace
 
 tracer::Result<Model, std::string> import_gltf(const ModelSource& source) {
-  try {
-    return Importer(source).run();
-  } catch (const gltf::GltfError& error) {
-    return std::string(error.what());
-  } catch (const std::bad_alloc&) {
-    return std::string("takes more memory than is available");
-  }
+  return gltf::result_of([&] { return Importer(source).run(); });
 }
 
 }  // namespace api

@@ -275,11 +275,7 @@ tracer::Result<Model, std::string> import_mesh(const ModelSource& source) {
   // A binary STL has 80 bytes and the number of its triangles before them; CAD programs have z up.
   model.up_is_z = text.starts_with("solid") || text.size() == 84 + 50 * model.mesh.triangles.size();
   if (!model.up_is_z && !is_ply) read_materials(source, text, model);
-  std::set<std::string> used;
-  for (const tracer::MeshPart& part : model.mesh.parts)
-    if (model.materials.contains(part.name)) used.insert(part.name);
-  for (const std::string& name : used) model.object["materials"][name] = name;
-  model.object["material"] = {{"model", "principled"}, {"color", 0.8}};
+  name_materials(model);
   // Scans are smooth; an OBJ is where it has a smoothing group.
   const auto is_smooth = [](const Statement& s) {
     return s.words[0] == "s" && s.words.size() == 2 && s.words[1] != "off" && s.words[1] != "0";

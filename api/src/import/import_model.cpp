@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "api/src/gltf/gltf.h"
@@ -119,6 +120,14 @@ std::vector<tracer::Issue> bad_model(const std::string& name, const std::string&
 double rounded(double value) { return std::strtod(tracer::text_of(value, 9).c_str(), nullptr); }
 
 Json vector_json(const Vec3& v) { return {rounded(v.x), rounded(v.y), rounded(v.z)}; }
+
+void name_materials(Model& model) {
+  std::set<std::string> used;
+  for (const tracer::MeshPart& part : model.mesh.parts)
+    if (model.materials.contains(part.name)) used.insert(part.name);
+  for (const std::string& name : used) model.object["materials"][name] = name;
+  model.object["material"] = {{"model", "principled"}, {"color", 0.8}};
+}
 
 tracer::Result<ImportedModel, std::vector<tracer::Issue>> import_model(const Document& document, const ReadAsset& read,
                                                                        const Limits& limits) {

@@ -46,6 +46,9 @@ struct ModelSource {
 double rounded(double value);
 Json vector_json(const tracer::Vec3& v);
 
+/// Names in the mesh of the document the materials of its parts, and one for all others.
+void name_materials(Model& model);
+
 tracer::Result<Model, std::string> import_gltf(const ModelSource& source);
 /// OBJ with the materials of its MTL files, PLY and STL.
 tracer::Result<Model, std::string> import_mesh(const ModelSource& source);
