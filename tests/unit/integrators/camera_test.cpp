@@ -18,7 +18,7 @@ using oracle::Vec;
 /// In the world's own frame.
 RenderSpace world_frame() {
   FiniteBounds bounds;
-  bounds.include({0, 0, 0});
+  bounds.include(Vec3{0, 0, 0});
   return RenderSpace(bounds);
 }
 

@@ -32,6 +32,10 @@ struct SphereGeometry {
   std::vector<double> x, y, z, radius;
   std::vector<std::uint32_t> object;
   bool transmissive = false;
+
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+  [[nodiscard]] std::uint32_t object_of(std::uint32_t sphere) const { return object[sphere]; }
+  [[nodiscard]] Vec3 center(std::size_t i) const { return {x[i], y[i], z[i]}; }
 };
 
 /// The place at which flat_polygon evaluates the light of a polygon.
@@ -63,6 +67,7 @@ struct TriangleGeometry {
   std::uint32_t object = 0;
   bool transmissive = false;
 
+  [[nodiscard]] std::size_t size() const { return triangles.size(); }
   [[nodiscard]] const Vec3& position(std::uint32_t vertex) const { return positions[vertex]; }
   [[nodiscard]] Vec3 normal(std::uint32_t vertex) const {
     const auto& [x, y, z] = normals[vertex];
@@ -78,6 +83,9 @@ struct QuadricGeometry {
   std::vector<Quadric> quadrics;
   std::vector<std::uint32_t> object;
   bool transmissive = false;
+
+  [[nodiscard]] std::size_t size() const { return quadrics.size(); }
+  [[nodiscard]] std::uint32_t object_of(std::uint32_t quadric) const { return object[quadric]; }
 };
 
 /// Infinite planes: they fit in no BVH, so every ray is intersected with each of them.
@@ -86,6 +94,9 @@ struct PlaneGeometry {
   std::vector<Vec3> normal;  ///< unit
   std::vector<std::uint32_t> object;
   std::vector<std::uint8_t> transmissive;
+
+  [[nodiscard]] std::size_t size() const { return point.size(); }
+  [[nodiscard]] std::uint32_t object_of(std::uint32_t plane) const { return object[plane]; }
 };
 
 enum class GeometryKind { spheres, triangles, quadrics, planes };
@@ -119,19 +130,26 @@ struct GeometrySet {
   [[nodiscard]] const QuadricGeometry& quadric_set(std::uint32_t geometry) const {
     return quadrics[geometry - first_quadrics()];
   }
-  [[nodiscard]] std::uint32_t object_of(const PrimitiveRef& primitive) const {
-    const auto [number, i] = primitive;
-    switch (kind_of(number)) {
+  /// Returns use(geometry), which has the same type for all kinds.
+  template <class Use>
+  auto visit(std::uint32_t geometry, const Use& use) const {
+    switch (kind_of(geometry)) {
       case GeometryKind::spheres:
-        return spheres[number].object[i];
+        return use(spheres[geometry]);
       case GeometryKind::triangles:
-        return mesh(number).object_of(i);
+        return use(mesh(geometry));
       case GeometryKind::quadrics:
-        return quadric_set(number).object[i];
+        return use(quadric_set(geometry));
       case GeometryKind::planes:
         break;
     }
-    return planes.object[i];
+    return use(planes);
+  }
+  [[nodiscard]] std::size_t primitive_count(std::uint32_t geometry) const {
+    return visit(geometry, [](const auto& one) { return one.size(); });
+  }
+  [[nodiscard]] std::uint32_t object_of(const PrimitiveRef& primitive) const {
+    return visit(primitive.geometry, [&](const auto& one) { return one.object_of(primitive.primitive); });
   }
 };
 

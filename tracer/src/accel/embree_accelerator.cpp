@@ -1,7 +1,7 @@
 #include <atomic>
 
 #include "tracer/src/accel/packet.h"
-#include "tracer/src/shapes/shape_registry.h"
+#include "tracer/src/accel/primitive_bounds.h"
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
@@ -37,20 +37,6 @@ struct User {
   const Geometry* geometry;
   PrimitiveGroups<Geometry> groups;
 };
-
-void include_primitive(Bounds& bounds, const SphereGeometry& g, std::uint32_t i) {
-  const Vec3 center{g.x[i], g.y[i], g.z[i]}, r{g.radius[i], g.radius[i], g.radius[i]};
-  bounds.include(center, r);
-}
-
-void include_primitive(Bounds& bounds, const TriangleGeometry& geometry, std::uint32_t primitive) {
-  for (const std::uint32_t vertex : geometry.triangles[primitive]) bounds.include(geometry.position(vertex));
-}
-
-void include_primitive(Bounds& bounds, const QuadricGeometry& geometry, std::uint32_t primitive) {
-  const Quadric& q = geometry.quadrics[primitive];
-  visit_kind(q.kind, [&](auto standard) { standard.include(bounds, q); });
-}
 
 /// Float box of the group for Embree's float rays. Their error is about 2^-24 of the scene's box (about one) wherever
 /// they are, so the padding is absolute: relative to a primitive near 0 it would vanish. Eight times that: a ray starts
@@ -124,17 +110,13 @@ const char* device_settings(const GeometrySet& set) {
                               : WHITTLE_EMBREE_ISA "object_accel_max_leaf_size=1";
 }
 
-std::size_t size(const SphereGeometry& spheres) { return spheres.x.size(); }
-std::size_t size(const TriangleGeometry& mesh) { return mesh.triangles.size(); }
-std::size_t size(const QuadricGeometry& quadrics) { return quadrics.quadrics.size(); }
-
 /// True for less than half of the primitives: more would cost more memory than the time is worth.
 bool transmissive_is_small_part(const GeometrySet& set) {
   std::size_t all = 0, transmissive = 0;
   const auto count = [&](const auto& geometries) {
     for (const auto& geometry : geometries) {
-      all += size(geometry);
-      transmissive += geometry.transmissive ? size(geometry) : 0;
+      all += geometry.size();
+      transmissive += geometry.transmissive ? geometry.size() : 0;
     }
   };
   count(set.spheres);
@@ -147,10 +129,10 @@ bool transmissive_is_small_part(const GeometrySet& set) {
 std::uint64_t max_transmissive_hits(const GeometrySet& set) {
   constexpr std::uint64_t convex = StandardShape::max_hits;
   std::uint64_t hits = 0;
-  for (const SphereGeometry& g : set.spheres) hits += g.transmissive ? convex * g.x.size() : 0;
-  for (const TriangleGeometry& g : set.triangles) hits += g.transmissive ? convex * g.triangles.size() : 0;
+  for (const SphereGeometry& g : set.spheres) hits += g.transmissive ? convex * g.size() : 0;
+  for (const TriangleGeometry& g : set.triangles) hits += g.transmissive ? convex * g.size() : 0;
   for (const QuadricGeometry& g : set.quadrics)
-    for (std::size_t i = 0; g.transmissive && i < g.quadrics.size(); ++i)
+    for (std::size_t i = 0; g.transmissive && i < g.size(); ++i)
       visit_kind(g.quadrics[i].kind, [&](auto standard) { hits += standard.max_hits; });
   for (const std::uint8_t transmissive : set.planes.transmissive) hits += convex * transmissive;
   return 2 * hits;
@@ -166,8 +148,8 @@ struct Accelerator::Embree {
     Bounds box;
     BoundingSphere sphere{{}, -std::numeric_limits<double>::infinity()};
     void include(const RTCBounds& bounds) {
-      box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
-      box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
+      box.include(Vec3{bounds.lower_x, bounds.lower_y, bounds.lower_z});
+      box.include(Vec3{bounds.upper_x, bounds.upper_y, bounds.upper_z});
     }
     void update_sphere() {
       if (box.empty()) return;

@@ -13,7 +13,7 @@ struct SphereTest {
 };
 
 SphereTest sphere_test(const SphereGeometry& g, std::uint32_t primitive) {
-  return {{g.x[primitive], g.y[primitive], g.z[primitive]}, g.radius[primitive]};
+  return {g.center(primitive), g.radius[primitive]};
 }
 
 /// Quadratic equation of a unit ray and a sphere, before any root or quotient. The discriminant is R^2 minus the

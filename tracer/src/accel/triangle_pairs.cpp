@@ -43,8 +43,7 @@ struct Cost {
 Cost cost_of(const TriangleGeometry& geometry, const Bounds& first, std::uint32_t other) {
   const Bounds second = box_of(geometry, other);
   Bounds both = first;
-  both.include(second.low);
-  both.include(second.high);
+  both.include(second);
   return {area(both), area(first) + area(second)};
 }
 

@@ -3,14 +3,13 @@
 #include <algorithm>
 
 #include "tracer/src/accel/primitive_bounds.h"
-#include "tracer/src/accel/primitive_count.h"
 
 namespace tracer {
 
 BoxTree::BoxTree(const GeometrySet& geometry, const RenderControl& control) {
   std::vector<Node> leaves;
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)  // those below it are of finite shapes
-    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
+    for (std::uint32_t i = 0; i < geometry.primitive_count(number); ++i) {
       const Node& leaf = leaves.emplace_back(Node{bounds_of(geometry, {number, i}), {number, i}});
       reach_ = std::max({reach_, largest_component(leaf.box.low), largest_component(leaf.box.high)});
     }
@@ -23,8 +22,7 @@ void BoxTree::build(std::span<Node> leaves, const RenderControl& control) {
   const std::size_t own = nodes_.size();
   Bounds box, centers;
   for (const Node& leaf : leaves) {
-    box.include(leaf.box.low);
-    box.include(leaf.box.high);
+    box.include(leaf.box);
     centers.include(leaf.box.low + leaf.box.high);
   }
   nodes_.push_back(leaves.size() == 1 ? leaves.front() : Node{box});

@@ -55,8 +55,7 @@ class ConvexRegion {
 inline ConvexRegion shaft(const Bounds& from, const Bounds& to) {
   ConvexRegion region;
   Bounds both = from;
-  both.include(to.low);
-  both.include(to.high);
+  both.include(to);
   region.cut(both);
   using Axis = double Vec3::*;
   constexpr std::array<std::array<Axis, 2>, 3> planes{

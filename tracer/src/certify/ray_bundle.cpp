@@ -199,8 +199,7 @@ BundleHit intersect(const GeometrySet& geometry, const PrimitiveRef& primitive, 
   switch (geometry.kind_of(number)) {
     case GeometryKind::spheres: {
       const SphereGeometry& spheres = geometry.spheres[number];
-      return first_root(sphere_quadratic(rays.origin - Vec3{spheres.x[i], spheres.y[i], spheres.z[i]}, rays.direction,
-                                         spheres.radius[i]));
+      return first_root(sphere_quadratic(rays.origin - spheres.center(i), rays.direction, spheres.radius[i]));
     }
     case GeometryKind::triangles:
       return triangle_hit(geometry.mesh(number), i, rays);

@@ -66,11 +66,9 @@ SurfacePatch surface_patch(const SceneBounds& bounds, const PrimitiveRef& primit
   patch.convex = !hit.back;
   AffineVec outward;
   switch (geometry.kind_of(number)) {
-    case GeometryKind::spheres: {
-      const SphereGeometry& spheres = geometry.spheres[number];
-      outward = normalized(patch.position - Vec3{spheres.x[i], spheres.y[i], spheres.z[i]});
+    case GeometryKind::spheres:
+      outward = normalized(patch.position - geometry.spheres[number].center(i));
       break;
-    }
     case GeometryKind::triangles:
     case GeometryKind::planes: {
       const PlaneOf plane = *plane_of(geometry, primitive);

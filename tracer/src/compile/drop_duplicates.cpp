@@ -54,14 +54,14 @@ std::uint64_t erase(const std::vector<bool>& marked, std::vector<Values>&... lis
 }
 
 std::uint64_t drop(SphereGeometry& s) {
-  const auto center = [&](std::size_t i) { return Vec3{s.x[i], s.y[i], s.z[i]}; };
-  return erase(duplicates_of(
-                   s.x.size(),
-                   [&](std::size_t i) {
-                     return hash_of(center(i), Vec3{s.radius[i], 0, 0});
-                   },
-                   [&](std::size_t a, std::size_t b) { return center(a) == center(b) && s.radius[a] == s.radius[b]; }),
-               s.x, s.y, s.z, s.radius, s.object);
+  return erase(
+      duplicates_of(
+          s.x.size(),
+          [&](std::size_t i) {
+            return hash_of(s.center(i), Vec3{s.radius[i], 0, 0});
+          },
+          [&](std::size_t a, std::size_t b) { return s.center(a) == s.center(b) && s.radius[a] == s.radius[b]; }),
+      s.x, s.y, s.z, s.radius, s.object);
 }
 
 std::uint64_t drop(QuadricGeometry& set) {

@@ -166,7 +166,7 @@ class PointComputation {
     for_each_lane(mask, [&](int i) {
       const auto [set, sphere] = hits_.primitive[i];
       const SphereGeometry& from = geometry_.spheres[set];
-      spheres.center.set(i, {from.x[sphere], from.y[sphere], from.z[sphere]});
+      spheres.center.set(i, from.center(sphere));
       spheres.radius[i] = from.radius[sphere];
       points_.object[i] = from.object[sphere];
     });

@@ -6,17 +6,19 @@
 namespace tracer {
 namespace {
 
-ShapeHit sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
-  const PrimitivePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
+ShapeHit shape_at(const SphereGeometry& spheres, const Hit& hit, const Vec3& on_ray) {
+  const std::uint32_t i = hit.primitive.primitive;
+  const PrimitivePoint at = sphere_point(spheres.center(i), spheres.radius[i], on_ray);
   return {{at.position, at.error}, at.across, at.across, {}, spheres.object[i]};
 }
 
-ShapeHit plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
+ShapeHit shape_at(const PlaneGeometry& planes, const Hit& hit, const Vec3& on_ray) {
+  const std::uint32_t i = hit.primitive.primitive;
   const PrimitivePoint at = plane_point(planes.point[i], planes.normal[i], on_ray);
   return {{at.position, at.error}, at.across, at.across, {}, planes.object[i]};
 }
 
-ShapeHit triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
+ShapeHit shape_at(const TriangleGeometry& mesh, const Hit& hit, const Vec3& /*on_ray*/) {
   const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
   const double weight_a = 1 - hit.u - hit.v;
   const PrimitivePoint at = triangle_point(mesh.position(a), mesh.position(b), mesh.position(c), hit.u, hit.v);
@@ -44,7 +46,7 @@ Vec2 triangle_uv(const TriangleGeometry& mesh, const Hit& hit) {
 /// `p` in the frame of the axes.
 Vec3 along(const Axes& axes, const Vec3& p) { return {dot(p, axes.e0), dot(p, axes.e1), dot(p, axes.n)}; }
 
-ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
+ShapeHit shape_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
   const std::uint32_t i = hit.primitive.primitive;
   const QuadricPoint at = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
   return {at.point, at.normal, at.normal, {}, set.object[i]};
@@ -103,18 +105,7 @@ UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius
 }  // namespace
 
 ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
-  const auto [geometry, primitive] = hit.primitive;
-  switch (set.kind_of(geometry)) {
-    case GeometryKind::spheres:
-      return sphere_at(set.spheres[geometry], primitive, on_ray);
-    case GeometryKind::triangles:
-      return triangle_at(set.mesh(geometry), hit);
-    case GeometryKind::quadrics:
-      return quadric_at(set.quadric_set(geometry), hit, on_ray);
-    case GeometryKind::planes:
-      break;
-  }
-  return plane_at(set.planes, primitive, on_ray);
+  return set.visit(hit.primitive.geometry, [&](const auto& geometry) { return shape_at(geometry, hit, on_ray); });
 }
 
 Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "tracer/src/accel/primitive_count.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/shape_registry.h"
 
@@ -39,8 +38,7 @@ struct BoundingSphere {
 BoundingSphere bounding_sphere(const GeometrySet& geometry, const PrimitiveRef& primitive) {
   const auto [number, i] = primitive;
   if (geometry.kind_of(number) == GeometryKind::spheres) {
-    const SphereGeometry& spheres = geometry.spheres[number];
-    return {{spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i]};
+    return {geometry.spheres[number].center(i), geometry.spheres[number].radius[i]};
   }
   const Quadric& q = geometry.quadric_set(number).quadrics[i];
   const Linear& m = q.render_from_shape;
@@ -123,7 +121,7 @@ Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radian
     : geometry_(&geometry), sky_(std::move(sky)), openings_(std::move(openings)) {
   Lamps lamps;
   for (std::uint32_t number = 0; number < geometry.plane_geometry(); ++number)
-    for (std::uint32_t i = 0; i < primitive_count(geometry, number); ++i) {
+    for (std::uint32_t i = 0; i < geometry.primitive_count(number); ++i) {
       const double of_primitive = radiance[geometry.object_of({number, i})];
       if (of_primitive > 0) add({number, i}, of_primitive, lamps);
     }
@@ -131,8 +129,7 @@ Emitters::Emitters(const GeometrySet& geometry, const std::vector<float>& radian
   if (openings_.empty()) return;
   lamp_of_openings_ = LightTree(std::span(&openings_.lamp(), 1));
   area_ += openings_.area();
-  bounds_.include(openings_.lamp().bounds.low);
-  bounds_.include(openings_.lamp().bounds.high);
+  bounds_.include(openings_.lamp().bounds);
 }
 
 void Emitters::add(const PrimitiveRef& primitive, double radiance, Lamps& lamps) {
@@ -148,8 +145,7 @@ void Emitters::add(const PrimitiveRef& primitive, double radiance, Lamps& lamps)
   }
   if (!(radiance * emitter.area > 0)) return;
   area_ += emitter.area;
-  bounds_.include(bounds.low);
-  bounds_.include(bounds.high);
+  bounds_.include(bounds);
   emitters_.push_back(emitter);
   lamps.push_back({bounds, radiance * emitter.area});
 }

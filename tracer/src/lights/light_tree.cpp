@@ -25,8 +25,7 @@ std::uint32_t LightTree::add(std::span<const Lamp> lamps, std::span<std::uint32_
   Bounds box, centers;
   double power = 0;
   for (const std::uint32_t number : numbers) {
-    box.include(lamps[number].bounds.low);
-    box.include(lamps[number].bounds.high);
+    box.include(lamps[number].bounds);
     centers.include(center_of(lamps[number].bounds));
     power += lamps[number].power;
   }

@@ -58,7 +58,7 @@ class GeometryWriter {
   void add(const SphereGeometry& spheres, std::uint32_t geometry) {
     for (std::uint32_t i = 0; i < spheres.x.size(); ++i) {
       push({geometry, i}, {-1, number(cells(live_.shapes)), 0}, code(spheres.object[i], spheres.transmissive));
-      add_cell(live_.shapes, Vec3{spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i]);
+      add_cell(live_.shapes, spheres.center(i), spheres.radius[i]);
     }
   }
 

@@ -61,6 +61,10 @@ struct Bounds {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
+  void include(const Bounds& other) {
+    include(other.low);
+    include(other.high);
+  }
   /// Box from center - extent to center + extent.
   void include(const Vec3& center, const Vec3& extent) {
     include(center - extent);

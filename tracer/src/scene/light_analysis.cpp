@@ -124,8 +124,7 @@ class LightWarningFinder {
     const Material& material = scene_.materials[placed.material.index];
     const auto& [gain, glow, is_glossy] = surfaces_[placed.material.index];
     const bool glows = glow > 0;
-    Bounds box;
-    include(box, placed);
+    const Bounds box = bounds_of(placed);
     receivers_ += gain > 0 && !glows ? 1 : 0;
     glowing_ += glows ? 1 : 0;
     both_ += glows && is_glossy ? 1 : 0;

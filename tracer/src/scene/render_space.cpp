@@ -8,8 +8,9 @@
 namespace tracer {
 namespace {
 
-/// Corners of the bounding box of a transformed standard shape that itself lies within [low, high].
-void include_box(Bounds& bounds, const Affine& world_from_standard, const Vec3& low, const Vec3& high) {
+/// Corners of the bounding box of a transformed standard shape that itself lies within `box`.
+void include_box(Bounds& bounds, const Affine& world_from_standard, const Bounds& box) {
+  const auto& [low, high] = box;
   for (int corner = 0; corner < 8; ++corner)
     bounds.include(world_from_standard.point(
         {(corner & 1) != 0 ? high.x : low.x, (corner & 2) != 0 ? high.y : low.y, (corner & 4) != 0 ? high.z : low.z}));
@@ -27,8 +28,7 @@ struct IncludeShape {
   template <Analytic S>
   void operator()(const S& shape) const {
     const auto image = standard_image(shape);
-    const Bounds box = local_box(quadric(image, {}));
-    include_box(bounds, world_from_object * image.object_from_standard, box.low, box.high);
+    include_box(bounds, world_from_object * image.object_from_standard, local_box(quadric(image, {})));
   }
   void operator()(const Plane&) const {}
   void operator()(const Triangle& triangle) const {
@@ -54,18 +54,18 @@ double smallest_triangle(const Mesh& mesh, const Linear& map) {
 
 }  // namespace
 
-void include(Bounds& bounds, const Placed& placed) {
+Bounds bounds_of(const Placed& placed) {
+  Bounds bounds;
   std::visit(IncludeShape{bounds, placed.world_from_object}, placed.shape);
+  return bounds;
 }
 
 FiniteBounds finite_bounds(const Scene& scene) {
   FiniteBounds extent;
   for_each_placed(scene, [&](const Placed& placed) {
-    Bounds box;
-    include(box, placed);
+    const Bounds box = bounds_of(placed);
     if (box.empty()) return;
-    extent.include(box.low);
-    extent.include(box.high);
+    extent.include(box);
     const auto* mesh = std::get_if<Mesh>(&placed.shape);
     const double size =
         mesh == nullptr ? max_component(box.high - box.low) : smallest_triangle(*mesh, placed.world_from_object.linear);
@@ -76,8 +76,7 @@ FiniteBounds finite_bounds(const Scene& scene) {
 }
 
 float diagonal_of(const Placed& object) {
-  Bounds bounds;
-  std::visit(IncludeShape{bounds, object.world_from_object}, object.shape);
+  const Bounds bounds = bounds_of(object);
   return bounds.empty() ? std::numeric_limits<float>::infinity() : static_cast<float>(length(bounds.high - bounds.low));
 }
 

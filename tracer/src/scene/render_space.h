@@ -11,8 +11,8 @@ namespace tracer {
 
 struct Placed;
 
-/// Includes the object, unless it is a plane.
-void include(Bounds& bounds, const Placed& placed);
+/// Box of the object in world space; empty for a plane.
+Bounds bounds_of(const Placed& placed);
 
 /// Bounds of everything finite in the scene; of the camera's position when nothing is.
 struct FiniteBounds : Bounds {

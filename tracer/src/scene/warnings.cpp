@@ -119,8 +119,7 @@ Reflector reflector_of(const Placed& placed, Place place, const Vec3& camera) {
   if (const auto* plane = std::get_if<Plane>(&placed.shape))
     return {place, placed.world_from_object.point(plane->point),
             normalize(transformed_normal(placed.world_from_object.linear, plane->normal)), 0, 0};
-  Bounds box;
-  include(box, placed);
+  const Bounds box = bounds_of(placed);
   if (box.empty()) return {place, {}, {}, 0, 0};
   const bool is_convex = !std::holds_alternative<Mesh>(placed.shape) && !std::holds_alternative<Torus>(placed.shape);
   const double itself = place == mirror && is_in(box, camera) ? 1 : is_convex ? 0 : 0.1;
@@ -217,8 +216,7 @@ class WarningFinder {
       in_view_ = in_view_ || view_.may_hit(map.point(plane->point), transformed_normal(map.linear, plane->normal));
       return;
     }
-    Bounds box;
-    include(box, placed);
+    const Bounds box = bounds_of(placed);
     check_resolution(placed, box);
     if (!box.empty() && view_.is_behind(box)) {
       if (placed.shadow && behind_++ == 0) first_behind_ = pointer(placed);
@@ -287,8 +285,7 @@ class WarningFinder {
     for (const Light& light : scene_.lights)
       if (const auto sphere = extent(light.source); sphere && is_in(around_camera_, sphere->first)) ++content;
     for_each_placed(scene_, [&](const Placed& placed) {
-      Bounds box;
-      include(box, placed);
+      const Bounds box = bounds_of(placed);
       if (!box.empty() && is_in(around_camera_, (box.low + box.high) / 2)) ++content;
     });
     if (content == 1) add("/camera/position", "camera_enclosed", camera_detail_);
