@@ -41,12 +41,10 @@ constexpr std::array table{
     text("data", "./data", &C::data, "PATH", "directory of the database, images and uploads; created if missing"),
     text("database", "", &C::database, "URI",
          "PostgreSQL database of jobs, as postgres://user@host/name; its password belongs into PGPASSWORD or "
-         "PGPASSFILE. "
-         "Without it jobs are in a file of the data directory"),
+         "PGPASSFILE. Without it jobs are in a file of the data directory"),
     text("artifacts", "", &C::artifacts, "URI or PATH",
          "bucket of images and uploads that all nodes of --database share, as s3://bucket/prefix, or a directory that "
-         "all "
-         "of them mount. Without it they are in the data directory"),
+         "all of them mount. Without it they are in the data directory"),
     text("s3_endpoint", "", &C::s3_endpoint, "URL",
          "server of the bucket, as https://host:port; without it that of AWS in the region"),
     text("s3_region", "us-east-1", &C::s3_region, "NAME", "region of the bucket, which is part of the signatures"),
