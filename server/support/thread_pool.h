@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "server/support/locked.h"
+
 namespace support {
 
 class ThreadPool {
