@@ -71,13 +71,20 @@ SkyOpenings::SkyOpenings(const Bounds& box, std::span<const SkySighting> sightin
   lamp_.power = radiance / weight * area_;
   row_ends_ = std::move(row_ends);
   column_ends_ = std::move(power);
+  guide_.resize(faces * (cells_of_face + cells_of_side));
+  const std::span guide(guide_);
+  guide_selection(row_ends_, guide.subspan(column_ends_.size()));
+  for (std::size_t first = 0; first < column_ends_.size(); first += cells_of_side)
+    guide_selection(std::span(column_ends_).subspan(first, cells_of_side), guide.subspan(first, cells_of_side));
 }
 
 SkyOpenings::Sample SkyOpenings::sample(const Vec3& from, const Vec2& xi) const {
   if (!contains(from)) return {{0, 0, 1}, 0};
-  const Selected row = select_interval(row_ends_, xi.y);
+  const std::span guide(guide_);
+  const Selected row = select_interval(row_ends_, xi.y, guide.subspan(column_ends_.size()));
+  const std::size_t first = row.index * cells_of_side;
   const Selected column =
-      select_interval(std::span(column_ends_).subspan(row.index * cells_of_side, cells_of_side), xi.x);
+      select_interval(std::span(column_ends_).subspan(first, cells_of_side), xi.x, guide.subspan(first, cells_of_side));
   const std::size_t face = row.index / cells_of_side;
   const Vec3 offset = point_of(face, static_cast<double>(column.index) + column.position,
                                static_cast<double>(row.index % cells_of_side) + row.position) -

@@ -45,7 +45,7 @@ class SkyOpenings {
   [[nodiscard]] double density(const Vec3& from, const Vec3& direction) const;
 
   [[nodiscard]] std::uint64_t memory_bytes() const {
-    return (row_ends_.capacity() + column_ends_.capacity()) * sizeof(double);
+    return (row_ends_.capacity() + column_ends_.capacity()) * sizeof(double) + guide_.capacity() * sizeof(guide_[0]);
   }
 
  private:
@@ -61,9 +61,10 @@ class SkyOpenings {
 
   Bounds box_;
   LightTree::Lamp lamp_;
-  double area_ = 0;                  ///< total, in squared units of render space
-  std::vector<double> row_ends_;     ///< sums of the powers of rows of cells, face by face
-  std::vector<double> column_ends_;  ///< sums of the powers of the cells of each row
+  double area_ = 0;                   ///< total, in squared units of render space
+  std::vector<double> row_ends_;      ///< sums of the powers of rows of cells, face by face
+  std::vector<double> column_ends_;   ///< sums of the powers of the cells of each row
+  std::vector<std::uint16_t> guide_;  ///< of the cells of each row, then of the rows
 };
 
 }  // namespace tracer
