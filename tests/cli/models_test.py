@@ -103,6 +103,8 @@ class GltfModels(ModelTest):
             "sheet": (extension("transmission", transmissionFactor=0.5, transmissionTexture={"index": 1}),
                       {"transmission": 0.5, "transparency": "filtered",
                        "transmission_color": {"file": "a.glb", "image": 1, "channel": "red", "color_space": "linear"}}),
+            "paint": (extension("clearcoat", clearcoatFactor=0.5, clearcoatTexture={"index": 1}, clearcoatRoughnessFactor=0.25),
+                      {"coat": {"file": "a.glb", "image": 1, "channel": "red", "color_space": "linear", "factor": 0.5}, "coat_roughness": 0.25}),
             "lamp": ({"emissiveFactor": [0.5, 0.25, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}},
                      {"emission": [2, 1, 4]}),
             "unlit": ({"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}, **extension("unlit")},
@@ -147,6 +149,17 @@ class GltfModels(ModelTest):
         self.assertEqual(self.imported("a.glb", glb(document, binary), ["a further camera is not carried over"])["lights"][0], {
             "type": "spot", "position": [0.5, 0.5, 2], "attenuation": "inverse_square", "direction": [0, 0, -1], "intensity": 1,
             "inner_angle": 0, "outer_angle": 30})
+        # A directional light of 2 pi lux, and a perspective camera that sees 4 units in height there.
+        document["extensions"]["KHR_lights_punctual"]["lights"] = [{"type": "directional", "intensity": 2 * math.pi, "color": [1, 0.5, 0.25]}]
+        document["cameras"] = [{"type": "perspective", "perspective": {"yfov": 2 * math.atan(2 / 3), "aspectRatio": 2, "znear": 1}}]
+        found = self.imported("a.glb", glb(document, binary), ["a further camera is not carried over"])
+        self.assertEqual(found["lights"], [{"type": "directional", "direction": [0, 0, -1], "intensity": 2, "color": [1, 0.5, 0.25]}])
+        self.assertEqual((found["image"]["width"], found["image"]["height"], found["output"]["exposure"]), (960, 480, -1))
+        self.assertAlmostEqual(found["camera"]["fov"], 2 * math.degrees(math.atan(2 / 3)), places=6)
+        found["image"] = {"width": 32, "height": 16}
+        lit = self.image("model.json", document=found)
+        numpy.testing.assert_allclose(lit[6:10, 14:18], numpy.full((4, 4, 3), [2, 1, 0.5]), rtol=0.02)
+        self.assertLess(numpy.delete(lit, slice(13, 19), axis=1).max(), 0.01)
 
     def test_show_images_within_the_file_times_factors(self):
         unlit = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 1], "baseColorTexture": {"index": 0}}, **extension("unlit")}
@@ -180,6 +193,13 @@ class GltfModels(ModelTest):
         self.write("a.glb", glb(document, binary + keys))
         view = {"image": {"width": 60, "height": 10}, "background": 0, "accuracy": {"samples": 1},
                 "camera": {"type": "orthographic", "position": [3, 0.5, 5], "look_at": [3, 0.5, 0], "height": 1}}
+        # As an option, with a camera of the file: 80 pixels a unit. The sky is darker than the square.
+        document.update(nodes=[{"mesh": 0}, {"camera": 0, "translation": [3, 0.5, 5]}], scenes=[{"nodes": [0, 1]}],
+                        cameras=[{"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 3, "znear": 0, "zfar": 9}}])
+        self.write("b.glb", glb(document, binary + keys))
+        for time, first in ((0.5, 80), (9, 320)):
+            lit = self.image("b.glb", "--time", time)[240, :, 0] > 0.9
+            self.assertEqual((lit.argmax(), lit.sum()), (first, 80), time)
         for time, first in ((None, 0), (0.5, 10), (1, 20), (9, 40)):
             lit = self.image("s.json", document={"version": 1, "model": "a.glb", **view, **({"time": time} if time is not None else {})})[5, :, 0] > 0.5
             self.assertEqual((lit.argmax(), lit.sum()), (first, 10), time)
@@ -195,6 +215,34 @@ class GltfModels(ModelTest):
         for name, (content, place) in broken.items():
             with self.subTest(name):
                 self.assertRegex(self.refusal(name, content), rf"^#/model bad_asset {name}: .*{place}")
+
+
+class ModelsOfEachKind(ModelTest):
+    def test_are_seen_under_a_sky_and_a_key_light(self):
+        """One tetrahedron has the same image, whatever its file. That of STL, where z is up, lies on its back."""
+        corners, faces = ((0, 1, 0), (-1, 0, 1), (1, 0, 1), (0, 0, -1)), ((0, 1, 2), (1, 3, 2), (2, 3, 0), (0, 3, 1))
+        soup = [corners[i] for face in faces for i in face]
+        lines = lambda before, rows: "".join(f"{before}{' '.join(map(str, row))}\n" for row in rows)
+        triples = lambda first: [(i, i + 1, i + 2) for i in range(first, first + 12, 3)]
+        stl = "".join(f"facet normal 0 0 0\nouter loop\n{lines('vertex ', ((x, -z, y) for x, y, z in (corners[i] for i in face)))}endloop\nendfacet\n"
+                      for face in faces)
+        accessor = {"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3"}
+        gltf = {"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "accessors": [accessor],
+                "bufferViews": [{"buffer": 0, "byteLength": 144}], "buffers": [{"byteLength": 144}]}
+        models = {"a.obj": lines("v ", soup) + lines("f ", triples(1)), "a.stl": f"solid a\n{stl}endsolid a\n",
+                  "a.ply": "ply\nformat ascii 1.0\nelement vertex 12\n" + lines("property float ", "xyz") + "element face 4\n"
+                           "property list uchar int vertex_indices\nend_header\n" + lines("", soup) + lines("3 ", triples(0)),
+                  "a.glb": glb(gltf, struct.pack("<36f", *(c for corner in soup for c in corner)))}
+        images = {}
+        for name, content in models.items():
+            found, is_stl = self.imported(name, content), name == "a.stl"
+            self.assertEqual(found["background"], {"zenith": [0.4, 0.47, 0.56], "nadir": [0.26, 0.25, 0.24], "up": [0, 0, 1] if is_stl else [0, 1, 0]})
+            self.assertEqual(found["lights"], [{"type": "directional", "direction": [0.5, 0.8, -1] if is_stl else [0.5, -1, -0.8], "intensity": 0.5}])
+            images[name] = self.image(name)
+            self.assertLess(numpy.abs(images[name] - images["a.obj"]).mean(), 0.002, name)
+        sky, lit, shaded = (images["a.obj"][place].mean(axis=(0, 1)) for place in (numpy.s_[:9, :9], numpy.s_[290:320, 200:300], numpy.s_[290:320, 366:376]))
+        self.assertTrue(0.9 > lit.max() > lit.min() > 0.6 and 0.45 > shaded.max() > shaded.min() > 0.2, (lit, shaded))
+        numpy.testing.assert_allclose(sky, [0.32, 0.35, 0.38], atol=0.01)
 
 
 class ObjModels(ModelTest):

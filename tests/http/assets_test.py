@@ -4,6 +4,7 @@ import os
 import shutil
 import unittest
 
+from tests.cli import models_test
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
 from tests.support.whittle import SCENES, succeeded, temporary_directory, whittle
 
@@ -43,6 +44,24 @@ class Examples(OneDaemon):
             self.assertEqual((reply.status, reply.body), (200, out.read_bytes()), reply.body[:200])
         (issue,) = self.assert_problem(self.daemon.request("POST", "/v1/render", b"glTF", headers=glb), 422, "bad_scene")["errors"]
         self.assertEqual((issue["pointer"], issue["code"]), ("#/model", "bad_asset"))
+
+    def test_of_models_are_rendered_by_jobs(self):
+        """The worker imports them, so that a broken one is accepted, and its job fails."""
+        whole, here = models_test.glb(*models_test.squares([{}])), temporary_directory(self)
+        (here / "a.glb").write_bytes(whole)
+        succeeded(whittle("render", here / "a.glb", "-o", here / "a.png"))
+        for body, place in ((whole, None), (whole[:100], f"byte 8: declares {len(whole)} bytes, the file has 100"), (whole[:7], "byte 7: ")):
+            request = body, {"Content-Type": "model/gltf-binary"}
+            self.assertTrue(json_of(self.daemon.request("POST", "/v1/jobs/validate", *request))["valid"])
+            reply = self.daemon.request("POST", "/v1/jobs", *request)
+            self.assertEqual(reply.status, 202, reply.body)
+            job = self.daemon.wait_for_end(json_of(reply)["id"])
+            if place is None:
+                self.assertEqual(self.daemon.get(job["links"]["image"]).body, (here / "a.png").read_bytes())
+                continue
+            (issue,) = job["problem"]["errors"]
+            self.assertEqual((job["state"], job["attempt"], issue["pointer"], issue["code"]), ("failed", 1, "#/model", "bad_asset"))
+            self.assertIn(place, issue["detail"])
 
 
 class Names(OneDaemon):

@@ -6,6 +6,7 @@ import random
 import subprocess
 import time
 
+from tests.cli import models_test
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
@@ -68,6 +69,15 @@ class Submission(SubmitTest):
         lines = done.stderr.splitlines()
         self.assertEqual(len(lines), 7, "without a terminal: a line for each frame, and the total")
         self.assertTrue(lines[5].startswith("[6/6] "), lines)
+
+    def test_uploads_models(self):
+        chair = self.directory / "chair.glb"
+        chair.write_bytes(models_test.glb(*models_test.squares([{"pbrMetallicRoughness": {"roughnessFactor": 0.3}}])))
+        self.submit_all(chair, "--set", "image.width=32,48")
+        for width in (32, 48):
+            document = self.write(f"{width}.json", {"version": 1, "model": "chair.glb", "image": {"width": width}})
+            succeeded(whittle("render", document, "-o", self.directory / "direct.png"))
+            self.assertEqual(self.images()[f"chair-width={width}.png"], (self.directory / "direct.png").read_bytes())
 
     def test_reports_images_that_miss_their_target(self):
         self.write("a.json", scene(accuracy={"samples": [1, 1], "target_error": 0.001}))
