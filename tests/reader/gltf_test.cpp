@@ -208,21 +208,29 @@ TEST(GltfReader, MovesNodesByTheFirstAnimation) {
   EXPECT_NEAR(std::abs(turned.y), 1, 1e-7) << "half of half a turn";
 }
 
+/// Joint 1 has moved by 8 along y since it was bound at x = 1, and moves back in a second; the node of the mesh counts
+/// for nothing.
+std::string moving_skin() {
+  return floats(
+      {{"VEC3", triangle},
+       {"VEC4", {0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}},
+       {"VEC4", {.25, .75, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}},
+       {"MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1}},
+       {"SCALAR", {0, 1}},
+       {"VEC3", {1, 8, 0, 1, 0, 0}}},
+      R"("meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1,
+      "WEIGHTS_0": 2}}]}], "skins": [{"joints": [1, 2], "inverseBindMatrices": 3}], "nodes": [
+      {"mesh": 0, "skin": 0, "translation": [99, 0, 0]}, {}, {"translation": [1, 8, 0]}], "animations": [{"samplers":
+      [{"input": 4, "output": 5}], "channels": [{"sampler": 0, "target": {"node": 2, "path": "translation"}}]}])");
+}
+
 TEST(GltfReader, DeformsBySkinsMorphTargetsAndSparseRows) {
   const std::string morph = floats({{"VEC3", triangle}, {"VEC3", {0, 0, 2, 0, 0, 2, 0, 0, 2}}},
                                    R"("meshes": [{"weights": [0.5], "primitives": [{"attributes": {"POSITION": 0},
       "targets": [{"POSITION": 1}]}]}], "nodes": [{"mesh": 0}])");
   EXPECT_EQ(first_corner(morph, {}), (Vec3{0, 0, 1}));
-  // Joint 1 has moved by 8 along y since it was bound at x = 1; the node of the mesh counts for nothing.
-  const std::string skin = floats(
-      {{"VEC3", triangle},
-       {"VEC4", {0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}},
-       {"VEC4", {.25, .75, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}},
-       {"MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1}}},
-      R"("meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1,
-      "WEIGHTS_0": 2}}]}], "skins": [{"joints": [1, 2], "inverseBindMatrices": 3}], "nodes": [
-      {"mesh": 0, "skin": 0, "translation": [99, 0, 0]}, {}, {"translation": [1, 8, 0]}])");
-  EXPECT_EQ(first_corner(skin, {}), (Vec3{0, 6, 0}));
+  EXPECT_EQ(first_corner(moving_skin(), {}), (Vec3{0, 6, 0}));
+  EXPECT_EQ(first_corner(moving_skin(), 0.5), (Vec3{0, 3, 0}));
   std::string sparse = floats({{"VEC3", triangle}, {"VEC3", {7, 8, 9}}, {"SCALAR", {0}}},
                               R"("meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}])");
   const std::string type = R"("count": 3, "type": "VEC3")";
@@ -312,12 +320,12 @@ TEST(GltfReader, RejectsTruncatedFiles) {
 TEST(GltfReader, ReturnsErrorOrValidMeshForCorruptedFiles) {
   oracle::Random random(12);
   for (const Bytes& whole : {gltf_files::pyramid_glb(R"(, "nodes": [{"children": [1]}, {"mesh": 0}])"),
-                             bytes_of(gltf_files::pyramid_gltf())})
+                             bytes_of(gltf_files::pyramid_gltf()), bytes_of(moving_skin())})
     for (int i = 0; i < 3000; ++i) {
       Bytes bytes = whole;
       for (std::uint32_t n = random.below(4) + 1; n > 0; --n)
         bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] = static_cast<std::uint8_t>(random.below(256));
-      const auto mesh = api::gltf::read_gltf({bytes}, {.triangles = 1000});
+      const auto mesh = api::gltf::read_gltf({.bytes = bytes, .time = 0.5}, {.triangles = 1000});
       EXPECT_EQ(mesh ? broken_promise(*mesh, {}) : "", "");
     }
 }
