@@ -181,6 +181,11 @@ class GltfModels(ModelTest):
                     expected = [linear(code[0]) / 2, linear(code[1]), linear(code[2])]
                     numpy.testing.assert_allclose(values[height // 2, column], expected, rtol=0.02, atol=0.01)
 
+    def test_list_each_omission_once(self):
+        material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "emissiveTexture": {"index": 0}}
+        document, binary = squares([material, material], [QUARTERS], samplers=[{"wrapS": 33071}], textures=[{"source": 0, "sampler": 0}])
+        self.imported("a.glb", glb(document, binary), ["/samplers/0: a wrapT unlike wrapS is not carried over"])
+
     def test_move_at_a_time(self):
         document, binary = squares([extension("unlit")])
         keys = struct.pack("<2f6f", 0, 2, 0, 0, 0, 4, 0, 0)

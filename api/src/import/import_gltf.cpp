@@ -65,8 +65,9 @@ class Importer {
 
   void add_omission(const Cursor& at, std::string_view what) {
     const std::string place = pointer(at);
-    model_.omitted.push_back(source_.name + ": " + (place.empty() ? "its JSON" : place) + ": " + std::string(what) +
-                             " is not carried over");
+    std::string line =
+        source_.name + ": " + (place.empty() ? "its JSON" : place) + ": " + std::string(what) + " is not carried over";
+    if (omissions_.insert(line).second) model_.omitted.push_back(std::move(line));
   }
 
   void read_external_buffers() {
@@ -183,6 +184,7 @@ class Importer {
   const ModelSource& source_;
   std::vector<std::vector<std::uint8_t>> contents_;
   std::vector<std::span<const std::uint8_t>> buffers_;
+  std::set<std::string> omissions_;
   Model model_;
 };
 
