@@ -69,6 +69,42 @@ function definesOf({header, tables}, hasLens) {
     `#define OBJECT_CELLS ${header.object_cells}`, `#define MATERIAL_CELLS ${header.material_cells}`, `#define RAYS ${rays}`].join('\n');
 }
 
+/**
+ * Albedos of facets with f0 = 1 and with f90 = 1: AlbedoTable of tracer/src/materials/principled.cpp. Rows are those of the roughness, columns of the root of the
+ * cosine; the last one has their means over all directions.
+ */
+function facetAlbedos() {
+  const size = 32, columns = size + 1, values = new Float32Array(4 * size * columns);
+  for (let row = 0; row < size; ++row) {
+    const alpha = Math.max((row / (size - 1)) ** 2, 1e-6), first = 4 * row * columns;
+    for (let i = 0; i < size; ++i) {
+      const cosine = Math.max((i / (size - 1)) ** 2, 1e-4), sine = Math.sqrt(1 - cosine * cosine);
+      const long = Math.sqrt((alpha * sine) ** 2 + cosine * cosine), across = alpha * sine / long, up = cosine / long, lift = (1 + up) / 2;
+      let normal = 0, grazing = 0;
+      for (let sample = 0; sample < size * size; ++sample) {
+        const radius = Math.sqrt((Math.floor(sample / size) + 0.5) / size), angle = 2 * Math.PI * (sample % size + 0.5) / size;
+        const x = radius * Math.cos(angle), y = (1 - lift) * Math.sqrt(1 - x * x) + lift * radius * Math.sin(angle), z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
+        const facet = [alpha * (across * z - up * y), alpha * x, Math.max(across * y + up * z, 0)], size_of_facet = Math.sqrt(facet[0] ** 2 + facet[1] ** 2 + facet[2] ** 2);
+        const between = (sine * facet[0] + cosine * facet[2]) / size_of_facet, light = 2 * between * facet[2] / size_of_facet - cosine;
+        if (!(light > 0)) continue;
+        const root = (/** @type {number} */ c) => Math.sqrt(alpha * alpha + (1 - alpha * alpha) * c * c);
+        const weight = light * (cosine + root(cosine)) / (cosine * root(light) + light * root(cosine)), part = (1 - Math.min(between, 1)) ** 5;
+        normal += weight * (1 - part) / size ** 2;
+        grazing += weight * part / size ** 2;
+      }
+      values.set([normal, grazing], first + 4 * i);
+    }
+    for (let channel = 0; channel < 2; ++channel)  // over the root: 2 c dc = 4 root^3 droot
+      for (let i = 0; i < 256; ++i) {
+        const root = (i + 0.5) / 256, at = Math.floor(root * (size - 1)), part = root * (size - 1) - at, left = first + 4 * at + channel;
+        values[first + 4 * size + channel] += root ** 3 / 64 * (values[left] * (1 - part) + values[left + 4] * part);
+      }
+  }
+  return values;
+}
+/** @type {Float32Array | undefined} */
+let albedos;
+
 /** Why the browser cannot trace. */
 export class Unsupported extends Error {}
 
@@ -149,6 +185,8 @@ export class Renderer {
       this.textures.set(name, /** @type {WebGLTexture} */ (isFloat ? this.texture(gl.RGBA32F, width, rows, gl.RGBA, gl.FLOAT, values)
         : this.texture(gl.RG32UI, width, rows, gl.RG_INTEGER, gl.UNSIGNED_INT, values)));
     }
+    if (live.header.requirements.includes('principled'))
+      this.textures.set('albedos', /** @type {WebGLTexture} */ (this.texture(gl.RGBA32F, 33, 32, gl.RGBA, gl.FLOAT, albedos ??= facetAlbedos())));
     const defines = definesOf(live, hasLens);
     let program = this.programs.get(defines);
     if (!program) this.programs.set(defines, program = this.link(`#version 300 es\n${defines}\n${shapes}${textures}${shading}${trace}`));

@@ -298,32 +298,87 @@ int point_from;
 vec4 point_media;
 bool point_blinn, point_far_side;
 
-// ---- facets of a principled surface: tracer/src/materials/principled.h
+// ---- facets of a principled surface: PrincipledPoint of tracer/src/materials/principled.h
 
-// Layers, the upper one last. A weight of 0: there is none.
-vec3 facet_weight[2], facet_f0[2];
-float facet_f90[2], facet_alpha[2];
+vec3 facet_weight;       // of the light that they reflect; 0: the surface is not principled
+float path_alpha = 0.0;  // width of the facets by way of which the ray arrives
 #ifdef PRINCIPLED
-// Albedos of facets with f0 = 1 and of those with f90 = 1 (Karis 2014, "Physically Based Shading on Mobile").
+uniform sampler2D albedos;  // facetAlbedos() of renderer.js
+vec3 facet_f0, nonmetal_f0, nonmetal_several, base_factor, several_factor;
+float facet_f90, nonmetal_f90, facet_roughness, highlight_alpha, coat_share, coat_roughness, passed_coat;
+const float COAT_F0 = 0.04;
+
 vec2 facet_albedo(float cosine, float roughness) {
-  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-  return vec2(-1.04, 1.04) * (min(r.x * r.x, exp2(-9.28 * cosine)) * r.x + r.y) + r.zw;
+  vec2 at = vec2(sqrt(cosine), roughness) * 31.0;
+  ivec2 first = ivec2(min(at, 30.0));
+  vec2 part = at - vec2(first);
+  vec2 low = mix(texelFetch(albedos, first, 0).xy, texelFetch(albedos, first + ivec2(1, 0), 0).xy, part.x);
+  return mix(low, mix(texelFetch(albedos, first + ivec2(0, 1), 0).xy, texelFetch(albedos, first + 1, 0).xy, part.x), part.y);
 }
-// Share of the light that facets reflect, several reflections included.
-vec3 facets_reflect(vec3 f0, float f90, float cosine, float roughness) {
-  vec2 albedo = facet_albedo(cosine, roughness), mean = facet_albedo(0.6, roughness);
+vec2 mean_albedo(float roughness) {
+  float at = roughness * 31.0;
+  int first = int(min(at, 30.0));
+  return mix(texelFetch(albedos, ivec2(32, first), 0).xy, texelFetch(albedos, ivec2(32, first + 1), 0).xy, at - float(first));
+}
+vec3 several_reflections(vec3 f0, float f90, float white) {
   vec3 average = (20.0 * f0 + f90) / 21.0;
-  float lost = 1.0 - mean.x - mean.y, white = mean.x + mean.y;
-  return f0 * albedo.x + f90 * albedo.y + average * average * white / (1.0 - average * lost) * max(1.0 - albedo.x - albedo.y, 0.0);
+  return average * average * white / (1.0 - average * (1.0 - white));
+}
+vec3 below_facets(vec2 albedo) {
+  return 1.0 - (nonmetal_f0 * albedo.x + nonmetal_f90 * albedo.y + nonmetal_several * (1.0 - albedo.x - albedo.y));
+}
+float through_coat(float cosine) {
+  if (coat_share == 0.0) return 1.0;
+  vec2 albedo = facet_albedo(cosine, coat_roughness);
+  return 1.0 - coat_share * (COAT_F0 * albedo.x + albedo.y);
+}
+// Share of the light that facets reflect at once in the direction of a mirror, for smooth ones that of Schlick.
+vec2 mirror_albedo(float cosine, float roughness) {
+  float x = 1.0 - cosine, grazing = x * x * x * x * x;
+  return roughness * roughness < 1e-3 ? vec2(1.0 - grazing, grazing) : facet_albedo(cosine, roughness);
+}
+// Factors of lit_facets(), seen at a cosine. `glossy`: the share that is no glass.
+void set_facets(vec3 base, vec3 metal, float metallic, float view, float glossy) {
+  vec2 seen = facet_albedo(view, facet_roughness), mean = mean_albedo(facet_roughness);
+  float white = mean.x + mean.y, average_lost = 1.0 - white;
+  bool loses = average_lost > 1e-3;
+  nonmetal_several = loses ? several_reflections(nonmetal_f0, nonmetal_f90, white) : vec3(0.0);
+  vec3 several = loses ? glossy * mix(nonmetal_several, several_reflections(metal, 1.0, white), metallic) : vec3(0.0);
+  passed_coat = through_coat(view);
+  vec3 average = below_facets(mean);
+  if (coat_share > 0.0) {
+    average = vec3(0.0);
+    average_lost = 0.0;
+    for (int i = 0; i < 8; ++i) {
+      float cosine = (float(i) + 0.5) / 8.0, part = cosine / 4.0 * through_coat(cosine);
+      vec2 there = facet_albedo(cosine, facet_roughness);
+      average += below_facets(there) * part;
+      average_lost += (1.0 - there.x - there.y) * part;
+    }
+  }
+  several_factor = loses ? several * (passed_coat * (1.0 - seen.x - seen.y) / average_lost) : vec3(0.0);
+  base_factor = passed_coat * (1.0 - metallic) * base * below_facets(seen) / max(average, 1e-3);
 }
 float masking_root(float cosine, float alpha) { return sqrt(mix(cosine * cosine, 1.0, alpha * alpha)); }
-vec3 eval_facets(vec3 l, float cosine, int layer) {
-  float alpha = facet_alpha[layer];
+// D G / (4 c_o), times pi, as wide as lights see it, and the share of f90.
+vec2 eval_facets(vec3 l, float cosine, float roughness) {
+  float alpha = max(roughness * roughness, highlight_alpha), squared = alpha * alpha;
   vec3 h = normalize(l + point_to_eye);
   float view = max(dot(point_normal, point_to_eye), 1e-4), x = 1.0 - min(dot(point_to_eye, h), 1.0), along = dot(point_normal, h);
-  float squared = alpha * alpha, root = 1.0 - along * along * (1.0 - squared);
-  float d = squared / max(root * root, 1e-12), masking = cosine / (2.0 * (view * masking_root(cosine, alpha) + cosine * masking_root(view, alpha)));
-  return facet_weight[layer] * mix(facet_f0[layer], vec3(facet_f90[layer]), x * x * x * x * x) * (d * masking);
+  float root = 1.0 - along * along * (1.0 - squared);
+  float masking = cosine / (2.0 * (view * masking_root(cosine, alpha) + cosine * masking_root(view, alpha)));
+  return vec2(squared / max(root * root, 1e-12) * masking, x * x * x * x * x);
+}
+vec3 lit_facets(vec3 l, float cosine) {
+  vec2 albedo = facet_albedo(min(cosine, 1.0), facet_roughness), facets = eval_facets(l, cosine, facet_roughness);
+  float through = through_coat(min(cosine, 1.0));
+  vec3 sum = (base_factor * below_facets(albedo) + several_factor * (1.0 - albedo.x - albedo.y)) * (through * cosine) +
+             mix(facet_f0, vec3(facet_f90), facets.y) * (facets.x * min(passed_coat, through));
+  if (coat_share > 0.0) {
+    facets = eval_facets(l, cosine, coat_roughness);
+    sum += coat_share * mix(COAT_F0, 1.0, facets.y) * facets.x;
+  }
+  return facet_weight * sum;
 }
 #endif
 
@@ -392,8 +447,7 @@ vec3 sample_light(int number, vec3 from, float share) {
   vec3 radiance = point_diffuse * cosine;
   if (!is_black(point_specular)) radiance += point_specular * eval_highlight(to_light, cosine);
 #ifdef PRINCIPLED
-  for (int layer = 0; layer < 2; ++layer)
-    if (!point_far_side && !is_black(facet_weight[layer])) radiance += eval_facets(to_light, cosine, layer);
+  if (!point_far_side && !is_black(facet_weight)) radiance += lit_facets(to_light, cosine);
 #endif
   radiance *= color.rgb * (color.w * strength);
   if (is_black(radiance)) return radiance;

@@ -27,7 +27,7 @@ const float OVERFLOW = 0.000244140625;  // 2^-12: in the count of samples, rays 
 
 uvec4 waiting_ids[RAYS];     // depth, primitive on which the ray starts + 2^31, path, bits of the cone's spread
 vec4 waiting_origin[RAYS];   // and width of the cone
-vec4 waiting_direction[RAYS];
+vec4 waiting_direction[RAYS];  // and the width of facets along the path
 vec4 waiting_weight[RAYS];
 #ifdef MEDIA
 vec4 waiting_media[RAYS];
@@ -140,7 +140,7 @@ void push(uint kind, vec3 origin, vec3 direction, vec3 weight, float late, uint 
   }
   waiting_ids[waiting] = uvec4(depth, uint(from) + 0x80000000u, path, floatBitsToUint(cone.y));
   waiting_origin[waiting] = vec4(origin, cone.x);
-  waiting_direction[waiting] = vec4(direction, 0.0);
+  waiting_direction[waiting] = vec4(direction, path_alpha);
   waiting_weight[waiting] = vec4(weight, 0.0);
 #ifdef MEDIA
   waiting_media[waiting] = media;
@@ -231,37 +231,35 @@ vec3 shaded(vec3 o, vec3 d, vec3 weight, uint depth, int from, uint path, vec2 c
     point_normal = back ? -outward : outward;
   }
 #endif
-  facet_weight[0] = facet_weight[1] = vec3(0.0);
+  facet_weight = vec3(0.0);
 #ifdef PRINCIPLED
   if ((flags & 3) == 3) {
     // principled_surface() and coefficients() of tracer/src/materials/compiled_material.h; a mirror image stands for the light of
     // all facets.
-    float metallic = clamp(colors[METALLIC].r, 0.0, 1.0), roughness = clamp(colors[ROUGHNESS].r, 0.0, 1.0);
-    float clear = min(transmission * max_component(colors[TRANSMISSION]), 1.0), most = min(number_of(material, AT_SPECULAR), 1.0);
-    float amplitude = (ior - 1.0) / (ior + 1.0), view = clamp(dot(point_normal, -d), 0.0, 1.0), matt = (1.0 - clear) * (1.0 - metallic);
-    vec3 nonmetal = min(most * colors[SPECULAR] * amplitude * amplitude, 1.0), base = colors[COLOR] * matt;
-    facet_f0[0] = mix(nonmetal, colors[COLOR], metallic);
-    facet_f90[0] = mix(most, 1.0, metallic);
-    facet_alpha[0] = max(roughness * roughness, 0.04);
-    facet_weight[0] = weight * there;
-    vec3 reflected = facets_reflect(facet_f0[0], facet_f90[0], view, roughness);
-    point_diffuse = facet_weight[0] * base * (1.0 - number_of(material, AT_DIFFUSE_TRANSMISSION)) * (1.0 - facets_reflect(nonmetal, most, view, roughness));
-    emitted = colors[EMISSION] + ambient * base * number_of(material, AT_AMBIENT);
-    behind *= matt;
+    float metallic = clamp(colors[METALLIC].r, 0.0, 1.0), clear = min(transmission * max_component(colors[TRANSMISSION]), 1.0);
+    if (!(dot(point_normal, -d) > 0.0)) point_normal = face_outward;
+    float amplitude = (ior - 1.0) / (ior + 1.0), view = clamp(dot(point_normal, -d), 1e-6, 1.0), matt = (1.0 - clear) * (1.0 - metallic);
     float glass = refracting ? clear * (1.0 - metallic) : 0.0;
+    facet_weight = weight * there;
+    nonmetal_f90 = min(number_of(material, AT_SPECULAR), 1.0);
+    nonmetal_f0 = min(nonmetal_f90 * colors[SPECULAR] * amplitude * amplitude, 1.0);
+    facet_f0 = mix(nonmetal_f0, colors[COLOR], metallic);
+    facet_f90 = mix(nonmetal_f90, 1.0, metallic);
+    facet_roughness = clamp(colors[ROUGHNESS].r, 0.0, 1.0);
+    highlight_alpha = max(path_alpha, 0.04);
+    if (!is_black(facet_weight)) path_alpha = max(path_alpha, min(facet_roughness * facet_roughness, 0.25));
+    coat_share = clamp(colors[AT_COAT / 4].r, 0.0, 1.0);
+    coat_roughness = clamp(colors[AT_COAT_ROUGHNESS / 4].r, 0.0, 1.0);
+    set_facets(colors[COLOR] * (1.0 - clear) * (1.0 - number_of(material, AT_DIFFUSE_TRANSMISSION)), colors[COLOR], metallic, view, 1.0 - glass);
+    point_diffuse = vec3(0.0);
+    emitted = colors[EMISSION] + ambient * colors[COLOR] * (matt * number_of(material, AT_AMBIENT));
+    behind *= matt;
     reflectance = there * glass;
-    facet_f0[0] = min(facet_f0[0], 1.0);
-    mirrored_facets = there * reflected * (1.0 - glass);
+    vec2 of_facets = mirror_albedo(view, facet_roughness), of_coat = mirror_albedo(view, coat_roughness);
+    vec3 reflected = (facet_f0 * of_facets.x + facet_f90 * of_facets.y) * (passed_coat * (1.0 - glass)) +
+                     coat_share * (COAT_F0 * of_coat.x + of_coat.y);
+    mirrored_facets = there * reflected;
     if (!refracting) through -= (through - (1.0 - there)) * reflected;
-    float coat = clamp(colors[AT_COAT / 4].r, 0.0, 1.0), coat_roughness = clamp(colors[AT_COAT_ROUGHNESS / 4].r, 0.0, 1.0);
-    vec3 of_coat = coat * facets_reflect(vec3(0.04), 1.0, view, coat_roughness);
-    point_diffuse *= 1.0 - of_coat;
-    mirrored_facets = mix(mirrored_facets, there, of_coat);
-    facet_weight[1] = facet_weight[0] * coat;
-    facet_weight[0] *= 1.0 - of_coat;
-    facet_f0[1] = vec3(0.04);
-    facet_f90[1] = 1.0;
-    facet_alpha[1] = max(coat_roughness * coat_roughness, 0.04);
   }
 #endif
   vec3 normal = point_normal, face = point_face, position = point_position;
@@ -393,6 +391,7 @@ void main() {
     --waiting;
     uvec4 id = waiting_ids[waiting];
     vec4 origin = waiting_origin[waiting];
+    path_alpha = waiting_direction[waiting].w;
 #ifdef MEDIA
     media = waiting_media[waiting];
 #endif
