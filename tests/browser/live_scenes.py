@@ -81,6 +81,20 @@ def generated(number, width, height):
     }
 
 
+def principled():
+    """Spheres, a triangle and a mesh with interpolated normals: metals, plastics, clear coats, glass and sheets. Below a coat that reflects otherwise, metal is grey:
+    the tracer draws one of both layers by chance."""
+    kinds = ({"metallic": 1, "roughness": 0}, {"metallic": 1, "roughness": 0.3}, {"metallic": 1, "roughness": 0.9}, {"roughness": 0}, {"roughness": 0.4},
+             {"roughness": 0.6, "coat": 1}, {"color": 0.6, "metallic": 0.5, "coat": 0.5, "coat_roughness": 0.3}, {"color": 1, "transmission": 1, "roughness": 0},
+             {"transmission": 0.6, "transparency": "filtered", "roughness": 0.2}, {"roughness": 1, "diffuse_transmission": 0.5})
+    spheres = [{"type": "sphere", "center": [1.3 * (i % 5) - 2.6, 1.3 * (i // 5) - 0.4, 0], "radius": 0.6, "material": f"m{i}"} for i in range(len(kinds))]
+    return {"version": 1, "image": {"width": 192, "height": 120}, "camera": {"position": [0, 1, 9], "look_at": [0, 0.5, 0], "fov": 30}, "ambient": 0.1,
+            "background": {"zenith": [0.4, 0.5, 0.6], "nadir": [0.3, 0.2, 0.2]}, "lights": [{**LIGHTS[kind]([3, 4, 5]), "intensity": 1} for kind in (0, 2)],
+            "materials": {f"m{i}": {"model": "principled", "color": [0.8, 0.5, 0.3], **kind} for i, kind in enumerate(kinds)},
+            "objects": [{"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": {"color": 0.5}}, *spheres,
+                        {**SHAPES[6](None), "material": "m1", "transform": [{"translate": [1.3, 2.2, 0]}]}, {**SHAPES[8](None), "material": "m5", "transform": [{"translate": [-1.3, 1.6, 0]}]}]}
+
+
 def scaled(document, factor, offset):
     """A scene of spheres, meshes, boxes and point lights, `factor` as large, and moved."""
     def at(point):
