@@ -151,8 +151,9 @@ PrincipledPoint::PrincipledPoint(const PrincipledSurface& surface, const Vec3& n
       cosine_(std::clamp(dot(normal, to_eye), 1e-6, 1.0)),
       view_(albedos().find(cosine_, surface.alpha)) {
   FacetAlbedo mean = albedos().mean(surface.alpha);
-  const double lost = 1 - mean.white(), metallic = surface.metallic;
-  if (lost > 1e-3) {  // the rounding of the table
+  const double lost = surface.alpha < PrincipledSurface::smooth_alpha ? 0 : 1 - mean.white(),
+               metallic = surface.metallic;
+  if (lost > 0) {
     const auto several = [&](double f0, double f90) {
       const double average = (20 * f0 + f90) / 21;  // of F over all directions
       return average * average * mean.white() / (1 - average * lost);
@@ -178,7 +179,7 @@ PrincipledPoint::PrincipledPoint(const PrincipledSurface& surface, const Vec3& n
     const double of_coat = 1 - passed_, below = passed_ * max_component(tint(view_)) * surface.glossy;
     coat_choice_ = of_coat / (of_coat + below);
   }
-  if (lost > 1e-3) several_factor_ = several_mixed_ * (passed_ * (1 - view_.white()) / average_lost);
+  if (lost > 0) several_factor_ = several_mixed_ * (passed_ * (1 - view_.white()) / average_lost);
   const Color seen = below_facets(view_);
   base_factor_ = by_channel([&](double Color::*c) {
     return passed_ * (1 - metallic) * surface.base.*c * seen.*c / std::max(average.*c, 1e-3);  // 0 over 0 where f0 is 1
