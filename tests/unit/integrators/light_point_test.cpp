@@ -5,6 +5,7 @@
 #include <functional>
 #include <numbers>
 
+#include "tests/support/chi_square.h"
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/lights/light_registry.h"
@@ -16,23 +17,17 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-constexpr int bins = 32;
-/// 31 degrees of freedom exceed it once in a million (Wilson and Hilferty 1931).
-constexpr double chi_square_max = 84;
-
-/// Chi-square of `share` of the light's points, which must be uniform over [0, 1].
-double chi_square(const CompiledLight& light, const std::function<Real(const Vec&)>& share) {
-  constexpr int points = 100'000;
+/// Expects `share` of the light's points to be uniform over [0, 1].
+void expect_uniform(const CompiledLight& light, const std::function<Real(const Vec&)>& share) {
+  constexpr int points = 100'000, bins = 32;
   Random random(1);
-  std::array<int, bins> counted{};
+  std::vector<double> counted(bins);
   for (int i = 0; i < points; ++i) {
     const Real at = share(Vec(light_point(light, {random.in(0, 1), random.in(0, 1)})) - Vec(light.position));
     EXPECT_TRUE(at >= -1e-12L && at <= 1 + 1e-12L) << "beyond the light";
     ++counted[static_cast<std::size_t>(std::clamp<Real>(at * bins, 0, bins - 1))];
   }
-  double sum = 0;
-  for (const int count : counted) sum += (count - points / double{bins}) * (count - points / double{bins});
-  return sum / (points / double{bins});
+  EXPECT_LT(statistics::chi_square_deviate(counted, std::vector(bins, points / double{bins})), statistics::deviate_max);
 }
 
 CompiledLight light_of(std::uint8_t kind) {
@@ -46,7 +41,7 @@ TEST(LightPoint, OfALineIsUniformAlongIt) {
   CompiledLight line = light_of(light_kind<LineLight>);
   line.u = {1, 2, -0.5};
   const Vec u = line.u;
-  EXPECT_LE(chi_square(line, [&](const Vec& p) { return dot(p, u) / dot(u, u); }), chi_square_max);
+  expect_uniform(line, [&](const Vec& p) { return dot(p, u) / dot(u, u); });
 }
 
 TEST(LightPoint, OfAParallelogramIsUniformAlongBothEdgesAndItsDiagonal) {
@@ -56,14 +51,14 @@ TEST(LightPoint, OfAParallelogramIsUniformAlongBothEdgesAndItsDiagonal) {
   const Vec u = rect.u, v = rect.v, n = cross(u, v);
   const auto along_u = [&](const Vec& p) { return dot(cross(p, v), n) / dot(n, n); };
   const auto along_v = [&](const Vec& p) { return dot(cross(u, p), n) / dot(n, n); };
-  EXPECT_LE(chi_square(rect, along_u), chi_square_max);
-  EXPECT_LE(chi_square(rect, along_v), chi_square_max);
+  expect_uniform(rect, along_u);
+  expect_uniform(rect, along_v);
   // Of two that are uniform and independent the sum, without its whole part, is uniform too.
   const auto both = [&](const Vec& p) {
     const Real sum = along_u(p) + along_v(p);
     return sum - std::floor(sum);
   };
-  EXPECT_LE(chi_square(rect, both), chi_square_max);
+  expect_uniform(rect, both);
 }
 
 TEST(LightPoint, OfADiscIsUniformInAreaAcrossItInAnyDirection) {
@@ -77,7 +72,7 @@ TEST(LightPoint, OfADiscIsUniformInAreaAcrossItInAnyDirection) {
       const Real c = std::clamp<Real>(x, -1, 1);
       return 0.5L + (c * std::sqrt(1 - c * c) + std::asin(c)) / std::numbers::pi_v<Real>;
     };
-    EXPECT_LE(chi_square(disc, segment), chi_square_max);
+    expect_uniform(disc, segment);
   }
 }
 
@@ -85,7 +80,7 @@ TEST(LightPoint, OfASphereIsUniformInHeightAlongAnyAxisAsArchimedesFound) {
   CompiledLight sphere = light_of(light_kind<SphereLight>);
   sphere.radius = 1.7;
   for (const Vec& axis : {Vec(0, 0, 1), Vec(1, 0, 0), unit(Vec(1, -2, 0.5L))})
-    EXPECT_LE(chi_square(sphere, [&](const Vec& p) { return 0.5L + dot(p, axis) / (2 * 1.7L); }), chi_square_max);
+    expect_uniform(sphere, [&](const Vec& p) { return 0.5L + dot(p, axis) / (2 * 1.7L); });
 }
 
 TEST(Attenuation, IsItsFormulaAtEveryDistance) {

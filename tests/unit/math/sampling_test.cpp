@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/support/chi_square.h"
 #include "tests/support/effort.h"
 
 namespace tracer {
@@ -47,14 +48,11 @@ TEST(PixelSamples, ContainThePointsOfSmallerCounts) {
 
 /// Chi-square of `samples` over 16 x 16 bins, as standard deviations from its mean.
 double excess_of_chi_square(const std::vector<Vec2>& samples) {
-  constexpr int side = 16, bins = side * side;
+  constexpr std::size_t side = 16, bins = side * side;
   std::vector<double> count(bins);
   for (const Vec2& p : samples)
     ++count[static_cast<std::size_t>(p.x * side) * side + static_cast<std::size_t>(p.y * side)];
-  const double expected = static_cast<double>(samples.size()) / bins;
-  double chi_square = 0;
-  for (const double c : count) chi_square += (c - expected) * (c - expected) / expected;
-  return (chi_square - (bins - 1)) / std::sqrt(2.0 * (bins - 1));
+  return statistics::chi_square_deviate(count, std::vector(bins, static_cast<double>(samples.size()) / bins));
 }
 
 TEST(PixelSamples, OfOneIndexAreUniformOverThePixelsAndOverTheSeeds) {
