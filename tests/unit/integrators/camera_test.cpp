@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 
+#include "tests/support/chi_square.h"
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/cameras/compiled_camera.h"
@@ -122,6 +123,19 @@ TEST(Lens, KeepsWhatIsInFocusSharpAndItsCentreIsThePinhole) {
       if (HasFailure()) return;
     }
   }
+}
+
+TEST(Lens, IsSampledUniformly) {
+  Camera c{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 60};
+  c.aperture = 2;
+  const auto camera = trace_camera(c, 9, 9);
+  const auto on_hemisphere = [&](const Vec2& xi) {  // of the same area (Lambert 1772)
+    const Vec3 at = camera.generate_ray(2, 3, xi).origin;
+    const double squared = dot(at, at), scale = std::sqrt(2 - squared);
+    return Vec3{at.x * scale, at.y * scale, 1 - squared};
+  };
+  statistics::expect_distribution(
+      on_hemisphere, [](const Vec3&) { return 0.5 / std::numbers::pi; }, {0, 0, 1}, 0);
 }
 
 TEST(Lens, FocusesOnLookAtByDefault) {

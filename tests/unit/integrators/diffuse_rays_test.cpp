@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/chi_square.h"
+#include "tracer/src/compile/patch_points.h"
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {
@@ -42,8 +44,6 @@ TEST(RandomChoices, AreThoseOfOneSequenceForEachChoiceAndPath) {
 
 TEST(DiffuseDirections, HaveTheDensityOfTheCosineAndAreReportedIfAboveTheFace) {
   constexpr int packets = 1 << 12;
-  double cosines = 0;
-  Vec3 across{};
   for (int packet = 0; packet < packets; ++packet) {
     ReceiverPacket places{};
     PointLanes points{};
@@ -64,13 +64,23 @@ TEST(DiffuseDirections, HaveTheDensityOfTheCosineAndAreReportedIfAboveTheFace) {
       EXPECT_NEAR(length(directions[i]), 1, 1e-15);
       EXPECT_NEAR(density[i], cosine / std::numbers::pi, 1e-15);
       EXPECT_EQ((above >> i & 1) != 0, dot(directions[i], outward) > 0);
-      cosines += cosine;
-      across = across + directions[i] - normal * cosine;
     }
   }
-  constexpr double count = packets * lanes;
-  EXPECT_NEAR(cosines / count, 2.0 / 3, 1e-4) << "mean cosine";
-  EXPECT_LE(length(across) / count, 0.02);
+}
+
+TEST(DiffuseDirections, AreDistributedAsTheCosine) {
+  const Vec3 normal = normalize({0.3, -0.5, 0.8});
+  const auto density = [&](const Vec3& d) { return dot(d, normal) / std::numbers::pi; };
+  statistics::expect_distribution([&](const Vec2& xi) { return diffuse_direction(normal, xi); }, density, normal, 0);
+  ReceiverPacket places{};
+  places.normal.set(0, normal);
+  const auto first_lane = [&](const Vec2& xi) {
+    VecLanes directions;
+    double densities[lanes];
+    aim_diffuse(places, {{xi.x}, {xi.y}}, directions, densities);
+    return directions[0];
+  };
+  statistics::expect_distribution(first_lane, density, normal, 0);
 }
 
 TEST(ChosenBranches, KeepTheMeanThroughputAndLeaveLanesBeforeTheFirstDiffuseBounce) {

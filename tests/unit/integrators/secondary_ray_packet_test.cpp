@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "tests/support/chi_square.h"
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_optics.h"
@@ -138,6 +139,55 @@ TEST(SecondaryRayPacket, FollowsSnellAndFresnelInEveryLane) {
     EXPECT_EQ((p.reflection.going | p.transmission.going) >> p.hits.count, 0u) << "unused lanes";
   }
   EXPECT_GT(transmission, effort::cases(2'000));
+}
+
+/// Density of the directions `l` to which facets that are visible from `v` reflect or refract, about the z axis (Walter
+/// et al. 2007, eq. 14, 17, 33 and 34). `n`: index of refraction on the other side over that on the side of `v`.
+double density_of_glass(const Vec3& v, const Vec3& l, bool reflects, double n, double alpha) {
+  Vec3 h = normalize(reflects ? v + l : v + l * n);
+  if (h.z < 0) h = -h;
+  const double to_eye = dot(v, h), to_light = dot(l, h), sum = to_eye + n * to_light;
+  if (!(to_eye > 0 && (to_light > 0) == reflects)) return 0;
+  const auto squared_tangent = [](double cosine) { return 1 / (cosine * cosine) - 1; };
+  const double root = h.z * h.z * (alpha * alpha + squared_tangent(h.z)) / alpha;
+  const double masking = 2 / (1 + std::sqrt(1 + alpha * alpha * squared_tangent(v.z)));
+  const double jacobian = reflects ? 1 / (4 * to_eye) : n * n * -to_light / (sum * sum);
+  return masking * to_eye / v.z / (std::numbers::pi * root * root) * jacobian;
+}
+
+TEST(SecondaryRayPacket, OfRoughGlassHasTheDensityOfItsVisibleFacets) {
+  std::vector<Material> glass(1);
+  glass[0].transmission = glass[0].reflection = 1;
+  glass[0].fresnel = true;
+  const Vec3 normal{0, 0, 1};
+  Packets p{};
+  p.hits.count = p.shading_points.count = 1;
+  p.hits.points.face.set(0, normal);
+  p.hits.throughput.set(0, {1, 1, 1});
+  gather_coefficients(compiled_materials(glass, {}), p.hits);
+  for (const double n : {1.1, 2.4, 1 / 1.5})
+    for (const double alpha : {0.5, 1.0})
+      for (const double cosine : {0.9, 0.4}) {
+        const Vec3 v{0, std::sqrt(1 - cosine * cosine), cosine};
+        const PrincipledPoint point({.alpha = alpha}, normal, v);
+        p.hits.direction.set(0, -v);
+        p.interfaces.n_to[0] = n;
+        for (const bool reflects : {true, false}) {
+          SCOPED_TRACE(testing::Message() << n << ' ' << alpha << ' ' << cosine << ' ' << reflects);
+          const SecondaryRayPacket& rays = reflects ? p.reflection : p.transmission;
+          const auto spawned = [&](const Vec2& xi) {
+            VecLanes facets{};
+            facets.set(0, point.sample_facet(xi));
+            spawn_dielectric(p.hits, p.shading_points, facets, p.interfaces, true, p.reflection, p.transmission);
+            return (rays.going & 1) != 0 ? rays.direction[0] : Vec3{};
+          };
+          const auto density = [&](const Vec3& l) {  // with those that arrive on the wrong side of the face
+            return density_of_glass(v, l, reflects, n, alpha) +
+                   density_of_glass(v, {l.x, l.y, -l.z}, reflects, n, alpha);
+          };
+          statistics::expect_distribution(spawned, density, reflects ? normal : -normal, 0);
+        }
+      }
 }
 
 TEST(SecondaryRayPacket, IsBitIdenticalForMirrorsInPacketsWithAndWithoutSplits) {
