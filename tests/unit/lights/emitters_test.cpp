@@ -1,4 +1,4 @@
-// Directions toward emitters: their density integrates to the solid angle of what is seen, whatever the shape.
+// Directions toward emitters: each is as frequent as its density, whatever the shape.
 #include "tracer/src/lights/emitters.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "tests/support/chi_square.h"
 #include "tests/support/scenes.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/interaction/surface.h"
@@ -31,64 +32,43 @@ Scene glowing(const Shape& shape) {
   return scene;
 }
 
-struct Estimate {
-  double mean = 0, error = 0;
-};
-
-/// Mean of 1 / density over the sampled directions that hit the sampled primitive first: the solid angle of all.
-Estimate solid_angle(const CompiledScene& scene, const Vec3& from) {
-  constexpr std::uint32_t count = 1 << 14;
-  double sum = 0, squares = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Emitters::Sample sample = scene.objects.emitters.sample(from, sequence_point(i, mix(7)));
-    if (!sample.primitive.hit()) continue;  // the sky
-    EXPECT_NEAR(sample.density, scene.objects.emitters.density(sample.primitive, from, sample.direction),
-                1e-9 * sample.density);
-    EXPECT_NEAR(length(sample.direction), 1, 1e-12);
-    Hit hit;
-    const Vec3& d = sample.direction;
-    scene.accelerator->intersect({&from.x, &from.y, &from.z, &d.x, &d.y, &d.z, nullptr, nullptr, 1},
-                                 {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
-    const double value = hit.primitive == sample.primitive ? 1 / sample.density : 0;
-    sum += value;
-    squares += value * value;
-  }
-  const double mean = sum / count;
-  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean) / count)};
+PrimitiveRef first_hit(const CompiledScene& scene, const Vec3& from, const Vec3& d) {
+  Hit hit;
+  scene.accelerator->intersect({&from.x, &from.y, &from.z, &d.x, &d.y, &d.z, nullptr, nullptr, 1},
+                               {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
+  return hit.primitive;
 }
 
-void expect_solid_angle(const Scene& scene, const Vec3& world, double truth, const std::string& name) {
-  const auto made = compiled(scene);
-  const Estimate found = solid_angle(*made, made->frame.render_from_world(world));
-  EXPECT_LE(std::abs(found.mean - truth), 4 * found.error + 1e-6)
-      << name << ": " << found.mean << ", must be " << truth;
-  EXPECT_LE(std::abs(found.mean - truth), 0.01 * truth) << name;
+/// Leaves out directions that do not hit first what they are sampled for.
+void expect_sampled_by_density(const CompiledScene& scene, const Vec3& world) {
+  const Emitters& emitters = scene.objects.emitters;
+  const Vec3 from = scene.frame.render_from_world(world);
+  const auto sample = [&](const Vec2& xi) {
+    Emitters::Sample one = emitters.sample(from, xi);
+    if (first_hit(scene, from, one.direction) != one.primitive) one.density = 0;
+    return one;
+  };
+  const auto density = [&](const Vec3& d) {
+    const PrimitiveRef primitive = first_hit(scene, from, d);
+    return primitive.hit() ? emitters.density(primitive, from, d) : emitters.density_of_sky(from, d);
+  };
+  statistics::expect_sampled_by_density(sample, density, normalize({1, 2, 3}), -1);
 }
 
-TEST(Emitters, HaveADensityThatIntegratesToTheirSolidAngle) {
-  const auto cone = [](double cosine) { return 2 * pi * (1 - cosine); };
-  const double square = 4 * std::asin(0.5);  // of 2 x 2, 1 away
-  struct Case {
-    const char* name;
-    Shape shape;
-    double truth;
-    Vec3 from{};
+TEST(Emitters, AreSampledByTheirDensity) {
+  const Shape shapes[] = {
+      Sphere{{0, 0, 2}, 1},
+      Sphere{{0, 0, 0.3}, 1},
+      Disc{{0, 0, 1}, {0, 0, 1}, 1, 0.5, {}},
+      Mesh{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false},
+      Box{{-1, -1, -1}, {1, 1, 1}},
+      Box{{-1, -1, 1}, {1, 1, 2}},
+      Cylinder{{0, 0, 1}, {0, 0, 2}, 1, true, {}},
   };
-  const Case cases[] = {
-      {"sphere", Sphere{{0, 0, 2}, 1}, cone(std::sqrt(0.75))},
-      {"sphere from inside", Sphere{{0, 0, 0}, 1}, 4 * pi, {0.3, 0, 0}},
-      {"disc", Disc{{0, 0, 1}, {0, 0, 1}, 1, 0, {}}, cone(std::sqrt(0.5))},
-      {"ring", Disc{{0, 0, 1}, {0, 0, 1}, 1, 0.5, {}}, cone(std::sqrt(0.5)) - cone(std::sqrt(0.8))},
-      {"square", Mesh{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}, {{0, 1, 2}, {0, 2, 3}}, {}, {}, false}, square},
-      {"box from inside", Box{{-1, -1, -1}, {1, 1, 1}}, 4 * pi},
-      {"box", Box{{-1, -1, 1}, {1, 1, 2}}, square},
-      {"cylinder with its lower cap in sight", Cylinder{{0, 0, 1}, {0, 0, 2}, 1, true, {}}, cone(std::sqrt(0.5))},
-  };
-  for (const auto& [name, shape, truth, from] : cases) expect_solid_angle(glowing(shape), from, truth, name);
+  for (const Shape& shape : shapes) expect_sampled_by_density(*compiled(glowing(shape)), {});
   Scene ellipsoid = glowing(Sphere{{0, 0, 0}, 1});
   ellipsoid.objects[0].transform = Transform{{{{0, -1, 0, 0}, {1, 0, 0, 0}, {0, 0, 3, 6}}}};
-  const double tangent = 1 / std::sqrt(36.0 - 9);  // of the cone: 1/3 over the root of (6/3)^2 - 1
-  expect_solid_angle(ellipsoid, {0, 0, 0}, cone(1 / std::sqrt(1 + tangent * tangent)), "ellipsoid");
+  expect_sampled_by_density(*compiled(ellipsoid), {});
 }
 
 /// Share of the samples with this primitive.
@@ -128,27 +108,57 @@ TEST(Emitters, HaveNoDensityTowardSurfacesIfTheSkyIsTheOnlyOne) {
   EXPECT_EQ(compiled(scene)->objects.emitters.density({0, 0}, {0, 0, 0}, {0, 0, -1}), 0);
 }
 
-TEST(Emitters, IncludeASkyWithADensityThatIntegratesToTheWholeSphere) {
-  const auto made = compiled(under_checkered_sky());
-  constexpr std::uint32_t count = 1 << 14;
-  double sum = 0, power = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Emitters::Sample sample = made->objects.emitters.sample({}, sequence_point(i, mix(3)));
-    ASSERT_FALSE(sample.primitive.hit());
-    ASSERT_NEAR(length(sample.direction), 1, 1e-12);
-    ASSERT_NEAR(sample.density, made->objects.emitters.density_of_sky({}, sample.direction), 0.3 * sample.density) << i;
-    sum += 1 / sample.density / count;
-    power += made->background->radiance(sample.direction, 0).r / sample.density / count;
+TEST(Emitters, AreSampledByTheirDensityWithASky) {
+  Scene scene = under_checkered_sky();
+  expect_sampled_by_density(*compiled(scene), {});
+  scenes::add(scene, Sphere{{0, 0, 2}, 1}, scenes::glowing({30, 1, 1}));
+  scenes::add(scene, Disc{{3, 1, 4}, {0, 1, 1}, 2, 0, {}}, scenes::glowing({1, 30, 1}));
+  scenes::add(scene, Triangle{{{{-3, 0, 1}, {-3, 2, 1}, {-2, 1, 5}}}, {}, {}}, scenes::glowing({90, 1, 1}));
+  for (const Vec3& from : {Vec3{}, Vec3{2, 0, 3}}) expect_sampled_by_density(*compiled(scene), from);
+}
+
+TEST(LightTree, SelectsEachOfManyLampsWithItsProbability) {
+  constexpr std::size_t count = 1000, samples = 1'000'000;
+  oracle::Random random(1);
+  std::vector<LightTree::Lamp> lamps(count);
+  for (LightTree::Lamp& lamp : lamps) {
+    lamp.bounds.include(random.vector(10), {0.1, 0.1, 0.1});
+    lamp.power = random.spread(0.1, 10);
   }
-  EXPECT_NEAR(sum, 4 * pi, 0.05);
-  double truth = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Vec2 xi = sequence_point(i, mix(4));
-    const double z = 1 - 2 * xi.x, across = std::sqrt(1 - z * z);
-    const Vec3 direction{across * std::cos(2 * pi * xi.y), across * std::sin(2 * pi * xi.y), z};
-    truth += made->background->radiance(direction, 0).r * 4 * pi / count;
+  const LightTree tree(lamps);
+  for (const Vec3& from : {Vec3{}, lamps[7].bounds.low, Vec3{0, 99, 0}}) {
+    std::vector<double> found(2 * count), expected = found;  // of both halves of the numbers that select a lamp
+    for (std::size_t i = 0; i < 2 * count; ++i) expected[i] = samples * tree.probability(from, i / 2) / 2;
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Selected one = tree.select(from, random.in(0, 1));
+      ASSERT_NEAR(one.probability, tree.probability(from, one.index), 1e-12);
+      ++found[2 * one.index + (one.position < 0.5 ? 0 : 1)];
+    }
+    EXPECT_LT(statistics::chi_square_deviate(found, expected), statistics::deviate_max);
   }
-  EXPECT_NEAR(power, truth, 0.02 * truth);
+}
+
+TEST(SkyOpenings, AreSampledByADensityThatIsPositiveInAllOfAWindow) {
+  const Bounds box{{-1, 0, 2}, {3, 2, 5}};  // with a window at high x
+  oracle::Random random(1);
+  const auto inside = [&] { return Vec3{random.in(-1, 2.9), random.in(0, 2), random.in(2, 5)}; };
+  const auto to_window = [&](const Vec3& from) {
+    return normalize(Vec3{3, random.in(0.5, 1.3), random.in(3, 4.5)} - from);
+  };
+  std::vector<SkySighting> sightings(1 << 14);
+  for (SkySighting& one : sightings) {
+    one = {inside(), {}, 1, 1};
+    one.direction = to_window(one.from);
+  }
+  const SkyOpenings openings(box, sightings);
+  for (const Vec3& from : {Vec3{0, 1, 3}, Vec3{2.9, 0.6, 4}, Vec3{-0.999, 1.999, 2.001}})
+    statistics::expect_sampled_by_density([&](const Vec2& xi) { return openings.sample(from, xi); },
+                                          [&](const Vec3& d) { return openings.density(from, d); },
+                                          normalize(Vec3{3, 0.9, 3.75} - from), from.x > 2 ? -1 : 0.85);
+  for (int i = 0; i < 100'000; ++i) {
+    const Vec3 from = inside();
+    ASSERT_GT(openings.density(from, to_window(from)), 0);
+  }
 }
 
 TEST(Emitters, ShareTheirSamplesWithTheSkyByTheLightOfBoth) {
@@ -157,7 +167,6 @@ TEST(Emitters, ShareTheirSamplesWithTheSkyByTheLightOfBoth) {
   const double sphere = 20 * 4 * pi / 4, sky = 4 * pi * 5;  // power over squared distance; mean radiance of all sides
   const auto made = compiled(scene);
   EXPECT_NEAR(share_of(*made, {0, 0}, made->frame.render_from_world(Vec3{})), sphere / (sphere + sky), 0.01);
-  expect_solid_angle(scene, {0, 0, 0}, 2 * pi * (1 - std::sqrt(0.75)), "sphere before a sky");
 }
 
 TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
@@ -168,11 +177,12 @@ TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
   const auto made = compiled(scene);
   const Emitters& emitters = made->objects.emitters;
   std::set<std::uint32_t> geometries;
+  oracle::Random random(5);
   for (std::uint32_t packet = 0; packet < 64; ++packet) {
     VecLanes from;
     double x[lanes], y[lanes];
     for (int i = 0; i < lanes; ++i) {
-      const Vec2 xi = sequence_point(packet * lanes + static_cast<std::uint32_t>(i), mix(5));
+      const Vec2 xi{random.in(0, 1), random.in(0, 1)};
       from.set(i, Vec3{xi.y, 0.1 * i, xi.x - 1});
       x[i] = xi.x;
       y[i] = xi.y;
@@ -187,14 +197,14 @@ TEST(Emitters, AreSampledInPacketsOfPointsAsOneByOne) {
       EXPECT_EQ(found.density[i], one.density);
       const double density = one.primitive.hit() ? emitters.density(one.primitive, from[i], one.direction)
                                                  : emitters.density_of_sky(from[i], one.direction);
-      EXPECT_NEAR(one.density, density, (one.primitive.hit() ? 1e-9 : 0.3) * density);
+      EXPECT_NEAR(one.density, density, 1e-9 * density);
       geometries.insert(one.primitive.geometry);
     });
   }
   EXPECT_EQ(geometries.size(), 4u) << "sphere, disc, triangle and sky";
 }
 
-TEST(Emitters, HaveNoDensityTowardOpeningsFromOutsideOfARoom) {
+TEST(Emitters, HaveADensityTowardOpeningsFromInsideOfARoomAlone) {
   Scene scene = scenes::empty(64);
   scene.camera = {{1, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90};
   scene.background.color = {1, 1, 1};
@@ -204,9 +214,14 @@ TEST(Emitters, HaveNoDensityTowardOpeningsFromOutsideOfARoom) {
   for (const bool lamp : {false, true}) {
     if (lamp) scenes::add(scene, Sphere{{0, 1, 1}, 0.2}, scenes::glowing({1, 1, 1}));
     const auto made = compiled(scene);
-    const Vec3 inside = made->frame.render_from_world({0, 0, 1}), outside = made->frame.render_from_world({9, 0, 1});
+    const Vec3 outside = made->frame.render_from_world({9, 0, 1});
+    const auto place = [&](const Vec2& xi) { return made->frame.render_from_world({2 * xi.x - 1, 2 * xi.y - 1, 1}); };
     const Vec3 up{0, 0, 1};
-    EXPECT_GT(made->objects.emitters.density_of_sky(inside, up), 0);
+    for (std::uint32_t i = 0; i < 1000; ++i) {
+      const Vec2 xi = sequence_point(i, mix(8)), to = sequence_point(i, mix(9));
+      const Vec3 offset = made->frame.render_from_world({0.6 * to.x - 0.3, 0.6 * to.y - 0.3, 3}) - place(xi);
+      EXPECT_GT(made->objects.emitters.density_of_sky(place(xi), normalize(offset)), 0) << "through the window";
+    }
     EXPECT_EQ(made->objects.emitters.density_of_sky(outside, up), 0);
     for (std::uint32_t i = 0; i < 64; ++i) {
       const Emitters::Sample sample = made->objects.emitters.sample(outside, sequence_point(i, mix(8)));
