@@ -192,6 +192,18 @@ TEST(PerturbedNormals, TransmitNoLightFromBehind) {
   EXPECT_GT(brightness(scene), 0.9);
 }
 
+TEST(NormalMap, TiltsPrincipledSurfacesLikeTheirFaces) {
+  Material metal = mapped();
+  metal.model = Material::Model::principled;
+  metal.metallic = metal.roughness = Color{0.6, 0.6, 0.6};
+  const Vec3 normal = normalize({0.3, 1, 0.2});
+  const Texture tilted = direction({normal.x, -normal.z, normal.y});
+  const double found = brightness(scene_of(level_plane, metal, tilted));
+  metal.normal_map.reset();
+  EXPECT_NEAR(found, brightness(scene_of(Plane{{0, 0, 0}, normal, {}}, metal, tilted)), 1e-6);
+  EXPECT_GT(std::abs(found - brightness(scene_of(level_plane, metal, tilted))), 0.05);
+}
+
 /// A shape with normals that lean every way, under a white sky.
 Scene with_wild_normals(const Shape& shape, Material material) {
   Scene scene = scenes::empty(32, {.position = {0, 0.3, 4}, .look_at = {0, 0, 0}, .fov_deg = 20});

@@ -52,6 +52,21 @@ TEST(PrincipledBalls, VanishInTheirLightIfTheyAreWhite) {
       }
 }
 
+TEST(PrincipledBalls, OfRoughGlassVanishForEveryIndexFromOutsideAndInside) {
+  for (const double ior : {1.1, 1.5, 2.4})
+    for (const double roughness : {0.1, 0.3, 0.6, 1.0})
+      for (const bool inside : {false, true}) {
+        Material white = principled(1, 0, roughness);
+        white.transmission = white.reflection = 1;
+        white.fresnel = true;
+        white.ior = ior;
+        Scene scene = ball(white, 0.6, false);
+        if (inside) scene.camera.position.z = -0.3;
+        const Mean found = radiance(scene, 4);
+        EXPECT_NEAR(found.value, 1, 0.005 + 4 * found.error) << ior << ' ' << roughness << ' ' << inside;
+      }
+}
+
 /// Reflectance of white facets by quadrature (Walter et al. 2007; Heitz 2014), and its share of f0.
 std::pair<double, double> facets(double cosine, double alpha) {
   constexpr int steps = 400;
