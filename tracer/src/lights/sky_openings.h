@@ -64,7 +64,7 @@ class SkyOpenings {
   double area_ = 0;                   ///< total, in squared units of render space
   std::vector<double> row_ends_;      ///< sums of the powers of rows of cells, face by face
   std::vector<double> column_ends_;   ///< sums of the powers of the cells of each row
-  std::vector<std::uint16_t> guide_;  ///< of the cells of each row, then of the rows
+  std::vector<std::uint16_t> guide_;  ///< for the cells of each row, then for the rows
 };
 
 }  // namespace tracer

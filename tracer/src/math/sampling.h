@@ -114,8 +114,8 @@ inline Selected select_interval(std::span<const double> ends, double xi, std::sp
           (*found - before) / ends.back()};
 }
 
-/// Where select_interval() begins to search, which then takes a step or two: the interval at the beginning of each of
-/// as many equal parts of all as `guide` has (Chen & Asau 1974, "On Generating Random Variates from an Empirical
+/// Sets where select_interval() begins to search, so that it takes a step or two: the interval at the beginning of each
+/// of as many equal parts of all as `guide` has (Chen & Asau 1974, "On Generating Random Variates from an Empirical
 /// Distribution"). Precondition: fewer than 2^16 intervals.
 inline void guide_selection(std::span<const double> ends, std::span<std::uint16_t> guide) {
   std::size_t interval = 0;
