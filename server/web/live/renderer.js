@@ -75,6 +75,7 @@ function definesOf({header, tables}, hasLens) {
  */
 function facetAlbedos() {
   const size = 32, columns = size + 1, values = new Float32Array(4 * size * columns);
+  const turns = Array.from({length: size ** 2}, (_, sample) => [...sample.toString(2)].reverse().reduce((sum, bit, i) => sum + Number(bit) / 2 ** (i + 1), 0));
   for (let row = 0; row < size; ++row) {
     const alpha = Math.max((row / (size - 1)) ** 2, 1e-6), first = 4 * row * columns;
     for (let i = 0; i < size; ++i) {
@@ -82,7 +83,7 @@ function facetAlbedos() {
       const long = Math.sqrt((alpha * sine) ** 2 + cosine * cosine), across = alpha * sine / long, up = cosine / long, lift = (1 + up) / 2;
       let normal = 0, grazing = 0;
       for (let sample = 0; sample < size * size; ++sample) {
-        const radius = Math.sqrt((Math.floor(sample / size) + 0.5) / size), angle = 2 * Math.PI * (sample % size + 0.5) / size;
+        const radius = Math.sqrt((sample + 0.5) / size ** 2), angle = 2 * Math.PI * turns[sample];
         const x = radius * Math.cos(angle), y = (1 - lift) * Math.sqrt(1 - x * x) + lift * radius * Math.sin(angle), z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
         const facet = [alpha * (across * z - up * y), alpha * x, Math.max(across * y + up * z, 0)], size_of_facet = Math.sqrt(facet[0] ** 2 + facet[1] ** 2 + facet[2] ** 2);
         const between = (sine * facet[0] + cosine * facet[2]) / size_of_facet, light = 2 * between * facet[2] / size_of_facet - cosine;
