@@ -70,14 +70,11 @@ class Batches(BrowserTest):
         self.browser.one(f'tr[data-id="{batch_id}"] a').click()
         self.browser.until(lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "failed"}, "the cells")
         self.assertIn("deadline", self.browser.text('.cell[data-index="0"] .reason'))
-        self.browser.button("Retry", '.cell[data-index="2"]').click()
-        self.browser.until(lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "succeeded"}, "the retry")
+        self.browser.click("Retry", lambda: self.cells() == {0: "failed", 1: "succeeded", 2: "succeeded"}, "the retry", '.cell[data-index="2"]')
         self.browser.until(lambda: len(self.browser.all(".cell img")) == 2, "its image")
-        self.browser.button("Retry what failed").click()
-        self.browser.until(lambda: set(self.cells().values()) == {"succeeded"}, "the rest")
+        self.browser.click("Retry what failed", lambda: set(self.cells().values()) == {"succeeded"}, "the rest")
         self.browser.button("Remove").click()
-        self.browser.button("Remove them", "dialog[open]").click()
-        self.browser.until(lambda: self.browser.current_url.endswith("#/batches"), "the list")
+        self.browser.click("Remove them", lambda: self.browser.current_url.endswith("#/batches"), "the list", "dialog[open]")
         self.browser.until(lambda: self.browser.all("h1") and not self.browser.all(f'tr[data-id="{batch_id}"]'), "without it")
         self.assertEqual(self.daemon.get(f"/v1/batches/{batch_id}").status, 404)
 
@@ -90,25 +87,21 @@ class Batches(BrowserTest):
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
         batch_id = self.ended(name="turn", scene=scene(64, 48), frames=[{"camera": {"fov": 30 + index}} for index in range(24)])
         self.open(f"#/batches/{batch_id}")
-        self.browser.button("Animation").click()
-        self.browser.until(lambda: self.browser.text(".player .number") == "1 / 24", "the first image")
+        self.browser.click("Animation", lambda: self.browser.text(".player .number") == "1 / 24", "the first image")
         self.browser.one(".player button[aria-label^=Next]").click()
         ActionChains(self.browser).send_keys(" ").perform()  # presses the button, which has the focus
         self.browser.until(lambda: self.browser.text(".player .number") == "3 / 24", "the third image")
         for label, place in (("Last", 23), ("First", 0), ("Middle", 11)):
-            self.browser.button(label, ".player").click()
-            self.browser.until(lambda place=place: self.shown() == place, label)
+            self.browser.click(label, lambda place=place: self.shown() == place, label, ".player")
         ActionChains(self.browser).send_keys(".").send_keys(".").send_keys(",").perform()
         self.browser.until(lambda: self.shown() == 12, "steps by key")
         self.browser.execute_script(SCRIPTS + "recordFrames()")
-        self.browser.button("Play", ".player").click()
-        self.browser.until(lambda: len(self.browser.execute_script("return seen")) >= 20, "a turn")
+        self.browser.click("Play", lambda: len(self.browser.execute_script("return seen")) >= 20, "a turn", ".player")
         self.browser.button("Pause", ".player").click()
         steps = [(b - a) % 24 for a, b in itertools.pairwise([12, *self.browser.execute_script("return seen")])]
         self.assertGreaterEqual(min(steps), 1)
         self.assertLessEqual(sum(step - 1 for step in steps), int(self.browser.one(".player canvas").get_attribute("data-dropped")))
-        self.browser.button("Download animation").click()
-        self.browser.until((directory / "turn.apng").exists, "the file")
+        self.browser.click("Download animation", (directory / "turn.apng").exists, "the file")
         found = frames((directory / "turn.apng").read_bytes())
         jobs = json_of(self.daemon.get(f"/v1/jobs?batch={batch_id}&limit=200"))["items"][::-1]
         exact = [read_png(self.daemon.get(f"/v1/jobs/{job['id']}/image.png").body) for job in jobs]
@@ -119,8 +112,7 @@ class Batches(BrowserTest):
         sizes = self.ended(sweep={"/image/width": [16, 24]})
         self.open(f"#/batches/{sizes}")
         self.expected.append("409")
-        self.browser.button("Download animation").click()
-        self.browser.until(lambda: "images of one size" in self.browser.text("[aria-live]"), "the refusal")
+        self.browser.click("Download animation", lambda: "images of one size" in self.browser.text("[aria-live]"), "the refusal")
         self.assertIn("-framerate 24 ", self.browser.button("Copy as ffmpeg command").get_attribute("title"))
 
     def test_rings_when_the_last_job_ends(self):
@@ -161,8 +153,7 @@ class Batches(BrowserTest):
         self.browser.one(".empty, .rows")
         self.browser.back()
         self.wait_for_name("shapes!")
-        self.browser.button("Sweep").click()
-        self.browser.until(lambda: self.browser.text(".batch-form strong") == "shapes!", "the scene of the sweep")
+        self.browser.click("Sweep", lambda: self.browser.text(".batch-form strong") == "shapes!", "the scene of the sweep")
         self.browser.back()
         self.wait_for_name("shapes!")
         self.browser.execute_script("arguments[0].click(); arguments[0].click()", self.browser.button("Render"))
@@ -171,14 +162,12 @@ class Batches(BrowserTest):
 
     def test_cancels_what_waits(self):
         batch_id = self.submitted(name="waits", scene=scene(job=LATER), sweep={"/camera/fov": [30, 40], "/ambient": [0, 0.1], "/image/width": [8, 16, 24]})
-        self.open(f"#/batches/{batch_id}")
-        self.browser.until(lambda: set(self.cells()) == set(range(6)), "the first of the fields of view")
+        self.open(f"#/batches/{batch_id}", lambda: set(self.cells()) == set(range(6)), "the first of the fields of view")
         self.browser.execute_script("const axis = document.querySelector('.batch select'); axis.value = 1; axis.dispatchEvent(new Event('change', {bubbles: true}))")
         self.browser.until(lambda: set(self.cells()) == set(range(6, 12)), "the other one")
         self.browser.button("Cancel").click()
         self.assertIn("Cancel 12 jobs?", self.browser.text("dialog[open] h2"))
-        self.browser.button("Cancel them", "dialog[open]").click()
-        self.browser.until(lambda: set(self.cells().values()) == {"cancelled"}, "the end")
+        self.browser.click("Cancel them", lambda: set(self.cells().values()) == {"cancelled"}, "the end", "dialog[open]")
         self.assertEqual(self.batch(batch_id)["state"], "cancelled")
 
     def test_explains_what_is_wrong_with_a_sweep(self):
@@ -195,8 +184,7 @@ class Batches(BrowserTest):
         many = {"sweep": {"/camera/fov": list(range(20, 70)), "/image/width": list(range(8, 58))}}, {"frames": [{"ambient": index / 450} for index in range(450)]}
         for changes, last in zip(many, (2499, 449), strict=True):
             batch_id = self.submitted(scene=scene(job=LATER), **changes)
-            self.open(f"#/batches/{batch_id}")
-            self.browser.until(lambda: len(self.browser.all(".cell")) > 20, "cells")
+            self.open(f"#/batches/{batch_id}", lambda: len(self.browser.all(".cell")) > 20, "cells")
             self.assertLessEqual(len(self.browser.all(".cell")), 100)
             self.browser.execute_script(SCRIPTS + "scrollToLastCell()")
             self.browser.until(lambda last=last: self.cells().get(last) == "queued" and 0 not in self.cells(), "the last cell")

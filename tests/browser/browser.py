@@ -59,6 +59,11 @@ class Browser(webdriver.Chrome):
         return self.until(lambda: next((each for each in self.all(f"{within} button, {within} a, {within} summary")
                                         if each.is_displayed() and each.text.strip().startswith(text)), None), f"button {text}")
 
+    def click(self, text, condition, what, within=""):
+        """Clicks a button and returns the first true value of `condition()`, which is its effect."""
+        self.button(text, within).click()
+        return self.until(condition, what)
+
     def text(self, selector):
         return self.one(selector).text
 
@@ -104,12 +109,14 @@ class BrowserTest(unittest.TestCase):
     def address(self, route=""):
         return f"http://127.0.0.1:{self.daemon.port}/{route}"
 
-    def open(self, route=""):
-        """Opens a route of the page anew, with nothing stored."""
+    def open(self, route="", condition=None, what=""):
+        """Opens a route of the page anew, with nothing stored, and waits for the condition if there is one."""
         self.browser.get("about:blank")
         clear = self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "localStorage.clear(); sessionStorage.clear();"})
         self.browser.get(self.address(route))
         self.browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", clear)
+        if condition:
+            self.browser.until(condition, what)
 
     def editor(self, script, *arguments):
         """Runs a script with `view`, the CodeMirror view of the editor."""

@@ -68,8 +68,7 @@ class Compare(BrowserTest):
         self.assertIn(("POST", self.address("v1/compare")), self.browser.requests())
         self.browser.until(lambda: self.widths(".canvas img") == [96, 96], "both images")
         self.assertFalse(self.browser.button("Sign").is_enabled())
-        self.browser.button("Difference").click()
-        self.browser.until(lambda: self.widths(".canvas img") == [96], "the heat map")
+        self.browser.click("Difference", lambda: self.widths(".canvas img") == [96], "the heat map")
 
     def widths(self, selector):
         return self.browser.execute_script("return [...document.querySelectorAll(arguments[0])].map((each) => each.naturalWidth)", selector)
@@ -99,10 +98,8 @@ class Compare(BrowserTest):
         self.open(f"#/compare?a={first}&b={second}")
         self.figures()
         self.assertEqual([each.text for each in self.browser.all(".tab td code")], ["/ambient"])
-        self.browser.button("Difference").click()
-        self.browser.until(lambda: self.browser.all(".viewer img"), "the map")
-        self.browser.button("+").click()
-        self.browser.until(lambda: "z=" in self.browser.current_url, "the zoom in the address")
+        self.browser.click("Difference", lambda: self.browser.all(".viewer img"), "the map")
+        self.browser.click("+", lambda: "z=" in self.browser.current_url, "the zoom in the address")
         address, style = self.browser.current_url, self.browser.one(".viewer img").get_attribute("style")
         self.open()
         self.browser.get("about:blank")

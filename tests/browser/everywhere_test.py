@@ -34,8 +34,7 @@ class Everywhere(BrowserTest):
                      *(f"#/jobs/{done}?tab={tab}" for tab in ("image", "error", "cost", "document", "history", "webhooks"))]
 
     def shown(self, view):
-        self.open(view)
-        self.browser.until(lambda: self.browser.all("h1") and not self.browser.all("main > .visually-hidden"), view)
+        self.open(view, lambda: self.browser.all("h1") and not self.browser.all("main > .visually-hidden"), view)
         if view.startswith(("#/new", "#/edit")):
             self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
         if "tab=error" in view:

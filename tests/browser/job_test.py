@@ -40,8 +40,7 @@ class Account(JobPage):
         job = self.daemon.rendered(example("transparency", accuracy=accuracy))
         error = job["report"]["error"]
         self.assertGreater(min(error["parts"][name] for name in ("sampling", "approximation", "depth", "cutoff")), 0)
-        self.open(f"#/jobs/{job['id']}?tab=error")
-        self.browser.until(lambda: self.browser.all(".tab .plain tbody tr"), "the table")
+        self.open(f"#/jobs/{job['id']}?tab=error", lambda: self.browser.all(".tab .plain tbody tr"), "the table")
         cells = self.browser.execute_script("return [...document.querySelectorAll('.tab .plain tbody tr')].map((row) => [...row.cells].map((cell) => cell.innerText.trim()))")
         rows = {name: (float(share.rstrip(" %") or "nan"), float(levels)) for name, share, levels in cells}
         shares = [rows[part][0] for part in ("Sampling", "Truncation", "Approximation")]
@@ -57,8 +56,7 @@ class Account(JobPage):
     def test_pixels_of_the_map_equal_the_layer(self):
         """Acceptance test 21: the value under the pointer against the reader of tests/support, the colors against the service."""
         job = self.daemon.rendered(example("transparency", accuracy={"samples": [4, 4]}, output={"formats": ["png", "exr"], "layers": ["error", "samples"]}))
-        self.open(f"#/jobs/{job['id']}?tab=error")
-        self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")
+        self.open(f"#/jobs/{job['id']}?tab=error", lambda: self.browser.all("img[data-cover]"), "the map")
         white = self.browser.one("input.white").get_attribute("value")
         expected = self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=error&map=heat&range=0,{white}")
         self.assertLessEqual(numpy.abs(numpy.subtract(self.pixels("img[data-cover]"), expected)).max(), 2)
@@ -76,8 +74,7 @@ class Account(JobPage):
     def test_offers_to_render_with_the_layers(self):
         job = self.daemon.rendered(example("tiny", accuracy={"samples": [1, 1]}))
         self.open(f"#/jobs/{job['id']}?tab=error")
-        self.browser.button("Render again with them").click()
-        self.browser.until(lambda: self.browser.all("img[data-cover]"), "the map")
+        self.browser.click("Render again with them", lambda: self.browser.all("img[data-cover]"), "the map")
         other = self.browser.current_url.split("/jobs/")[1].split("?")[0]
         self.assertNotEqual(other, job["id"])
         images = [self.daemon.get(f"/v1/jobs/{each}/image.png").body for each in (job["id"], other)]
@@ -93,8 +90,7 @@ class Views(JobPage):
         self.browser.until(lambda: "layer=depth" in self.browser.current_url and self.source() != first, "the depth")
         self.assertEqual(self.pixels(".viewer img"), self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=depth&max=2048"))
         self.assertEqual(self.browser.all("input.stops"), [])
-        self.browser.button("Image", ".tab").click()
-        self.browser.until(lambda: self.source() == first, "the image again")
+        self.browser.click("Image", lambda: self.source() == first, "the image again", ".tab")
         ActionChains(self.browser).send_keys("]").send_keys("]").perform()
         self.browser.until(lambda: "exposure=2" in self.browser.current_url and self.source() not in ("", first), "two stops more")
         self.browser.until(lambda: self.pixels(".viewer img") == self.decoded(f"/v1/jobs/{job['id']}/view.png?layer=color&max=2048&exposure=2"), "brighter pixels")
@@ -107,12 +103,10 @@ class Views(JobPage):
         images = self.browser.all(".viewer img")
         return images[0].get_attribute("src") if images else ""
 
-
     def test_shows_that_a_target_is_missed(self):
         """In the list, and in the account of the error, which leaves out causes without a part."""
         job = self.daemon.rendered(example("transparency", accuracy={"target_error": 0.01, "samples": [1, 2]}))
-        self.open()
-        self.browser.until(lambda: self.browser.text(f'.rows tr[data-id="{job["id"]}"] .state') == "target missed", "the word")
+        self.open("", lambda: self.browser.text(f'.rows tr[data-id="{job["id"]}"] .state') == "target missed", "the word")
         self.open(f"#/jobs/{job['id']}?tab=error")
         self.assertIn("The target of 0.01 is missed", self.browser.text(".sentence .missed"))
         self.assertEqual(len(self.browser.all(".tab .sub")), sum(job["report"]["error"]["parts"][name] > 0 for name in ("depth", "cutoff", "tone")))
@@ -133,8 +127,7 @@ class Life(JobPage):
         seconds = time.monotonic() - begin
         self.assertLessEqual(len(requests), 3 * seconds + 3, requests)
         self.browser.button("Cancel").click()
-        self.browser.button("Cancel it", "dialog[open]").click()
-        self.browser.until(lambda: self.browser.text(".bar .state") == "cancelled", "the end")
+        self.browser.click("Cancel it", lambda: self.browser.text(".bar .state") == "cancelled", "the end", "dialog[open]")
 
     def test_takes_away_nothing_that_is_typed_as_the_job_goes_on(self):
         job = self.daemon.start_job()
@@ -166,18 +159,15 @@ class Life(JobPage):
 
     def test_follows_what_others_do_to_the_job(self):
         job = self.daemon.submit(scene(name="shared", job={"run_after": "2099-01-01T00:00:00Z"}))
-        self.open(f"#/jobs/{job}")
-        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
-        self.browser.button("Cancel").click()
-        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.open(f"#/jobs/{job}", lambda: self.browser.text(".light") == "Live", "the stream")
+        self.browser.click("Cancel", lambda: self.browser.all("dialog[open]"), "the question")
         self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question about a job that has ended")
         self.expected.append("404")
         self.daemon.request("DELETE", f"/v1/jobs/{job}")
         self.browser.until(lambda: self.browser.all(".empty h1") and not self.browser.all(".job"), "the page of no job")
         self.expected.append("400")
-        self.open("#/jobs/50%")
-        self.browser.until(lambda: self.browser.all(".empty h1"), "the page of no job")
+        self.open("#/jobs/50%", lambda: self.browser.all(".empty h1"), "the page of no job")
 
     def test_shows_why_a_job_failed(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(name="late", job={"deadline": "2020-01-01T00:00:00Z"}))
@@ -185,8 +175,7 @@ class Life(JobPage):
         self.daemon.wait_for_state(job, "failed")
         self.open(f"#/jobs/{job}")
         self.assertIn("deadline_exceeded", self.browser.text(".note"))
-        self.browser.button("Retry").click()
-        self.browser.until(lambda: self.daemon.job(job)["state"] == "succeeded", "the retry")
+        self.browser.click("Retry", lambda: self.daemon.job(job)["state"] == "succeeded", "the retry")
         self.browser.until(lambda: self.browser.all(".viewer img"), "the image")
         self.browser.button("History", ".tabs").click()
         moves = json_of(self.daemon.get(f"/v1/jobs/{job}/history"))["items"]
@@ -217,8 +206,7 @@ class Life(JobPage):
         written = json.dumps(document, indent=2)
         self.assertGreater(len(written), 100_000)
         job = self.daemon.rendered(written.encode())
-        self.open(f"#/jobs/{job['id']}?tab=document")
-        self.browser.until(lambda: self.browser.all(".document .editor"), "the editor")
+        self.open(f"#/jobs/{job['id']}?tab=document", lambda: self.browser.all(".document .editor"), "the editor")
         self.browser.until(lambda: self.browser.execute_script("return document.querySelector('.editor').shadowRoot?.querySelector('.cm-content')"), "its text").send_keys("x")
         self.assertEqual(self.editor("return view.state.doc.toString()"), written)
         scripts = self.browser.execute_script("return performance.getEntriesByType('resource').map((each) => each.name)")

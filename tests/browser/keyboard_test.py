@@ -65,8 +65,7 @@ class Keyboard(BrowserTest):
 
         self.expected.append("/preview?max=")  # may be requested in the moment of the cancellation
         running = self.daemon.submit(scene(2048, 2048, samples=256, name="long"))
-        self.open("#/")
-        self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{running}"]'), "the row")
+        self.open("#/", lambda: self.browser.all(f'.rows tr[data-id="{running}"]'), "the row")
         self.activate("long", "A")
         self.wait_for_route(running)
         self.activate("Cancel")
@@ -85,11 +84,9 @@ class Keyboard(BrowserTest):
         """A confirmation does not come back with an earlier selection, and no command runs under it."""
         jobs = [self.daemon.submit(scene(name=f"kept {index}", job=LATER)) for index in range(2)]
         self.daemon.request("POST", f"/v1/jobs/{jobs[1]}/cancel")
-        self.open("#/?q=kept")
-        self.browser.until(lambda: len(self.browser.all(".rows tr[data-id]")) == 2, "rows")
+        self.open("#/?q=kept", lambda: len(self.browser.all(".rows tr[data-id]")) == 2, "rows")
         self.press("j", "x")
-        self.browser.button("Remove", ".bulk").click()
-        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.browser.click("Remove", lambda: self.browser.all("dialog[open]"), "the question", ".bulk")
         self.press("x", "?", Keys.ESCAPE)
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question")
         self.assertEqual(self.browser.text(".bulk strong"), "1 selected")
@@ -99,8 +96,7 @@ class Keyboard(BrowserTest):
         self.browser.until(lambda: self.browser.all(".bulk"), "the other selection")
         self.assertEqual(self.browser.all("dialog[open]"), [])
         self.open(f"#/jobs/{jobs[1]}")
-        self.browser.button("Remove").click()
-        self.browser.until(lambda: self.browser.all("dialog[open]"), "the question")
+        self.browser.click("Remove", lambda: self.browser.all("dialog[open]"), "the question")
         self.press("r", Keys.ESCAPE)
         self.browser.until(lambda: not self.browser.all("dialog[open]"), "no question")
         self.press("?")
@@ -113,8 +109,7 @@ class Keyboard(BrowserTest):
 
     def test_the_row_of_the_keys_stays_as_jobs_arrive(self):
         jobs = [self.daemon.submit(scene(name=f"row {index}", job=LATER)) for index in range(2)]
-        self.open("#/?q=row")
-        self.browser.until(lambda: len(self.browser.all(".rows tr[data-id]")) == 2 and self.browser.text(".light") == "Live", "rows")
+        self.open("#/?q=row", lambda: len(self.browser.all(".rows tr[data-id]")) == 2 and self.browser.text(".light") == "Live", "rows")
         self.press("j")
         for count in (3, 4):
             self.daemon.submit(scene(name="row of another", job=LATER))

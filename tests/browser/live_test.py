@@ -195,15 +195,13 @@ class Page(Live):
         self.press(Keys.ARROW_LEFT)
         self.browser.until(lambda: "levels from the image" not in self.caption(), "the move")
         self.resting()
-        self.browser.button("Edit this view").click()
-        self.browser.until(lambda: "#/edit/" in self.browser.current_url, "the playground")
+        self.browser.click("Edit this view", lambda: "#/edit/" in self.browser.current_url, "the playground")
         self.resting()
         edited = json.loads(self.editor("return view.state.doc.toString()"))
         self.assertNotEqual(edited["camera"]["position"], SMALL["camera"]["position"])
         self.open(f"#/jobs/{self.job}?live=on")
         self.resting()
-        self.browser.button("Live").click()
-        self.browser.until(lambda: self.browser.all(".viewer .zoom"), "the image of the job")
+        self.browser.click("Live", lambda: self.browser.all(".viewer .zoom"), "the image of the job")
 
     def press(self, *keys):
         ActionChains(self.browser).send_keys_to_element(self.browser.one(".canvas"), *keys).perform()
@@ -225,8 +223,7 @@ class Page(Live):
 
     def test_is_used_without_a_pointer(self):
         """Tab reaches the switch and the image, whose keys move the camera; Tab leaves it again."""
-        self.browser.button("Live").click()
-        self.browser.until(lambda: not self.browser.all(".live canvas"), "the end of the live view")
+        self.browser.click("Live", lambda: not self.browser.all(".live canvas"), "the end of the live view")
         self.browser.execute_script("document.activeElement.blur()")
 
         def tab_to(selector):
@@ -264,6 +261,5 @@ class WithoutWebGL(BrowserTest):
     arguments = ("--disable-3d-apis",)
 
     def test_shows_a_note_and_drafts(self):
-        self.open("#/new?live=on")
-        self.browser.until(lambda: any("no WebGL2" in each.text for each in self.browser.all(".banner")), "the note")
+        self.open("#/new?live=on", lambda: any("no WebGL2" in each.text for each in self.browser.all(".banner")), "the note")
         self.browser.until(lambda: self.browser.all(".canvas img"), "a draft")

@@ -30,8 +30,7 @@ class TradeOff(BrowserTest):
 
     def test_plot_and_table_show_every_point(self):
         """A part of acceptance test 37."""
-        self.open(f"#/measure/{self.job['id']}")
-        self.browser.until(lambda: self.browser.all(".tradeoff g"), "the plot")
+        self.open(f"#/measure/{self.job['id']}", lambda: self.browser.all(".tradeoff g"), "the plot")
         self.assertEqual({int(each.get_attribute("data-point")) for each in self.browser.all(".tradeoff g")}, set(range(len(self.points))))
         rows = {int(row.get_attribute("data-point")): [cell.text for cell in row.find_elements("css selector", "td")]
                 for row in self.browser.all(".points tbody tr")}
@@ -55,8 +54,7 @@ class TradeOff(BrowserTest):
 
     def test_picks_the_best_point_within_a_limit(self):
         """A part of acceptance test 37."""
-        self.open(f"#/measure/{self.job['id']}")
-        self.browser.until(lambda: self.browser.all(".tradeoff g"), "the plot")
+        self.open(f"#/measure/{self.job['id']}", lambda: self.browser.all(".tradeoff g"), "the plot")
         front = [self.points[index] for index in self.job["measurement"]["pareto_front"]]
         for limited, other, limit in (("claimed", "seconds", 1), ("claimed", "seconds", 4), ("seconds", "claimed", sorted(each["seconds"] for each in front)[len(front) // 2])):
             best = min((each for each in front if each[limited] <= limit), key=lambda each: each[other])
@@ -74,8 +72,7 @@ class TradeOff(BrowserTest):
         self.assertEqual(self.daemon.job(other)["accuracy"], self.points[index]["settings"])
         self.assertNotIn("scene", json_of(self.daemon.get(f"/v1/jobs/{other}/scene")))
         self.open(f"#/measure/{self.job['id']}?point={index}")
-        self.browser.button("Put into the document").click()
-        self.browser.until(lambda: self.browser.all(".canvas img"), "the draft")
+        self.browser.click("Put into the document", lambda: self.browser.all(".canvas img"), "the draft")
         edited = json.loads(self.editor("return view.state.doc.toString()"))
         self.assertEqual(edited["accuracy"], self.points[index]["settings"])
         self.assertEqual(edited["name"], "tiny")
@@ -92,8 +89,7 @@ class TradeOff(BrowserTest):
 
     def test_is_where_a_measurement_of_a_job_leads(self):
         self.open(f"#/jobs/{self.rendered}")
-        self.browser.button("Measure").click()
-        self.browser.until(lambda: "#/measure/" in self.browser.current_url, "the page")
+        self.browser.click("Measure", lambda: "#/measure/" in self.browser.current_url, "the page")
         self.browser.until(lambda: "The reference is computed" in self.browser.text(".measure") or self.browser.all(".tradeoff g"), "its progress")
         measured = self.browser.current_url.split("/measure/")[1].split("?")[0]
         self.daemon.request("POST", f"/v1/jobs/{measured}/cancel")
@@ -102,5 +98,4 @@ class TradeOff(BrowserTest):
         self.assertTrue(link.get_attribute("href").endswith(f"#/measure/{self.job['id']}"))
 
     def test_has_no_points_of_a_render(self):
-        self.open(f"#/measure/{self.daemon.submit(scene())}")
-        self.browser.until(lambda: "This job is a render" in self.browser.text(".empty"), "the sentence")
+        self.open(f"#/measure/{self.daemon.submit(scene())}", lambda: "This job is a render" in self.browser.text(".empty"), "the sentence")

@@ -163,8 +163,7 @@ class LargeDocuments(Playground):
         document = text("scenes/mountain.json").replace('"name": "mountain"', '"name": "mountain", "job": {"run_after": "2099-01-01T00:00:00Z"}')
         self.assertGreater(len(document), 5_700_000)
         job = json_of(self.daemon.request("POST", "/v1/jobs", document.encode()))["id"]
-        self.open(f"#/edit/{job}")
-        self.browser.until(lambda: "on request" in self.browser.text(".banner"), "the banner")
+        self.open(f"#/edit/{job}", lambda: "on request" in self.browser.text(".banner"), "the banner")
         self.put_cursor_after('"name": "mountain')
         self.browser.requests()
         self.type(*"abcdefghijklmnopqrst")
@@ -214,8 +213,7 @@ class Assistance(Playground):
                 "a dropped file": (lambda: self.editor("dropFile(view, ...arguments)", "tiny.json", base64.b64encode(tiny.encode()).decode()), tiny),
                 "a link": (lambda: self.browser.execute_script("location.href = arguments[0]", link), before),
                 "an example": (lambda: self.browser.execute_script("location.hash = '#/new?example=torus'"), text("scenes/torus.json"))}
-        self.open("#/new")
-        self.browser.until(lambda: self.browser.execute_script(SCRIPTS + "return editorText()"), "the editor")
+        self.open("#/new", lambda: self.browser.execute_script(SCRIPTS + "return editorText()"), "the editor")
         for name, (take, expected) in ways.items():
             self.set_document(scene(name="mine"))
             take()

@@ -48,8 +48,7 @@ class Queue(BrowserTest):
         jobs = [self.daemon.submit(scene(name=f"alone {index}")) for index in range(40)]
         batch = json_of(self.daemon.request("POST", "/v1/batches", {"name": "swept", "scene": scene(), "sweep": {"/camera/fov": [30, 40, 50], "/ambient": [0, 0.1]}}))["id"]
         self.daemon.submit(scene(name="last"))
-        self.open()
-        self.browser.until(lambda: self.names()[:3] == ["last", "swept", "alone 39"] and self.state_of(batch) == "succeeded", "rows")
+        self.open("", lambda: self.names()[:3] == ["last", "swept", "alone 39"] and self.state_of(batch) == "succeeded", "rows")
         self.assertEqual([each.text for each in self.browser.all(f'tr[data-id="{batch}"] .chip')], ["6 images", "camera/fov 30 … 50", "ambient 0, 0.1"])
         self.browser.until(lambda: self.browser.all(f'tr[data-id="{batch}"] img.thumb'), "its image")
         for job in (jobs[22], batch):
@@ -65,12 +64,10 @@ class Queue(BrowserTest):
         self.browser.one(f'tr[data-id="{batch}"] input').click()
         self.browser.button("Remove", ".bulk").click()
         self.assertIn("Remove 6 jobs", self.browser.text("dialog[open] h2"))
-        self.browser.button("Remove them", "dialog[open]").click()
-        self.browser.until(lambda: "swept" not in self.names(), "the list without it")
+        self.browser.click("Remove them", lambda: "swept" not in self.names(), "the list without it", "dialog[open]")
 
     def test_follows_jobs_to_their_end(self):
-        self.open()
-        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.open("", lambda: self.browser.text(".light") == "Live", "the stream")
         job = self.daemon.submit(scene(64, 48, name="followed"))
         self.browser.until(lambda: self.state_of(job) == "succeeded", "the job")
         self.browser.until(lambda: self.browser.all(f'.rows tr[data-id="{job}"] img.thumb'), "its image")
@@ -79,8 +76,7 @@ class Queue(BrowserTest):
 
     def test_shows_few_rows_of_many_jobs(self):
         """Acceptance test 13 with 2,000 jobs."""
-        self.open(self.submit_many(2000))
-        self.browser.until(lambda: len(self.names()) > 10, "rows")
+        self.open(self.submit_many(2000), lambda: len(self.names()) > 10, "rows")
         self.assertEqual(self.names()[0], "frame 1999")
         def scrolled_to_the_end():
             self.browser.execute_script("const box = document.querySelector('.rows'); box.scrollTop = box.scrollHeight;")
@@ -90,8 +86,7 @@ class Queue(BrowserTest):
 
     def test_counts_many_submissions_with_few_requests(self):
         """Acceptance test 14."""
-        self.open()
-        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.open("", lambda: self.browser.text(".light") == "Live", "the stream")
         begin = time.monotonic()
         self.browser.requests()
         for _ in range(4):
@@ -104,10 +99,8 @@ class Queue(BrowserTest):
     def test_filters_and_searches(self):
         self.submit_many(3)
         done = self.daemon.rendered(scene(name="needle"))["id"]
-        self.open("#/?state=succeeded")
-        self.browser.until(lambda: self.names() == ["needle"], "one row")
-        self.open("#/")
-        self.browser.until(lambda: self.names() == ["needle", "untitled"], "rows, of which one is the batch")
+        self.open("#/?state=succeeded", lambda: self.names() == ["needle"], "one row")
+        self.open("#/", lambda: self.names() == ["needle", "untitled"], "rows, of which one is the batch")
         ActionChains(self.browser).send_keys("/").send_keys("FRAME 1").perform()
         self.browser.until(lambda: self.names() == ["frame 1"], "the found row")
         self.assertIn("q=FRAME", self.browser.current_url)
@@ -116,8 +109,7 @@ class Queue(BrowserTest):
 
     def test_cancels_what_is_selected(self):
         """Acceptance test 17 with fewer jobs: the dry run is shown, what ended meanwhile is counted."""
-        self.open(self.submit_many(30))
-        self.browser.until(lambda: len(self.names()) == 30 or len(self.names()) > 15, "rows")
+        self.open(self.submit_many(30), lambda: len(self.names()) == 30 or len(self.names()) > 15, "rows")
         boxes = self.browser.all(".rows .c-check input")
         boxes[0].click()
         ActionChains(self.browser).key_down(Keys.SHIFT).click(boxes[9]).key_up(Keys.SHIFT).perform()
@@ -126,8 +118,7 @@ class Queue(BrowserTest):
         self.assertIn("Cancel 10 jobs?", self.browser.text("dialog[open] h2"))
         first = self.browser.all(".rows tbody tr[data-id]")[0].get_attribute("data-id")
         self.daemon.request("POST", f"/v1/jobs/{first}/cancel")
-        self.browser.button("Cancel them", "dialog[open]").click()
-        self.browser.until(lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome")
+        self.browser.click("Cancel them", lambda: "9 done, 1 refused" in self.browser.text("[aria-live]"), "the outcome", "dialog[open]")
         self.browser.until(lambda: self.counts().get("cancelled") == 10, "the count")
         self.browser.until(lambda: self.selected() == [first], "the refused one, still selected")
         self.browser.all(".rows .c-check input")[12].click()
@@ -141,8 +132,7 @@ class Queue(BrowserTest):
         """Acceptance test 17: 500 of 3,412 in one request, more than the page has read."""
         self.submit_many(2912)
         self.daemon.request("POST", "/v1/batches", {"scene": scene(job=LATER), "frames": [{"name": f"needle {index}"} for index in range(500)]})
-        self.open("#/?q=needle")
-        self.browser.until(lambda: len(self.names()) > 15, "rows")
+        self.open("#/?q=needle", lambda: len(self.names()) > 15, "rows")
         self.browser.all(".rows .c-check input")[0].click()
         self.browser.button("All that match", ".bulk").click()
         self.assertEqual(self.browser.text(".bulk strong"), "All that match")
@@ -155,8 +145,7 @@ class Queue(BrowserTest):
         for job in ended:
             self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.browser.requests()
-        self.browser.button("Cancel them", "dialog[open]").click()
-        self.browser.until(lambda: "497 done, 3 refused" in self.browser.text("[aria-live]"), "the outcome")
+        self.browser.click("Cancel them", lambda: "497 done, 3 refused" in self.browser.text("[aria-live]"), "the outcome", "dialog[open]")
         self.assertEqual([method for method, url in self.browser.requests() if url.endswith("/bulk")], ["POST"])
         self.browser.until(lambda: set(self.selected()) == ended, "the refused ones, still selected")
         self.assertEqual(json_of(self.daemon.get("/v1/queue"))["jobs"]["queued"], 2912)
@@ -191,8 +180,7 @@ class Connection(BrowserTest):
 
     def test_shows_that_the_service_is_gone_and_returns(self):
         """Acceptance test 15."""
-        self.open("#/")
-        self.browser.until(lambda: self.browser.text(".light") == "Live", "the stream")
+        self.open("#/", lambda: self.browser.text(".light") == "Live", "the stream")
         port = self.daemon.port
         self.daemon.kill()
         self.browser.until(lambda: self.browser.text(".light") == "No connection", "the light")
@@ -315,8 +303,7 @@ class ApiKeys(unittest.TestCase):
         self.open(f"#/batches/{batch}")
         self.enter(self.keys["bob"])
         self.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(directory)})
-        self.browser.button("Download all").click()
-        self.browser.until((directory / f"{batch}.tar").exists, "the file")
+        self.browser.click("Download all", (directory / f"{batch}.tar").exists, "the file")
         self.browser.until(lambda: (directory / f"{batch}.tar").stat().st_size == len(tar), "all of it")
         self.assertEqual((directory / f"{batch}.tar").read_bytes(), tar)
         self.assertIn("/v1/tickets", " ".join(url for method, url in self.browser.requests() if method == "POST"))

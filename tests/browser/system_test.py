@@ -14,8 +14,7 @@ class System(BrowserTest):
         self.daemon.wait_for_end(self.daemon.submit(scene()))
         for _ in range(3):
             self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
-        self.open("#/system")
-        self.browser.until(lambda: "Ready" in self.browser.text(".health"), "the state")
+        self.open("#/system", lambda: "Ready" in self.browser.text(".health"), "the state")
         self.assertIn("free", self.browser.text(".health"))
         rows = {row.text.split("\n")[0].rsplit(" of ")[0] for row in self.browser.all(".columns tr")}
         self.assertIn("Queued jobs 3", rows)
