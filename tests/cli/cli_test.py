@@ -1,4 +1,5 @@
 """The command line of whittle: output, streams and exit codes."""
+import contextlib
 import json
 import os
 import pathlib
@@ -165,24 +166,16 @@ class Interruption(DirectoryTest):
         process = subprocess.Popen([BIN / "whittle", "render", path, "-o", out / "a.png", "-o", out / "a.exr"],
                                    stderr=slave, stdin=subprocess.DEVNULL)
         os.close(slave)
+        self.addCleanup(os.close, master)
+        self.addCleanup(process.kill)  # does nothing after its end
         shown = b""
-        try:
-            while b"%" not in shown:
+        while b"%" not in shown:
+            shown += os.read(master, 4096)
+        process.send_signal(signal_number)
+        with contextlib.suppress(OSError):  # as the process closes the terminal
+            while True:
                 shown += os.read(master, 4096)
-            process.send_signal(signal_number)
-            while True:  # the rest, until the process closes the terminal
-                try:
-                    more = os.read(master, 4096)
-                except OSError:
-                    break
-                shown += more
-            process.wait(timeout=300)
-        finally:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
-            os.close(master)
-        return process.returncode, shown.decode()
+        return process.wait(timeout=300), shown.decode()
 
     def test_by_sigint_or_sigterm_is_reported_and_leaves_no_file(self):
         for signal_number in (signal.SIGINT, signal.SIGTERM):

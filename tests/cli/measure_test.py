@@ -111,15 +111,11 @@ class Resume(Files):
     def test_continues_after_an_interruption(self):
         command = [BIN / "whittle", "measure", SCENES / "tiny.json", "-o", self.name, "--size", "96x96", "--reference-samples", "64"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        try:
-            while process.poll() is None and not (os.path.exists(f"{self.name}.json") and self.result()["points"]):
-                time.sleep(0.002)
-            process.send_signal(signal.SIGINT)
-            _, output = process.communicate(timeout=300)
-        finally:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
+        self.addCleanup(process.kill)  # does nothing after its end
+        while process.poll() is None and not (os.path.exists(f"{self.name}.json") and self.result()["points"]):
+            time.sleep(0.002)
+        process.send_signal(signal.SIGINT)
+        _, output = process.communicate(timeout=300)
         self.assertEqual(process.returncode, 130, output)
         self.assertIn(f"interrupted; rerun the command to resume from {self.name}.json".encode(), output)
         partial = self.result()

@@ -24,10 +24,8 @@ def parents():
     """{pid: pid of its parent} of all processes."""
     found = {}
     for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
-        try:
+        with contextlib.suppress(OSError):  # of a process that has ended
             found[int(path.parent.name)] = int(path.read_text(encoding="latin-1").rpartition(")")[2].split()[1])
-        except OSError:
-            pass  # it has ended
     return found
 
 

@@ -7,7 +7,7 @@ standard input, each with one line, until that is closed.
     sql DATABASE SQL  runs a statement; its rows, separated by blanks
     stop, kill, start ends the server with its clients, ends it without a checkpoint, starts it again
 """
-
+import contextlib
 import glob
 import os
 import pathlib
@@ -67,10 +67,8 @@ class PostgresServer:
         """As kill -9 of the server and its sessions at once."""
         children = pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
         for pid in [self.process.pid, *map(int, children)]:
-            try:
+            with contextlib.suppress(ProcessLookupError):  # of a session that has ended
                 os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass  # a session that has ended
         self.process.wait(60)
         # Nobody may be attached to the shared memory of the server that is started next.
         end = time.monotonic() + 60

@@ -11,8 +11,8 @@ As a program it prints its endpoint and then answers lines of standard input, ea
     age                 makes these uploads two days old
     begin KEY           begins one; its id
 """
-
 import collections
+import contextlib
 import datetime
 import hashlib
 import http.server
@@ -232,7 +232,6 @@ class Handler(http.server.BaseHTTPRequestHandler):
             entries = "".join(f"<Contents><Key>{escape(key)}</Key><Size>{len(self.objects.objects[key])}</Size></Contents>" for key in keys)
         return 200, f'<ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/">{entries}</ListBucketResult>'.encode()
 
-
     def listed_uploads(self, prefix):
         with self.objects.lock:
             found = sorted((key, name, begun) for name, (key, _, begun) in self.objects.uploads.items() if key.startswith(prefix))
@@ -269,10 +268,8 @@ class S3Server(http.server.ThreadingHTTPServer):
         self.shutdown()
         self.server_close()
         for client in self.clients:
-            try:
+            with contextlib.suppress(OSError):  # of a client that has ended
                 client.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass  # has ended
 
     def up(self):
         """The same objects at the same port."""
@@ -294,6 +291,7 @@ def main():
     for line in sys.stdin:
         command, *words = line.split()
         answer, objects = "done", server.objects
+        questions = {"fetch": fetch, "begin": objects.begin, "requests": lambda: objects.requests, "uploads": lambda: len(objects.uploads)}
         if command == "status":
             objects.status = int(words[0])
             objects.faults["status"] = int(words[1])
@@ -303,19 +301,13 @@ def main():
             server.down()
         elif command == "up":
             server = server.up()
-        elif command == "fetch":
-            answer = fetch(words[0])
         elif command == "corrupt":
             objects.objects[words[0]] = b"x" + objects.objects[words[0]][1:]
-        elif command == "requests":
-            answer = str(objects.requests)
         elif command == "age":
             for name, (key, parts, begun) in list(objects.uploads.items()):
                 objects.uploads[name] = (key, parts, begun - datetime.timedelta(days=2))
-        elif command == "begin":
-            answer = objects.begin(words[0])
-        elif command == "uploads":
-            answer = str(len(objects.uploads))
+        elif command in questions:
+            answer = questions[command](*words)
         print(answer, flush=True)
 
 
