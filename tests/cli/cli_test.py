@@ -18,12 +18,6 @@ from tests.support.whittle import BIN, SCENES, DirectoryTest, scene, succeeded, 
 ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
 
 
-def srgb_codes(linear):
-    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
-    curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    return numpy.floor(255 * curve + 0.5).astype(numpy.uint8)
-
-
 class Render(DirectoryTest):
     def render(self, document, *names, options=()):
         outputs = [part for name in names for part in ("-o", self.directory / name)]
@@ -35,7 +29,7 @@ class Render(DirectoryTest):
         exr = images.read_exr((self.directory / "a.exr").read_bytes())
         self.assertEqual(png.shape, (16, 16, 3))
         self.assertGreater(len(numpy.unique(png)), 10, "the image is nearly uniform")
-        numpy.testing.assert_array_equal(png, srgb_codes(exr))
+        numpy.testing.assert_array_equal(png, images.srgb_codes(exr))
 
     def test_reports_as_json_what_the_service_reports(self):
         report = self.directory / "report.json"

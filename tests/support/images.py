@@ -13,6 +13,15 @@ import numpy
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
+def srgb_curve(linear):
+    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
+    return numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+
+
+def srgb_codes(linear, most=255):
+    return numpy.floor(most * srgb_curve(linear) + 0.5).astype(numpy.uint8 if most == 255 else numpy.uint16)
+
+
 def write_png(chunks):
     """A PNG of [(type, content)]."""
     return PNG_SIGNATURE + b"".join(struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))

@@ -1,12 +1,12 @@
 """Encoders of image files: encode_image writes them, the readers of tests/support read them back."""
-import os
 import subprocess
 import unittest
 
 import numpy
 
 from tests.support import images
-
+from tests.support.images import srgb_codes, srgb_curve
+from tests.support.whittle import BIN
 
 KINDS = ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]
 # Formats with straight alpha, their greatest code and their reader.
@@ -15,8 +15,7 @@ STRAIGHT = [("png", 255, images.read_png), ("png16", 65535, images.read_png), ("
 
 def run(kind, linear, *options, more=b""):
     height, width, _ = linear.shape
-    program = os.path.join(os.environ["WHITTLE_BIN"], "encode_image")
-    return subprocess.run([program, kind, str(width), str(height), *options],
+    return subprocess.run([BIN / "encode_image", kind, str(width), str(height), *options],
                           input=linear.astype("<f4").tobytes() + more, capture_output=True, check=False, timeout=300)
 
 
@@ -30,17 +29,8 @@ def noise(height, width):
     return numpy.random.default_rng(1).random((height, width, 3), numpy.float32)
 
 
-def srgb_curve(linear):
-    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
-    return numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-
-
 def linear_from_srgb(value):
     return numpy.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-
-
-def srgb_codes(linear, most=255):
-    return numpy.floor(most * srgb_curve(linear) + 0.5).astype(numpy.uint8 if most == 255 else numpy.uint16)
 
 
 def premultiplied(height, width):

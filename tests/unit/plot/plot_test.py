@@ -1,6 +1,5 @@
 """Plots of draw_plot: the SVG parsed as XML, the PNG read by tests/support."""
 import math
-import os
 import re
 import subprocess
 import unittest
@@ -9,6 +8,7 @@ from xml.etree import ElementTree
 import numpy
 
 from tests.support import images
+from tests.support.whittle import BIN
 
 SVG = "{http://www.w3.org/2000/svg}"
 BLUE, VERMILION = "#0072b2", "#d55e00"
@@ -17,8 +17,7 @@ BLUE, VERMILION = "#0072b2", "#d55e00"
 def draw(kind, *lines):
     """Returns the bytes of the plot; each line is a tuple of words, as draw_plot.cpp reads them."""
     text = b"".join(b"\t".join(w if isinstance(w, bytes) else str(w).encode() for w in line) + b"\n" for line in lines)
-    program = os.path.join(os.environ["WHITTLE_BIN"], "draw_plot")
-    done = subprocess.run([program, kind], input=text, capture_output=True, check=False, timeout=300)
+    done = subprocess.run([BIN / "draw_plot", kind], input=text, capture_output=True, check=False, timeout=300)
     assert (done.returncode, done.stderr) == (0, b""), (done.returncode, done.stderr.decode())
     return done.stdout
 
