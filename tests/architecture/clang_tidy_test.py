@@ -12,15 +12,13 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.support.sources import SOURCE, tracked
+from tests.support.sources import SOURCE, run, tracked
 
 MAX_SOURCES = 16
 
 
 def git(*command):
-    done = subprocess.run(["git", "-C", SOURCE, "-c", f"safe.directory={SOURCE}", *command], check=False, capture_output=True,
-                          text=True)
-    return done.stdout.split()
+    return run("git", "-C", SOURCE, "-c", f"safe.directory={SOURCE}", *command).stdout.split()
 
 
 def compile_commands(directory):
@@ -47,8 +45,7 @@ def selected(built):
 
 def findings(directory, path):
     """The output of clang-tidy if it finds something in one source. GCC's own warning options are unknown to it."""
-    done = subprocess.run(["clang-tidy", "--quiet", "-p", directory, "--extra-arg=-Wno-unknown-warning-option", SOURCE / path],
-                          check=False, capture_output=True, text=True)
+    done = run("clang-tidy", "--quiet", "-p", directory, "--extra-arg=-Wno-unknown-warning-option", SOURCE / path, timeout=None)
     return "" if done.returncode == 0 else done.stdout + done.stderr
 
 

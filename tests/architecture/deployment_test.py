@@ -3,23 +3,18 @@ import json
 import pathlib
 import re
 import shlex
-import subprocess
 import tempfile
 import unittest
 
 import yaml
 
-from tests.support.sources import SOURCE, text, tracked
+from tests.support.sources import SOURCE, run, text, tracked
 from tests.support.kubernetes import check_document
 
 DOCKERFILES = [path for path in tracked() if path.name == "Dockerfile"]
 YAML = [path for path in tracked(".yaml", ".yml")]
 YAML_RULES = """{extends: default, rules: {document-start: disable, line-length: disable, comments-indentation: disable,
                  braces: {max-spaces-inside: 0}, truthy: {check-keys: true}}}"""
-
-
-def run(*command, **options):
-    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=600, **options)
 
 
 def documents(pattern):

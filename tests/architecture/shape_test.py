@@ -7,6 +7,7 @@ import tempfile
 import unittest
 
 from tests.support import cpp
+from tests.support.descendants import reachable
 from tests.support.sources import text, tracked
 
 MAX_CLASS_FUNCTIONS = 30
@@ -36,16 +37,6 @@ def directory_graph(paths, read=text):
             if target and os.path.dirname(target) != str(path.parent):
                 graph[str(path.parent)][os.path.dirname(target)].append((str(path), target))
     return graph
-
-
-def reachable(graph, start):
-    found, open_ends = set(), [start]
-    while open_ends:
-        for target in graph.get(open_ends.pop(), {}):
-            if target not in found:
-                found.add(target)
-                open_ends.append(target)
-    return found
 
 
 def include_cycles(paths, read=text):

@@ -2,10 +2,9 @@
 import os
 import pathlib
 import re
-import subprocess
 import unittest
 
-from tests.support.sources import SOURCE, text, tracked
+from tests.support.sources import SOURCE, run, text, tracked
 
 MAX_LINES = 400
 CODE = (".h", ".cpp", ".py", ".js", ".css", ".html")
@@ -39,8 +38,7 @@ class EverySourceFile(unittest.TestCase):
 
     def test_is_formatted_by_clang_format(self):
         paths = tracked(".h", ".cpp")
-        done = subprocess.run(["clang-format", "--dry-run", "--Werror", *paths], cwd=SOURCE, check=False,
-                              capture_output=True, text=True)
+        done = run("clang-format", "--dry-run", "--Werror", *paths, cwd=SOURCE)
         self.assertEqual(done.returncode, 0, "\n".join(done.stderr.splitlines()[:40]))
 
 
@@ -81,7 +79,7 @@ class EveryScript(unittest.TestCase):
                 self.assertIn(path, scripts(), f"{path} is executable without a #! line")
 
     def test_passes_shellcheck(self):
-        done = subprocess.run(["shellcheck", *bash_scripts()], cwd=SOURCE, check=False, capture_output=True, text=True)
+        done = run("shellcheck", *bash_scripts(), cwd=SOURCE)
         self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_installs_packages_with_docker_install_only(self):

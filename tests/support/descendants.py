@@ -29,16 +29,21 @@ def parents():
     return found
 
 
+def reachable(graph, start):
+    """The nodes to which the edges {node: its next nodes} lead from `start`."""
+    found, open_ends = set(), [start]
+    while open_ends:
+        new = set(graph.get(open_ends.pop(), ())) - found
+        found |= new
+        open_ends += new
+    return found
+
+
 def descendants(root):
     children = {}
     for pid, parent in parents().items():
         children.setdefault(parent, []).append(pid)
-    found, open_ends = [], [root]
-    while open_ends:
-        of_one = children.get(open_ends.pop(), [])
-        found += of_one
-        open_ends += of_one
-    return found
+    return reachable(children, root)
 
 
 def kill_descendants():
