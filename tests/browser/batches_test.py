@@ -5,13 +5,11 @@ import json
 import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 
-from tests.browser.browser import SCRIPTS, BrowserTest
+from tests.browser.browser import LATER, SCRIPTS, BrowserTest
 from tests.http.animation_test import frames
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_png
 from tests.support.whittle import temporary_directory
-
-LATER = {"run_after": "2099-01-01T00:00:00Z", "cache": "off"}
 
 
 class Batches(BrowserTest):

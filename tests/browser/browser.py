@@ -9,10 +9,11 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
-from tests.http.daemon import Daemon
+from tests.http.daemon import FAR, Daemon
 from tests.support.sources import SOURCE, text
 
 PATIENCE_S = 300
+LATER = {"run_after": FAR}
 # Without a process for each address that is opened, and one in reserve, a test takes two thirds of the processor time.
 FEW_PROCESSES = ("--in-process-gpu", "--num-raster-threads=1", "--renderer-process-limit=1", "--disable-site-isolation-trials",
                  "--disable-features=SpareRendererForSitePerProcess,IsolateOrigins,site-per-process", "--disable-extensions")

@@ -10,7 +10,7 @@ import unittest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import SCRIPTS, Browser, BrowserTest
+from tests.browser.browser import LATER, SCRIPTS, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene, sha256
 from tests.http.keys_test import new_key
 from tests.http.page_test import CACHE
@@ -26,7 +26,7 @@ class Everywhere(BrowserTest):
         super().setUpClass()
         layers = {"formats": ["png", "exr"], "layers": ["error", "samples"]}
         done = cls.daemon.rendered(scene(80, 60, name=200 * "n", samples=2, output=layers, job={"labels": {"shot": "12"}}))["id"]
-        cls.daemon.submit(scene(name="waits", job={"run_after": "2099-01-01T00:00:00Z"}))
+        cls.daemon.submit(scene(name="waits", job=LATER))
         measured = json_of(cls.daemon.request("POST", "/v1/measure", {"scene": scene(name=200 * "s"), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         cls.daemon.wait_for_end(measured)
         swept = json_of(cls.daemon.request("POST", "/v1/batches", {"scene": scene(name=200 * "m"), "sweep": {"/ambient": [0, 0.1], "/camera/fov": [30, 40]}}))["id"]

@@ -12,7 +12,7 @@ import numpy
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import SCRIPTS, BrowserTest
+from tests.browser.browser import LATER, SCRIPTS, BrowserTest
 from tests.http.daemon import json_of, scene
 from tests.support.images import read_exr_channels, read_png
 from tests.support.sources import SOURCE, text
@@ -147,7 +147,7 @@ class Life(JobPage):
 
     def test_reports_a_race_for_the_priority(self):
         """Acceptance test 24."""
-        job = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        job = self.daemon.submit(scene(job=LATER))
         self.open(f"#/jobs/{job}")
         field = self.browser.one("input.priority")
         self.expected.append("412")
@@ -158,7 +158,7 @@ class Life(JobPage):
         self.assertEqual(self.daemon.job(job)["priority"], 7)
 
     def test_follows_what_others_do_to_the_job(self):
-        job = self.daemon.submit(scene(name="shared", job={"run_after": "2099-01-01T00:00:00Z"}))
+        job = self.daemon.submit(scene(name="shared", job=LATER))
         self.open(f"#/jobs/{job}", lambda: self.browser.text(".light") == "Live", "the stream")
         self.browser.click("Cancel", lambda: self.browser.all("dialog[open]"), "the question")
         self.daemon.request("POST", f"/v1/jobs/{job}/cancel")

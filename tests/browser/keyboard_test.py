@@ -4,12 +4,11 @@ import json
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import SCRIPTS, BrowserTest
+from tests.browser.browser import LATER, SCRIPTS, BrowserTest
 from tests.http.daemon import scene
 from tests.support.sources import SOURCE
 
 MAX_STEPS = 80
-LATER = {"run_after": "2099-01-01T00:00:00Z"}
 
 
 class Keyboard(BrowserTest):

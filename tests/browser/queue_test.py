@@ -7,12 +7,10 @@ import unittest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from tests.browser.browser import SCRIPTS, Browser, BrowserTest
+from tests.browser.browser import LATER, SCRIPTS, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene
 from tests.http.keys_test import bearer, new_key
 from tests.support.whittle import temporary_directory
-
-LATER = {"run_after": "2099-01-01T00:00:00Z"}
 
 
 class Queue(BrowserTest):

@@ -4,7 +4,7 @@ import json
 import sqlite3
 import unittest
 
-from tests.browser.browser import Browser, BrowserTest
+from tests.browser.browser import LATER, Browser, BrowserTest
 from tests.http.daemon import Daemon, json_of, scene
 from tests.support.sources import text
 
@@ -13,7 +13,7 @@ class System(BrowserTest):
     def test_shows_that_jobs_run_and_what_is_used(self):
         self.daemon.wait_for_end(self.daemon.submit(scene()))
         for _ in range(3):
-            self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+            self.daemon.submit(scene(job=LATER))
         self.open("#/system", lambda: "Ready" in self.browser.text(".health"), "the state")
         self.assertIn("free", self.browser.text(".health"))
         rows = {row.text.split("\n")[0].rsplit(" of ")[0] for row in self.browser.all(".columns tr")}
@@ -55,7 +55,7 @@ class Header(unittest.TestCase):
         with Daemon("--queued-jobs", "2") as daemon, Browser() as self.browser:
             self.browser.get(f"http://127.0.0.1:{daemon.port}/#/system")  # without examples, whose images are jobs
             self.browser.until(lambda: self.header() == "Idle", "the word")
-            jobs = [daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"})) for _ in range(2)]
+            jobs = [daemon.submit(scene(job=LATER)) for _ in range(2)]
             self.assertEqual(daemon.request("POST", "/v1/jobs", scene()).status, 503)
             self.browser.until(lambda: self.header().startswith("Queue full New jobs are refused"), "that the queue is full")
             for job in jobs:
