@@ -1,4 +1,5 @@
 """Nodes of one cluster: daemons on one PostgreSQL database, with a directory of images that all share."""
+import contextlib
 import pathlib
 import shutil
 import tempfile
@@ -20,7 +21,7 @@ class Node(Daemon):
         return None if what == "listening" and self.role == "worker" else super().read_port(what)
 
 
-class Cluster:
+class Cluster(contextlib.AbstractContextManager):
     """The database of a test. Use as a context manager, which also ends the nodes."""
 
     def __init__(self, settings=("fsync=on",)):
@@ -31,9 +32,6 @@ class Cluster:
         (self.directory / "files").mkdir()
         self.files = ("--artifacts", self.directory / "files")
         self.nodes = []
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         for node in self.nodes:

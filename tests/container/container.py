@@ -1,4 +1,5 @@
 """A container of the daemon, spoken to from within its own network: nothing of it need be reachable from outside."""
+import contextlib
 import ctypes
 import errno
 import http.client
@@ -93,7 +94,7 @@ class Running(Served):
             return False
 
 
-class Container(Running):
+class Container(Running, contextlib.AbstractContextManager):
     """Made of `image`, confined as everywhere; gone again after use as a context manager, its anonymous volume too."""
 
     def __init__(self, image, *options):
@@ -103,9 +104,6 @@ class Container(Running):
         except BaseException:
             self.__exit__()
             raise
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         podman("rm", "--force", "--time", "0", "--volumes", self.name)

@@ -200,7 +200,7 @@ def put(daemon, content, name=None):
     return daemon.request("PUT", f"/v1/assets/{name or sha256(content)}", content, {"Content-Type": "application/octet-stream"})
 
 
-class Daemon(Served):
+class Daemon(Served, contextlib.AbstractContextManager):
     """whittled, which ends with the thread that starts it. Use as a context manager."""
 
     worker_may_speak = False  # its libraries, of what is wrong with a file
@@ -244,9 +244,6 @@ class Daemon(Served):
             self.process.stdout.close()
             raise AssertionError(f"whittled printed {line!r}\n{self.log()}")
         return int(found.group(1))
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         if self.process.poll() is None:

@@ -1,11 +1,12 @@
 """Event streams of one job and of all jobs: resumption, limits, and no thread per stream."""
+import contextlib
 import json
 import unittest
 
 from tests.http.daemon import FAR, NOBODY, PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene
 
 
-class Stream:
+class Stream(contextlib.AbstractContextManager):
     """A client of an event stream; events are dicts {id, event, data}."""
 
     def __init__(self, daemon, path, last_event_id=None):
@@ -13,9 +14,6 @@ class Stream:
         headers = {} if last_event_id is None else {"Last-Event-ID": str(last_event_id)}
         self.connection.request("GET", path, headers=headers)
         self.response = self.connection.getresponse()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.response.close()

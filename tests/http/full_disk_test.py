@@ -28,16 +28,13 @@ def may_mount():
         return True
 
 
-class Disk:
+class Disk(contextlib.AbstractContextManager):
     """A tmpfs; use as a context manager."""
 
     def __init__(self, size):
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="whittle-full-"))
         subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "whittle", self.directory], check=True)
         self.data = self.directory / "data"
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         subprocess.run(["umount", "-l", self.directory], check=True)
@@ -49,12 +46,10 @@ class Disk:
     def fill(self):
         """Fills the disk to the last byte."""
         with open(self.directory / "filler", "ab", buffering=0) as file:
-            with contextlib.suppress(OSError):
-                while True:
-                    file.write(bytes(1 << 16))
-            with contextlib.suppress(OSError):
-                while True:
-                    file.write(bytes(512))
+            for size in (1 << 16, 512):
+                with contextlib.suppress(OSError):
+                    while True:
+                        file.write(bytes(size))
 
     def make_room(self):
         (self.directory / "filler").unlink(missing_ok=True)

@@ -6,7 +6,7 @@ import threading
 from tests.http.daemon import PATIENCE_S
 
 
-class Relay:
+class Relay(contextlib.AbstractContextManager):
     """Forwards connections to the port that `target()` returns. Use as a context manager."""
 
     def __init__(self, target):
@@ -18,9 +18,6 @@ class Relay:
         self.port = self.listener.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
         threading.Thread(target=self.accept, daemon=True).start()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.listener.shutdown(socket.SHUT_RDWR)
