@@ -188,9 +188,7 @@ def finish_jobs(service, count):
     service.wait_for_end(service.submit(document))
     for start in range(1, count, 10_000):
         frames = [{"job": {"labels": {"frame": str(index)}}} for index in range(start, min(start + 10_000, count))]
-        reply = service.request("POST", "/v1/batches", {"scene": document, "frames": frames})
-        if reply.status != 202:
-            sys.exit(reply.body.decode())
+        service.submit({"scene": document, "frames": frames}, "/v1/batches")
     jobs = json_of(service.get("/v1/queue"))["jobs"]
     if jobs["succeeded"] < count:
         sys.exit(f"not all jobs succeeded: {jobs}")

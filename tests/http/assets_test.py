@@ -53,9 +53,7 @@ class Examples(OneDaemon):
         for body, place in ((whole, None), (whole[:100], f"byte 8: declares {len(whole)} bytes, the file has 100"), (whole[:7], "byte 7: ")):
             request = body, {"Content-Type": "model/gltf-binary"}
             self.assertTrue(json_of(self.daemon.request("POST", "/v1/jobs/validate", *request))["valid"])
-            reply = self.daemon.request("POST", "/v1/jobs", *request)
-            self.assertEqual(reply.status, 202, reply.body)
-            job = self.daemon.wait_for_end(json_of(reply)["id"])
+            job = self.daemon.wait_for_end(json_of(self.daemon.request("POST", "/v1/jobs", *request), 202)["id"])
             if place is None:
                 self.assertEqual(self.daemon.get(job["links"]["image"]).body, (here / "a.png").read_bytes())
                 continue
@@ -139,9 +137,7 @@ class AssetDirectory(unittest.TestCase):
     def test_is_required_for_scenes_with_files(self):
         with Daemon() as daemon:
             for document in (textured("tile.png"), with_mesh("/etc/passwd")):
-                reply = daemon.request("POST", "/v1/jobs", document)
-                self.assertEqual(reply.status, 422)
-                (issue,) = json_of(reply)["errors"]
+                (issue,) = json_of(daemon.request("POST", "/v1/jobs", document), 422)["errors"]
                 self.assertEqual(issue["code"], "unsupported")
                 self.assertIn("--assets", issue["detail"])
 

@@ -16,8 +16,7 @@ class Batches(OneDaemon):
 
     def accepted(self, body):
         reply = self.submit(body)
-        self.assertEqual(reply.status, 202, reply.body)
-        batch = json_of(reply)
+        batch = json_of(reply, 202)
         self.assertEqual(reply.headers["Location"], batch["links"]["self"])
         return batch
 

@@ -41,8 +41,7 @@ class Changing(OneDaemon):
     def test_merges_the_given_fields_into_the_job(self):
         job_id = self.daemon.submit(scene(name="old", job={"run_after": FAR, "labels": {"a": "1", "b": "2"}}))
         reply = self.change(job_id, {"priority": 90, "name": "new", "labels": {"b": None, "c": "3"}, "expires_at": FAR})
-        self.assertEqual(reply.status, 200)
-        job = json_of(reply)
+        job = json_of(reply, 200)
         self.assertEqual((job["priority"], job["name"], job["labels"], job["expires_at"]),
                          (90, "new", {"a": "1", "c": "3"}, "2099-01-01T00:00:00.000Z"))
         self.assertEqual(reply.headers["ETag"], self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"])
@@ -130,16 +129,13 @@ class Queue(unittest.TestCase):
             self.assertIn("2 of your jobs are queued, 1 more would exceed the limit key_queued_jobs, which is 2", json_of(reply)["detail"])
             self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{waiting[0]}").status, 204)
             daemon.rendered(scene())
-            reply = daemon.request("POST", "/v1/jobs", scene())
-            self.assertEqual(reply.status, 429)
-            self.assertIn("key_artifact_bytes is 1", json_of(reply)["detail"])
+            problem = json_of(daemon.request("POST", "/v1/jobs", scene()), 429)
+            self.assertIn("key_artifact_bytes is 1", problem["detail"])
 
 
 class History(unittest.TestCase):
     def moves(self, daemon, job_id):
-        reply = daemon.get(f"/v1/jobs/{job_id}/history")
-        self.assertEqual(reply.status, 200, reply.body)
-        items = json_of(reply)["items"]
+        items = json_of(daemon.get(f"/v1/jobs/{job_id}/history"), 200)["items"]
         self.assertEqual([item["at"] for item in items], sorted(item["at"] for item in items))
         return [(item["state"], item["attempt"], item["code"]) for item in items]
 

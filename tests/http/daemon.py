@@ -30,7 +30,10 @@ FAR = "2099-01-01T00:00:00Z"
 Reply = collections.namedtuple("Reply", "status headers body")
 
 
-def json_of(reply):
+def json_of(reply, status=None):
+    """The content of the reply, which must have the status, if one is given."""
+    if status not in (None, reply.status):
+        raise AssertionError(f"the reply has the status {reply.status}, not {status}: {reply.body.decode()}")
     return json.loads(reply.body)
 
 
@@ -131,10 +134,7 @@ class Served:
 
     def submit(self, document, path="/v1/jobs"):
         """Submits a job, or what another path takes, and returns its id."""
-        reply = self.request("POST", path, document)
-        if reply.status != 202:
-            raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
-        return json_of(reply)["id"]
+        return json_of(self.request("POST", path, document), 202)["id"]
 
     def rendered(self, document):
         """Submits a job and returns it when it has succeeded."""
@@ -156,10 +156,7 @@ class Served:
         return items
 
     def job(self, job_id):
-        reply = self.get(f"/v1/jobs/{job_id}")
-        if reply.status != 200:
-            raise AssertionError(f"job {job_id} answered {reply.status}: {reply.body.decode()}")
-        return json_of(reply)
+        return json_of(self.get(f"/v1/jobs/{job_id}"), 200)
 
     def wait_for_state(self, job_id, *states):
         """Waits until the job is in one of `states` and returns it."""

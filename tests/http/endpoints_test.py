@@ -30,8 +30,7 @@ class Submitting(OneDaemon):
     def test_answers_202_with_location_and_the_queued_job(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(
             name="a name", job={"name": "another", "labels": {"shot": "7"}, "priority": 80, "max_attempts": 2}))
-        self.assertEqual(reply.status, 202)
-        job = json_of(reply)
+        job = json_of(reply, 202)
         self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
         self.assertEqual(uuid.UUID(job["id"]).version, 7)
         self.assertEqual((job["name"], job["labels"], job["priority"], job["max_attempts"], job["image"]),
@@ -71,9 +70,7 @@ class Submitting(OneDaemon):
 
 class Validating(OneDaemon):
     def test_reports_requirements_and_samples_of_a_valid_scene(self):
-        reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, samples=4))
-        self.assertEqual(reply.status, 200)
-        verdict = json_of(reply)
+        verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, samples=4)), 200)
         self.assertEqual((verdict["valid"], verdict["errors"]), (True, []))
         self.assertTrue(verdict["requirements"]["spheres"] and verdict["requirements"]["shadows"])
         self.assertFalse(verdict["requirements"]["refraction"])
@@ -114,9 +111,7 @@ class Validating(OneDaemon):
             self.assertTrue(0.4 < taken / estimate < 1.1, f"estimated {estimate}, took {taken}")
 
     def test_reports_the_errors_of_an_invalid_scene_with_200(self):
-        reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))
-        self.assertEqual(reply.status, 200)
-        verdict = json_of(reply)
+        verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red")), 200)
         self.assertEqual((verdict["valid"], verdict["requirements"], verdict["global_light"], verdict["estimate"]),
                          (False, None, None, None))
         self.assertEqual([error["pointer"] for error in verdict["errors"]], ["#/colour"])

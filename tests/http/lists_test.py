@@ -7,9 +7,7 @@ from tests.http.daemon import FAR, OneDaemon, json_of, scene, wait_until
 
 class Listing(OneDaemon):
     def names(self, query):
-        reply = self.daemon.get(f"/v1/jobs?{query}")
-        self.assertEqual(reply.status, 200, reply.body)
-        return [job["name"] for job in json_of(reply)["items"]]
+        return [job["name"] for job in json_of(self.daemon.get(f"/v1/jobs?{query}"), 200)["items"]]
 
     def test_is_newest_first_and_filtered_by_each_field(self):
         first = self.finished(name="Ærø 100%_A", job={"labels": {"parity": "odd", "index": "1"}})

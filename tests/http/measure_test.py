@@ -32,8 +32,7 @@ class Measurements(OneDaemon):
 
     def measured(self, body):
         reply = self.post(body)
-        self.assertEqual(reply.status, 202, reply.body)
-        job = json_of(reply)
+        job = json_of(reply, 202)
         self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
         self.assertEqual((job["kind"], job["measurement"], job["report"]), ("measure", None, None))
         return self.daemon.wait_for_success(job["id"])

@@ -46,9 +46,7 @@ class DamagedImages(unittest.TestCase):
 
 class Uploads(OneDaemon):
     def missing(self, *hashes):
-        reply = self.daemon.request("POST", "/v1/assets/missing", {"sha256": list(hashes)})
-        self.assertEqual(reply.status, 200, reply.body)
-        return json_of(reply)["missing"]
+        return json_of(self.daemon.request("POST", "/v1/assets/missing", {"sha256": list(hashes)}), 200)["missing"]
 
     def test_are_missing_until_stored_and_returned_unchanged(self):
         content = os.urandom(3_000_000)
@@ -137,9 +135,7 @@ class Limit(unittest.TestCase):
     def test_on_their_size_is_enforced_and_reported(self):
         with Daemon("--asset-bytes", "5000", "--body-bytes", "2000") as daemon:
             self.assertEqual(put(daemon, b"x" * 5000).status, 201)
-            reply = put(daemon, b"x" * 5001)
-            self.assertEqual(reply.status, 413)
-            self.assertIn("asset_bytes is 5000", json_of(reply)["detail"])
+            self.assertIn("asset_bytes is 5000", json_of(put(daemon, b"x" * 5001), 413)["detail"])
             self.assertEqual(daemon.request("POST", "/v1/assets/missing", b" " * 2001).status, 413)
             limits = json_of(daemon.get("/v1/version"))["limits"]
             self.assertEqual((limits["asset_bytes"], limits["asset_hashes"]), (5000, 10_000))

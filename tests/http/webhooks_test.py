@@ -188,8 +188,7 @@ class Options(WithReceiver):
     def test_without_a_secret_webhooks_are_rejected(self):
         with Daemon() as daemon:
             reply = daemon.request("POST", "/v1/jobs", scene(job={"webhook": {"url": "https://example.com/"}}))
-            self.assertEqual(reply.status, 422)
-            (issue,) = json_of(reply)["errors"]
+            (issue,) = json_of(reply, 422)["errors"]
             self.assertEqual((issue["pointer"], issue["code"]), ("#/job/webhook", "unsupported"))
             self.assertIn("--webhook-secret-file", issue["detail"])
 
