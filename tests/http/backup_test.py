@@ -1,7 +1,7 @@
 """A backup of a running daemon is a data directory, with which another daemon can start."""
 import shutil
 
-from tests.http.daemon import Daemon, OneDaemon, put, scene, sha256, whittled
+from tests.http.daemon import Daemon, OneDaemon, failed, put, scene, sha256, whittled
 from tests.support.whittle import temporary_directory
 
 SMALL = 32 << 10  # small_bytes_max of sqlite_stores.cpp
@@ -61,9 +61,7 @@ class Backup(OneDaemon):
 
     def test_overwrites_nothing(self):
         self.into.mkdir(parents=True)
-        made = self.back_up()
-        self.assertEqual(made.returncode, 1)
-        self.assertIn("exists already", made.stderr)
+        self.assertIn("exists already", failed(self.back_up()))
         self.assertEqual(list(self.into.iterdir()), [])
 
     def test_replaces_an_incomplete_backup(self):
@@ -85,15 +83,12 @@ class Backup(OneDaemon):
                 path.write_bytes(replacement)
             made = self.back_up()
             kept.rename(path)
-            self.assertEqual(made.returncode, 1, message)
-            self.assertIn(message, made.stderr)
+            self.assertIn(message, failed(made))
             self.assertFalse(self.into.exists())
         self.assertEqual(self.back_up().returncode, 0)
 
     def test_rejects_a_directory_that_is_no_data_directory(self):
-        made = self.back_up(self.directory / "nothing")
-        self.assertEqual(made.returncode, 1)
-        self.assertRegex(made.stderr, r"^whittled: --backup: cannot open .*/nothing/whittle\.db: ")
+        self.assertRegex(failed(self.back_up(self.directory / "nothing")), r"^whittled: --backup: cannot open .*/nothing/whittle\.db: ")
 
     def test_needs_no_daemon(self):
         with Daemon() as daemon:

@@ -2,7 +2,7 @@
 import os
 import subprocess
 
-from tests.http.daemon import FAR, PATIENCE_S, Daemon, json_of, put, scene, sha256, wait_until
+from tests.http.daemon import FAR, PATIENCE_S, Daemon, failed, json_of, put, scene, sha256, wait_until
 from tests.http.object_store_test import KEYS, SharedFilesTest
 from tests.http.uploads_test import TILE, VASE, textured
 from tests.support.whittle import BIN, succeeded, temporary_directory
@@ -137,18 +137,15 @@ class CopyTest(SharedFilesTest):
         good = self.bucket.objects.objects[key]
         self.bucket.objects.objects[key] = b"x" + good[1:]
         back = self.directory / f"damaged-{self.name}"
-        result = self.run_command(*self.options, "--copy-to", back)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn(key.rpartition("/")[2] + " is missing or damaged", result.stderr)
+        error = failed(self.run_command(*self.options, "--copy-to", back))
+        self.assertIn(key.rpartition("/")[2] + " is missing or damaged", error)
         self.bucket.objects.objects[key] = good
         self.copy(*self.options, "--copy-to", back)
 
     def test_finds_a_source_that_was_changed_meanwhile(self):
         self.kill_in_the_middle(*self.to_cluster(), until=lambda: self.rows("deliveries"))
         self.server.sql(self.name, "UPDATE jobs SET name = 'other' WHERE name = 'later'")
-        result = self.run_command(*self.to_cluster())
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("the copy of the table jobs has", result.stderr)
+        self.assertIn("the copy of the table jobs has", failed(self.run_command(*self.to_cluster())))
 
     def test_refuses_what_is_no_empty_end(self):
         self.copy(*self.to_cluster())
@@ -160,6 +157,4 @@ class CopyTest(SharedFilesTest):
         for options, sentence in ((("--copy-to", ""), "needs the URI"), (("--copy-to", "postgres:///x"), "needs --artifacts"),
                                   (("--copy-to", "directory", *self.artifacts), "needs --database"),
                                   (("--copy-to", "postgres:///x", *self.options), "--database is that of a copy to a directory")):
-            result = self.run_command(*options)
-            self.assertEqual(result.returncode, 2)
-            self.assertIn(sentence, result.stderr)
+            self.assertIn(sentence, failed(self.run_command(*options), 2))

@@ -53,6 +53,13 @@ def whittled(*arguments, environment=None, cwd=None):
                           env=environment or {}, cwd=cwd)
 
 
+def failed(done, code=1):
+    """The standard error of a process, which must have ended with the code."""
+    if done.returncode != code:
+        raise AssertionError(f"{done.args} ended with {done.returncode}, not {code}: {done.stderr}{done.stdout}")
+    return done.stderr
+
+
 def wait_until(condition, what):
     """Returns the first true value of `condition()`."""
     end = time.monotonic() + PATIENCE_S

@@ -3,7 +3,7 @@ import re
 import signal
 import unittest
 
-from tests.http.daemon import FAR, NOBODY, Daemon, OneDaemon, json_of, scene, wait_until, whittled
+from tests.http.daemon import FAR, NOBODY, Daemon, OneDaemon, failed, json_of, scene, wait_until, whittled
 from tests.support.whittle import succeeded, temporary_directory
 
 
@@ -199,19 +199,17 @@ class WithKeys(unittest.TestCase):
         path.write_text(f"# keys\nann jobs:read {digits}\nbob jobs:all {digits}\nb*b admin {digits}\nsue admin 12\nann admin\n"
                         f"joe admin {digits}\n")
         for task in ((), ("--check-config",)):
-            result = whittled(*task, "--keys", path, "--data", self.directory / "data")
-            self.assertEqual(result.returncode, 2)
-            lines = re.findall(r"^whittled: --keys: .*wrong:(\d): ", result.stderr, re.MULTILINE)
-            self.assertEqual(lines, ["3", "4", "5", "6", "7"], result.stderr)
+            error = failed(whittled(*task, "--keys", path, "--data", self.directory / "data"), 2)
+            lines = re.findall(r"^whittled: --keys: .*wrong:(\d): ", error, re.MULTILINE)
+            self.assertEqual(lines, ["3", "4", "5", "6", "7"], error)
         path.write_text("# none\n")
         self.assertIn("no key", whittled("--check-config", "--keys", path).stderr)
         self.assertIn("cannot read", whittled("--check-config", "--keys", self.directory / "absent").stderr)
 
     def test_new_keys_need_a_name_scopes_and_a_file(self):
-        result = whittled("--new-key", "a b", "--scopes", "jobs:all")
-        self.assertEqual(result.returncode, 2)
+        error = failed(whittled("--new-key", "a b", "--scopes", "jobs:all"), 2)
         for part in ("--new-key: the name", "--scopes: must be", "--new-key: needs --keys"):
-            self.assertIn(part, result.stderr)
+            self.assertIn(part, error)
         self.assertEqual(whittled("--new-key", "a", "--keys", self.directory / "no" / "directory").returncode, 1)
         self.assertEqual(whittled("--scopes", "admin", "--check-config").returncode, 2)
 

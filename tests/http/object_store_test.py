@@ -12,7 +12,7 @@ import threading
 import unittest
 import urllib.parse
 
-from tests.http.daemon import Daemon, json_of, put, scene, sha256, wait_until, whittled
+from tests.http.daemon import Daemon, failed, json_of, put, scene, sha256, wait_until, whittled
 from tests.http.uploads_test import TILE, textured
 from tests.support.postgres import PostgresServer, programs
 from tests.support.s3 import ACCESS_KEY, SECRET_KEY, S3Server
@@ -144,9 +144,7 @@ class BucketTest(SharedFilesTest):
 
     def test_reports_a_bucket_that_cannot_be_used(self):
         def errors(*options, environment=KEYS):
-            result = whittled("--check-config", *options, environment=environment, cwd=tempfile.gettempdir())
-            self.assertEqual(result.returncode, 2, result.stdout)
-            return result.stderr
+            return failed(whittled("--check-config", *options, environment=environment, cwd=tempfile.gettempdir()), 2)
         good = self.options
         self.assertIn("--artifacts: needs --database", errors(*self.artifacts))
         for changed, sentence in (
@@ -307,6 +305,5 @@ class SharedDirectoryTest(SharedFilesTest):
         self.assertTrue((self.directory / "assets" / sha256(TILE)[:2] / sha256(TILE)).exists())
 
     def test_reports_what_needs_a_bucket(self):
-        result = whittled("--check-config", *self.options, "--artifact-redirect", "on", cwd=tempfile.gettempdir())
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("--artifact-redirect: needs --artifacts with a bucket", result.stderr)
+        error = failed(whittled("--check-config", *self.options, "--artifact-redirect", "on", cwd=tempfile.gettempdir()), 2)
+        self.assertIn("--artifact-redirect: needs --artifacts with a bucket", error)

@@ -4,7 +4,7 @@ import json
 import shutil
 import sqlite3
 
-from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until, whittled
+from tests.http.daemon import Daemon, failed, json_of, long_scene, scene, wait_until, whittled
 from tests.support.whittle import DirectoryTest, succeeded, temporary_directory
 
 
@@ -130,8 +130,7 @@ class Options(DirectoryTest):
         with Daemon() as daemon:
             for arguments, word in ((("--listen", f"127.0.0.1:{daemon.port}", "--data", daemon.directory / "other"), "listen"),
                                     (("--listen", "127.0.0.1:0", "--data", daemon.data), "in use")):
-                result = whittled("--health-listen", "127.0.0.1:0", *arguments)
-                self.assertEqual(result.returncode, 1)
-                last = [json.loads(line) for line in result.stderr.splitlines()][-1]
+                error = failed(whittled("--health-listen", "127.0.0.1:0", *arguments))
+                last = [json.loads(line) for line in error.splitlines()][-1]
                 self.assertEqual(last["event"], "startup_failed")
                 self.assertIn(word, last["detail"])

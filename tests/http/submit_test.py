@@ -7,7 +7,7 @@ import subprocess
 import time
 
 from tests.cli import models_test
-from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, long_scene, scene, wait_until
+from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, failed, long_scene, scene, wait_until
 from tests.http.events_test import Stream
 from tests.http.relay import Relay
 from tests.support.whittle import SCENES, SOURCE, on_terminal, succeeded, temporary_directory, whittle
@@ -38,8 +38,7 @@ class SubmitTest(OneDaemon):
 
     def submit_all(self, *arguments, url=None):
         """A run in which every frame succeeds."""
-        done = succeeded(self.submit(*arguments, url=url))
-        return done
+        return succeeded(self.submit(*arguments, url=url))
 
     def jobs(self):
         return self.daemon.jobs(f"&label=batch:{self.name}")
@@ -145,9 +144,8 @@ class Submission(SubmitTest):
 
     def test_submits_values_that_no_merge_patch_expresses_alone(self):
         path = self.write("a.json", scene())
-        done = self.submit(path, "--set", 'background={"color": 0.1},null,{"color": 0.5}')
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"a-background=null: rejected: #/background wrong_type: ")
+        error = failed(self.submit(path, "--set", 'background={"color": 0.1},null,{"color": 0.5}'))
+        self.assertRegex(error, r"a-background=null: rejected: #/background wrong_type: ")
         self.assertEqual(sorted(self.images()), ["a-background=0000.png", "a-background=0002.png"])
 
     def test_uploads_each_file_once_and_refers_to_it_by_hash(self):
@@ -192,14 +190,11 @@ class Errors(SubmitTest):
         (self.directory / "text.png").write_text("no image", encoding="utf-8")
         self.write("ugly.json", scene(background={"environment": {"file": "text.png"}}))
         command = (self.directory / "*.json",)
-        done = self.submit(*command)
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"bad: rejected: #/colour unknown_field: ")
-        self.assertRegex(done.stderr, r"ugly: bad_asset: #/background/environment/file ")
+        error = failed(self.submit(*command))
+        self.assertRegex(error, r"bad: rejected: #/colour unknown_field: ")
+        self.assertRegex(error, r"ugly: bad_asset: #/background/environment/file ")
         self.assertEqual(sorted(self.images()), ["good.png"])
-        again = self.submit(*command)
-        self.assertEqual(again.returncode, 1)
-        self.assertIn("--retry-failed", again.stderr)
+        self.assertIn("--retry-failed", failed(self.submit(*command)))
         self.assertEqual(len(self.jobs()), 2)
         (self.directory / "text.png").write_bytes((SCENES / "assets/tile.png").read_bytes())
         self.write("bad.json", scene())
@@ -209,9 +204,7 @@ class Errors(SubmitTest):
     def test_rejected_values_of_a_sweep_are_reported_and_the_others_completed(self):
         path = self.write("a.json", scene())
         command = (path, "--set", "camera.fov=30,999,40")
-        done = self.submit(*command)
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"a-fov=999: rejected: #/camera/fov out_of_range: ")
+        self.assertRegex(failed(self.submit(*command)), r"a-fov=999: rejected: #/camera/fov out_of_range: ")
         self.assertEqual(sorted(self.images()), ["a-fov=30.png", "a-fov=40.png"])
         self.assertIn("--retry-failed", self.submit(*command).stderr)
         self.assertEqual(len(self.jobs()), 2)
@@ -263,19 +256,16 @@ class Errors(SubmitTest):
 
     def test_server_that_does_not_respond_gives_exit_code_3(self):
         path = self.write("a.json", scene())
-        done = self.submit(path, "--patience", "0", url=UNREACHABLE)
-        self.assertEqual(done.returncode, 3)
-        self.assertIn("does not respond", done.stderr)
-        self.assertIn("Run the same command again", done.stderr)
+        error = failed(self.submit(path, "--patience", "0", url=UNREACHABLE), 3)
+        self.assertIn("does not respond", error)
+        self.assertIn("Run the same command again", error)
         self.submit_all(path)
 
     def test_output_directory_is_locked_by_one_run(self):
         path = self.write("a.json", long_scene())
         with subprocess.Popen(self.command(path), stderr=subprocess.DEVNULL) as process:
             job = wait_until(self.jobs, "the job")[0]
-            second = self.submit(path)
-            self.assertEqual(second.returncode, 3)
-            self.assertIn("in use", second.stderr)
+            self.assertIn("in use", failed(self.submit(path), 3))
             process.kill()
         self.daemon.request("POST", f"/v1/jobs/{job['id']}/cancel")
 
