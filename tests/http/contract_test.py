@@ -140,21 +140,12 @@ class Contract(ContractParts, OneDaemon):
         self.refused_by_head(411, "POST", template, daemon=daemon)
 
     def test_replies_match_their_descriptions(self):
-        self.check_service()
-        self.check_submissions()
-        self.check_jobs()
-        self.check_images()
-        self.check_measurements()
-        self.check_previews()
-        self.check_unreadable_images()
-        self.check_events()
-        self.check_assets()
-        self.check_changes()
-        self.check_expired_jobs()
-        self.check_batches()
-        self.check_comparisons()
-        self.check_webhooks()
-        self.check_refusals_of_a_busy_daemon()
+        for check in (self.check_service, self.check_submissions, self.check_jobs, self.check_images, self.check_measurements,
+                      self.check_previews, self.check_unreadable_images, self.check_events, self.check_assets, self.check_changes,
+                      self.check_expired_jobs, self.check_batches, self.check_comparisons, self.check_webhooks,
+                      self.check_refusals_of_a_busy_daemon):
+            with self.subTest(check.__name__):
+                check()
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
         bugs = {(operation["operationId"], 500) for operation in self.operations.values()}
