@@ -6,15 +6,14 @@ and for each size of the database its bytes and the time of lists and claims. Th
     tests/bench/cluster_scale.py [--nodes 50] [--slots 20] [--jobs 20000] [--stored 1000000]
 """
 import argparse
-import os
 import pathlib
 import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from tests.support.postgres import PostgresServer  # pylint: disable=wrong-import-position
+from tests.support.whittle import BIN  # pylint: disable=wrong-import-position
 
-BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", pathlib.Path(__file__).resolve().parents[2] / "build/release/bin"))
 # Copies of a job that a node has run, without its triggers; the counts follow. 1 % wait.
 COPY = """
 SET session_replication_role = replica;
