@@ -1,5 +1,4 @@
 """Modules of whittle-submit: sweeps, merge patches and batches, and the requests it sends (to a server with prepared responses)."""
-import http.server
 import json
 import os
 import random
@@ -9,6 +8,7 @@ import sys
 import threading
 import unittest
 
+from tests.http.webhooks_test import Handler, Receiver
 from tests.reader.invalid_documents import merged
 from tests.support.whittle import SOURCE, temporary_directory
 
@@ -118,24 +118,17 @@ class Batches(unittest.TestCase):
         self.assertEqual(body["frames"], [{}, {"camera": {"fov": 40}}, {"camera": {"fov": 50}}])
 
 
-class PreparedServer(http.server.ThreadingHTTPServer):
-    """A server that responds to the first submissions with the given (status, headers), and whose job then fails."""
+class PreparedHandler(Handler):
+    """Responds to the first submissions with the answers of its Receiver; the job then fails."""
 
-    def __init__(self, *responses):
-        super().__init__(("127.0.0.1", 0), Handler)
-        self.responses = list(responses)
-        self.requests = []  # (method, path, headers, body)
-
-
-class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def respond(self):
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        self.server.requests.append((self.command, self.path, dict(self.headers), body))
+        self.server.seen.append((self.command, self.path, dict(self.headers), body))
         status, headers = 200, {}
-        if self.command == "POST" and self.server.responses:
-            status, headers = self.server.responses.pop(0)
+        if self.command == "POST" and self.server.answers:
+            status, headers = self.server.answers.pop(0)
         job = {"id": JOB_ID, "state": "failed", "problem": {"code": "internal", "detail": "as prepared", "errors": []}}
         content = json.dumps({"detail": "unavailable"} if status >= 400 else job).encode()
         if "?" in self.path:
@@ -148,22 +141,18 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     do_GET = do_POST = do_PUT = respond
 
-    def log_message(self, *_):
-        pass
-
 
 class Requests(unittest.TestCase):
-    def submit(self, *arguments, responses=(), environment=None):
+    def run_script(self, url, *arguments, environment=None):
         directory = temporary_directory(self)
-        with PreparedServer(*responses) as server:
-            threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-            (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
-            (directory / "key").write_text("from-a-file\n", encoding="utf-8")
-            done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{server.server_port}/prefix/",
-                                   *arguments], cwd=directory, capture_output=True, text=True, check=False, timeout=600,
-                                  env={**os.environ, **(environment or {})})
-            server.shutdown()
-            return done, server.requests
+        (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
+        (directory / "key").write_text("from-a-file\n", encoding="utf-8")
+        return subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", url, *arguments], cwd=directory, capture_output=True,
+                              text=True, check=False, timeout=600, env={**os.environ, **(environment or {})})
+
+    def submit(self, *arguments, responses=(), environment=None):
+        with Receiver(*responses, handler=PreparedHandler) as server:
+            return self.run_script(server.url("/prefix/"), *arguments, environment=environment), server.seen
 
     def test_carry_the_key_of_the_environment_or_file_and_the_path_of_the_server(self):
         for arguments, environment, key in (((), {}, None), ((), {"WHITTLE_KEY": "from-outside"}, "Bearer from-outside"),
@@ -194,10 +183,7 @@ class Requests(unittest.TestCase):
                         connection.recv(1 << 16)
                         connection.sendall(content)
                 threading.Thread(target=answer, daemon=True).start()
-                directory = temporary_directory(self)
-                (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
-                done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"{scheme}://127.0.0.1:{server.getsockname()[1]}"],
-                                      cwd=directory, capture_output=True, text=True, check=False, timeout=600)
+                done = self.run_script(f"{scheme}://127.0.0.1:{server.getsockname()[1]}")
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(advice, done.stderr)
 

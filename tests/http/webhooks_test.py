@@ -18,11 +18,11 @@ JOB_SCHEMA_PARTS = ("id", "name", "state", "report", "artifacts", "problem", "li
 class Receiver(http.server.ThreadingHTTPServer):
     """Replies to POSTs with these (status, headers), then 204, and records them. A status "endless" never ends."""
 
-    def __init__(self, *answers):
-        super().__init__(("127.0.0.1", 0), Handler)
+    def __init__(self, *answers, handler=None):
+        super().__init__(("127.0.0.1", 0), handler or Handler)
         self.answers = list(answers)
         self.seen = []  # (path, headers, body)
-        threading.Thread(target=self.serve_forever, daemon=True).start()
+        threading.Thread(target=self.serve_forever, args=(0.01,), daemon=True).start()
 
     def __exit__(self, *error):
         self.shutdown()
