@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "tests/support/pixel_ray.h"
+#include "tests/support/long_vec.h"
 #include "tests/support/reference_optics.h"
 #include "tests/support/scenes.h"
 

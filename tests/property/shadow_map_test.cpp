@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/support/pixel_ray.h"
+#include "tests/support/long_vec.h"
 #include "tests/support/scenes.h"
 #include "tracer/src/math/vec.h"
 

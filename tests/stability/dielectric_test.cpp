@@ -6,7 +6,7 @@
 
 #include "tests/stability/table.h"
 #include "tests/support/effort.h"
-#include "tests/support/pixel_ray.h"
+#include "tests/support/long_vec.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_optics.h"
 #include "tracer/src/math/optics.h"

@@ -1,7 +1,9 @@
 #pragma once
-/// Vectors in long double for the reference implementations, independent of the tracer's.
+/// Vectors in long double for the reference implementations, independent of the tracer's, and
+/// camera rays.
 
 #include <cmath>
+#include <numbers>
 
 #include "tracer/scene.h"
 
@@ -42,5 +44,14 @@ inline Light3 operator+(const Light3& a, const Light3& b) { return {a.r + b.r, a
 inline Light3 operator*(const Light3& a, const Light3& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
 inline Light3 operator*(Real s, const Light3& a) { return {s * a.r, s * a.g, s * a.b}; }
 inline Real largest(const Light3& a) { return std::fmax(a.r, std::fmax(a.g, a.b)); }
+
+/// Unit direction through the center of pixel (x, y) of a square image of a pinhole camera.
+inline Vec through(const tracer::Scene& scene, std::uint32_t x, std::uint32_t y) {
+  const tracer::Camera& camera = scene.camera;
+  const Vec forward = unit(Vec(camera.look_at) - Vec(camera.position)), right = unit(cross(forward, camera.up));
+  const Real half = std::tan(camera.fov_deg * std::numbers::pi_v<Real> / 360), side = scene.image.height;
+  return unit(forward + (half * ((2 * x + 1) / side - 1)) * right +
+              (half * (1 - (2 * y + 1) / side)) * cross(right, forward));
+}
 
 }  // namespace oracle
