@@ -11,11 +11,13 @@
 /// which is reciprocal and reflects everything if the base is white. The second term is light that facets reflect
 /// several times (Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"), f_m = F'^2 E' / (1 - F' (1
 /// - E')). A metal has f0 = base and no matt part, and values between are mixtures of both. Glass transmits what its
-/// facets do not reflect; a facet is selected by its visible area, and its interface is exact (math/optics.h).
+/// facets do not reflect; a facet is selected by its visible area, and its interface is exact (math/optics.h). That
+/// loses no energy, but rays that leave are not masked, so it is not reciprocal where it is rough.
 ///
 /// A clear coat reflects the share S_c of its own facets, of f0 = 0.04. Light passes it twice: the matt part has the
 /// factor (1 - S_c(c_o)) (1 - S_c(c_i)), with the mean of both layers in place of 1 - S', and the facets below have the
-/// smaller of the two.
+/// smaller of the two, so that white metal below a smooth coat reflects 0.947 of the light at least, and 0.971 in the
+/// mean over directions; a white nonmetal 0.975 and 0.993.
 ///
 /// All directions are unit vectors away from the surface; c_i and c_o are their cosines to the normal. Values of f are
 /// multiplied by pi, as coefficients of the local models are, and by c_i.
